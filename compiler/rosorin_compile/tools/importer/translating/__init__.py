@@ -26,8 +26,9 @@ from .pieces import Macro
 from .program import Program
 from .proving import Combination, Fault, Source, choices_of, combinations, faults
 from .rendering import Documents, Renderer
+from .scopes import Variable
 from .texts import Unsupported
-from .walking import AtTop, InMacro, Walker
+from .walking import AtTop, InMacro, InProperty, Walker
 
 MAX_ATTEMPTS = 40
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
@@ -80,6 +81,7 @@ def translate(
     source.known[()] = imported
     out: dict[str, WrittenOut] = {}
     flat: dict[Place, WrittenOut] = {}
+    unsaid: dict[str, str] = {}
     explicit: set[str] = set()
     last: list[Fault] = []
     for _ in range(MAX_ATTEMPTS):
@@ -87,7 +89,7 @@ def translate(
             accepts = _accepted(source)
             trees = [one.tree for one in source.known.values() if one.tree is not None]
             how = _How(
-                imported, wanted, folder, schema, frozenset(out), frozenset(explicit), accepts, frozenset(flat), trees
+                imported, wanted, folder, schema, frozenset(out), frozenset(explicit), accepts, frozenset(flat), trees, unsaid
             )
             made = _attempt(path, options, how)
         except InMacro as problem:
@@ -95,6 +97,11 @@ def translate(
             if name in out:
                 return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
             out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
+            continue
+        except InProperty as problem:
+            if problem.name in unsaid:
+                return Translation({}, reason=problem.reason)
+            unsaid[problem.name] = problem.reason
             continue
         except AtTop as problem:
             if place_of(problem.element.span) in flat:
@@ -114,7 +121,7 @@ def translate(
             continue
         if flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
             continue
-        if not _blame(last, made, out, explicit, flat):
+        if not _blame(last, made, out, explicit, flat, unsaid):
             break
     reason = last[0].text if last else "no end of mending"
     return Translation({}, reason=reason)
@@ -154,6 +161,7 @@ def _blame(
     out: dict[str, WrittenOut],
     explicit: set[str],
     flat: dict[Place, WrittenOut],
+    unsaid: dict[str, str],
 ) -> bool:
     """Give the macros at fault long names, or write them out; say whether there was anything to change."""
     by_name = {macro.ours: macro for macro in made.macros} | {macro.name: macro for macro in made.macros}
@@ -161,6 +169,16 @@ def _blame(
         for name in fault.macros:
             macro = by_name.get(name)
             if macro is not None and _demote(macro, fault, out, explicit):
+                return True
+    properties = {
+        one.ours: name
+        for name in made.program.properties
+        if isinstance(one := made.program.scope.names.get(name), Variable)
+    }
+    for fault in found:
+        for name in fault.macros:
+            if name in properties and properties[name] not in unsaid:
+                unsaid[properties[name]] = fault.text
                 return True
     for fault in found:
         for place in fault.tops:
@@ -199,11 +217,12 @@ class _How(NamedTuple):
     accepts: list[Any]
     flat: frozenset[Place]
     trees: list[Map]
+    unsaid: Mapping[str, str]
 
 
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
-    program = Program(path, parse(read_source(path)), options.packages, options.arguments)
+    program = Program(path, parse(read_source(path)), options.packages, options.arguments, how.unsaid)
     walker = Walker(program, how.inlined, how.flat, how.trees)
     walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
@@ -224,7 +243,6 @@ def _name_macros(program: Program, macros: list[Macro]) -> None:
     """Give each macro that is kept the name of its part, or of its value."""
     from ....frontend.expression.functions import functions
     from .expressions import usable
-    from .scopes import Variable
 
     taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
     for macro in macros:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ....frontend.expression.functions import functions
 from ....units import UNITS
-from .scopes import ANY, CONDITION, FLAG, LIST, NUMBER, TABLE, WORDS, Bound, Scope, Value, Variable, is_plain, literal
+from .scopes import ANY, CONDITION, FLAG, LIST, NUMBER, TABLE, WORDS, Bound, Scope, Unsaid, Value, Variable, is_plain, literal
 from .texts import EXPRESSION, TEXT, Token, Unsupported, tokens, words
 
 _MODULES = ("math", "python")
@@ -207,6 +207,8 @@ class Rendering:
             made = ast.Name(found.ours, ast.Load())
             made.kind = found.kind()  # type: ignore[attr-defined]
             return made
+        if isinstance(found, Unsaid):
+            raise Unsupported(found.reason)
         if name in ("pi", "e", "tau", *_CONSTANTS):
             return ast.Name(_CONSTANTS.get(name, name), ast.Load())
         what = "argument" if name.startswith("arg ") else "name"

@@ -17,9 +17,10 @@ from ....frontend.packages import Packages
 from ....xml.files import read_source
 from ....xml.markup import Document, Element, MarkupError, Remark, parse
 from .pieces import Body, File, Macro, When, Whens
-from .scopes import ARGUMENT, FREE, GLOBAL, Scope, Value, Variable
-from .texts import EXTENSION, TEXT, Unsupported, parameters, tokens
+from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Scope, Unsaid, Value, Variable, note
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens
 
+MAX_CHOICES = 20
 _FIND = re.compile(r"\$\(find\s+([^)\s]+)\)")
 
 
@@ -35,18 +36,28 @@ class Definition:
 class Program:
     """A xacro and all that it includes."""
 
-    def __init__(self, path: Path, document: Document, packages: Mapping[str, Path], given: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        document: Document,
+        packages: Mapping[str, Path],
+        given: Mapping[str, str],
+        unsaid: Mapping[str, str] | None = None,
+    ) -> None:
         self.scope = Scope()
+        self.unsaid = unsaid or {}
         self.packages = Packages(packages, os.environ, path)
         self.given = given
         self.files: dict[str, File] = {}
         self.macros: dict[str, Macro] = {}
-        self.again: set[str] = set()
+        self.by_element: dict[int, Macro] = {}
         self.arguments: dict[str, Variable] = {}
         self.argument_files: dict[str, File] = {}
         self.properties: dict[str, list[Definition]] = {}
         self.property_files: dict[str, File] = {}
         self.property_comments: dict[str, tuple[str, ...]] = {}
+        self.conditions: list[Value] = []
+        self.guards: list[tuple[Element, str, list[Path]]] = []
         self.missing: list[tuple[str, Span]] = []
         self.tops: dict[int, list[tuple[File, Whens]]] = {}
         self.root = self._file(path, document, root=True)
@@ -99,6 +110,11 @@ class Program:
     def _include(self, element: Element, file: File, when: Whens, within: tuple[str, ...]) -> None:
         if element.get("ns"):
             raise Unsupported("an include with ns", element.span)
+        chosen = self.chosen(element, file)
+        if chosen is not None:
+            for target, condition in chosen:
+                self._include_one(target, element, (*when, condition), within)
+            return
         target = self.resolve(element.get("filename"), file, element.span)
         if re.search(r"[*?[]", str(target)):
             for one in sorted(glob.glob(str(target))):
@@ -117,12 +133,63 @@ class Program:
             self.missing.append((str(target), element.span))
             return
         self.tops.setdefault(id(element), []).append((included, ()))
+        own = when[-1:] if "$(arg" in element.get("filename") or "${" in element.get("filename") else ()
+        self.tops[id(element)][-1] = (included, own)
         self._collect(included.document.root, included, when, (*within, key))
+
+    def chosen(self, element: Element, file: File) -> list[tuple[Path, When]] | None:
+        """Return the files that an include may mean whose name has one argument in it, each with its condition.
+
+        None for a name without arguments; nothing where no file is called so.
+        """
+        pattern, form, argument = "", "", ""
+        for kind, text in self.spelt(element.get("filename"), 0):
+            if kind != EXTENSION or text.split()[:1] == ["find"]:
+                plain = text if kind == TEXT else str(self.packages.find(text.split()[1]) or "/no-package")
+                pattern, form = pattern + glob.escape(plain), form + re.escape(plain)
+                continue
+            name = text.split()[1]
+            if argument and name != argument:
+                raise Unsupported(f'the file "{element.get("filename")}" is chosen by several arguments', element.span)
+            if name in element.get("filename") and f"(?P<{name}>" in form:
+                form += f"(?P={name})"
+            else:
+                form += f"(?P<{name}>[^/]*)"
+            pattern, argument = pattern + "*", name
+        if not argument:
+            return None
+        base = "" if pattern.startswith("/") else f"{glob.escape(str(Path(file.path).parent))}/"
+        found: list[tuple[Path, When]] = []
+        for one in sorted(glob.glob(base + pattern))[:MAX_CHOICES]:
+            match = re.fullmatch((re.escape(f"{Path(file.path).parent}/") if base else "") + form, one)
+            if match and match[argument] and Path(one).is_file():
+                text = f"${{'$(arg {argument})' == '{match[argument]}'}}"
+                value = Value(text, self.scope, CONDITION, element.span)
+                self.conditions.append(value)
+                found.append((Path(one), When(value, True)))
+        self.guards.append((element, argument, [match for match, _ in found]))
+        return found
+
+    def spelt(self, text: str, depth: int) -> list[Token]:
+        """Return the pieces of a text, those of properties that are one text in their place."""
+        made: list[Token] = []
+        for piece in tokens(text):
+            name = piece.text.strip() if piece.kind == EXPRESSION else ""
+            known = self.properties.get(name, [])
+            if name and len(known) == 1 and not known[0].when and depth < 10:
+                made += self.spelt(known[0].value.text, depth + 1)
+            elif piece.kind == EXPRESSION:
+                raise Unsupported(f'the file "{text}" is chosen by an expression')
+            elif piece.kind == EXTENSION and piece.text.split()[:1] not in (["find"], ["arg"]):
+                raise Unsupported(f'the file "{text}" is chosen by an expression')
+            else:
+                made.append(piece)
+        return made
 
     def resolve(self, name: str, file: File, span: Span) -> Path:
         """Return the file that a text names. Raises Unsupported where it depends on an argument."""
         made = []
-        for kind, text in tokens(name):
+        for kind, text in self.spelt(name, 0):
             if kind == TEXT:
                 made.append(text)
             elif kind == EXTENSION and text.split()[:1] == ["find"]:
@@ -137,13 +204,18 @@ class Program:
         return Path(os.path.normpath(Path(file.path).parent / path))
 
     def _macro(self, element: Element, file: File, comments: tuple[str, ...]) -> None:
-        name = element.get("name").removeprefix("xacro:")
-        known = self.macros.get(name)
-        if known is not None:
-            if known.element is not element and known.element.verbatim != element.verbatim:
-                self.again.add(name)
+        called = name = element.get("name").removeprefix("xacro:")
+        if id(element) in self.by_element:
             return
+        number = 1
+        while name in self.macros:
+            if self.macros[name].element.verbatim == element.verbatim:
+                self.by_element[id(element)] = self.macros[name]
+                return
+            number += 1
+            name = f"{called}_{number}"
         self.macros[name] = Macro(name, element, file, parameters(element.get("params")), comments)
+        self.by_element[id(element)] = self.macros[name]
         for inner in element.iter():  # macros within macros are known once those are called
             if inner.tag == "xacro:macro" and inner is not element:
                 self._macro(inner, file, ())
@@ -189,6 +261,9 @@ class Program:
         for name, variable in self.arguments.items():
             variable.ours = usable(name, lambda _: False)
         for name, definitions in self.properties.items():
+            if name in self.unsaid:
+                self.scope.names[name] = Unsaid(self.unsaid[name])
+                continue
             only = definitions[0] if len(definitions) == 1 and not definitions[0].when else None
             target = sole_name(tokens(only.value.text)) if only else None
             if target and target.startswith("arg ") and target[4:] in self.arguments:

@@ -47,7 +47,7 @@ from .scopes import (
     sole_name,
 )
 from .texts import EXTENSION, TEXT, Token, Unsupported, tokens, words
-from .walking import AtTop, InMacro
+from .walking import AtTop, InMacro, InProperty
 
 IF = Verbatim("if")
 _SHORT = 90
@@ -807,7 +807,11 @@ class Renderer:
                 continue
             file = self.program.property_files[name].name
             found = [(one.value, one.when) for one in definitions]
-            self.documents.section(file, "let")[variable.ours] = self.defined(found, variable)
+            try:
+                value = self.defined(found, variable)
+            except Unsupported as problem:
+                raise InProperty(name, problem.reason) from None
+            self.documents.section(file, "let")[variable.ours] = value
             self.documents.remark(file, ("let", variable.ours), self.program.property_comments.get(name, ()))
     def arguments(self) -> None:
         """Write the arguments that anything uses."""

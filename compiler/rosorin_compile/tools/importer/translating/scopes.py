@@ -104,17 +104,24 @@ class Bound:
     scope: Scope
 
 
+@dataclass(eq=False)
+class Unsaid:
+    """A property whose value cannot be said here, and why."""
+
+    reason: str
+
+
 class Scope:
     """Names of a file's top, of a macro, or of a macro that is written out; within ``parent``."""
 
     def __init__(self, parent: Scope | None = None, owner: str = "") -> None:
         self.parent = parent
         self.owner = owner
-        self.names: dict[str, Variable | Bound] = {}
+        self.names: dict[str, Variable | Bound | Unsaid] = {}
         self.blocks: dict[str, Any] = {}
         self.package_of: Any = parent.package_of if parent else None
 
-    def find(self, name: str) -> Variable | Bound | None:
+    def find(self, name: str) -> Variable | Bound | Unsaid | None:
         """Return what a name means here."""
         scope: Scope | None = self
         while scope is not None:

@@ -19,7 +19,6 @@ from .scopes import CONDITION, FREE, LOCAL, NAME, PARAMETER, TABLE, XML, Bound, 
 from .texts import TEXT, Parameter, Unsupported, tokens
 
 MAX_DEPTH = 60
-_IGNORED = ("xacro:macro", "xacro:arg")
 
 
 class MacroScope(Scope):
@@ -57,6 +56,7 @@ class Walker:
         self.flat = flat
         self.trees = trees
         self.depth = 0
+        self.current: dict[str, Macro] = {}
         self.seen: list[Macro] = []
         self.fixed: set[Variable] = set()
         self.flows: list[tuple[Variable, Variable]] = []
@@ -72,6 +72,8 @@ class Walker:
         for variable in self.program.arguments.values():
             for value in variable.values:
                 self.hand(value, variable)
+        for condition in self.program.conditions:
+            note(condition)
         file = self.program.root
         self.robot(file.document.root, file.body, file.body.scope, (), top=True)
         self.spread()
@@ -112,7 +114,10 @@ class Walker:
         elif tag == "xacro:property":
             if not top:
                 self.local(child, body, scope, when)
-        elif tag in _IGNORED:
+        elif tag == "xacro:macro":
+            name = child.get("name").removeprefix("xacro:")
+            self.current[name] = self.program.by_element[id(child)]
+        elif tag == "xacro:arg":
             pass
         elif tag == "xacro:insert_block":
             self.block(child, body, scope, when)
@@ -244,11 +249,9 @@ class Walker:
             name = target
         if name in ("element", "attribute"):
             raise Unsupported(f"xacro:{name} makes what an expression names", element.span)
-        macro = self.program.macros.get(name)
+        macro = self.current.get(name) or self.program.macros.get(name)
         if macro is None:
             raise Unsupported(f'there is no macro "{name}"', element.span)
-        if name in self.program.again:
-            raise Unsupported(f'the macro "{name}" is defined twice', element.span)
         macro.called = True
         return macro
 
@@ -554,6 +557,15 @@ class AtTop(Exception):
         super().__init__(problem.reason)
         self.element = element
         self.problem = problem
+
+
+class InProperty(Exception):
+    """A property at the top of a file whose value cannot be said."""
+
+    def __init__(self, name: str, reason: str) -> None:
+        super().__init__(reason)
+        self.name = name
+        self.reason = reason
 
 
 class InMacro(Exception):

@@ -58,6 +58,7 @@ class Translation(NamedTuple):
     possible: int = 0
     refused: tuple[Combination, ...] = ()
     idle: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
     reason: str = ""
     span: Span | None = None
 
@@ -67,6 +68,7 @@ class _Attempt(NamedTuple):
     program: Program
     macros: list[Macro]
     packages: dict[str, Path]
+    elements: dict[tuple[str, str, str], Place]
 
 
 def translate(
@@ -114,7 +116,7 @@ def translate(
             return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
         used = {name: one for name, one in made.program.arguments.items() if one.used}
         rows, possible = combinations(choices_of(used, options.arguments))
-        last, refused = faults(made.files, source, rows, made.packages)
+        last, refused = faults(made.files, source, rows, made.packages, made.elements)
         if not last:
             return _translation(made, out, flat, rows, possible, refused)
         if len(_accepted(source)) > len(accepts):  # other arguments break other rules
@@ -148,10 +150,14 @@ def _translation(
         if macro.called and name not in kept and name not in lost:
             lost[name] = WrittenOut(name, "what it makes has no word as a value", macro.place)
     used = [name for name, variable in made.program.arguments.items() if variable.used]
+    lost |= {one.name: one for one in flat.values() if one.name in kept or one.name in lost}
+    kept = [name for name in kept if name not in lost]
+    others = {(one.name, one.reason): one for one in flat.values() if one.name not in lost}
+    unused = [name for name in made.program.arguments if name not in used]
     idle = [name for name, macro in made.program.macros.items() if not macro.called]
     proven = tuple(row for row in rows if row not in refused)
     return Translation(
-        made.files, tuple(kept), (*lost.values(), *flat.values()), tuple(used), proven, possible, tuple(refused), tuple(idle)
+        made.files, tuple(kept), (*lost.values(), *others.values()), tuple(used), proven, possible, tuple(refused), tuple(idle), tuple(unused)
     )
 
 
@@ -236,7 +242,7 @@ def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
         variable.used = True
     tail = {**_sections(how.imported), **_tail(how.accepts, how.wanted)}
     files = {**_files(program, documents, how.imported, tail, how.schema), **data.files}
-    return _Attempt(files, program, walker.seen, {**options.packages, **data.used})
+    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents.elements)
 
 
 def _name_macros(program: Program, macros: list[Macro]) -> None:

@@ -14,6 +14,13 @@ if TYPE_CHECKING:
 
 _SHAPES = {"box": (("size", "length3"),), "sphere": (("radius", "length"),)}
 _SHAPES |= {name: (("radius", "length"), ("length", "length")) for name in ("cylinder", "capsule")}
+# What is read by its attributes alone.
+_LEAVES = frozenset(
+    (
+        *("origin", "mass", "inertia", "color", "texture", "box", "cylinder", "sphere", "capsule", "mesh"),
+        *("parent", "child", "axis", "limit", "mimic", "dynamics", "safety_controller", "calibration"),
+    )
+)
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _ROTATING = ("revolute", "continuous")
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
@@ -63,6 +70,8 @@ def _read_one(
             raise Unsupported(f'the block "{child.parameter.name}" is inserted in several kinds of elements')
         entry.put("&", child, when)
         return
+    if child.tag in _LEAVES and child.children:
+        raise Unsupported(f"<{child.children[0].tag}> in <{child.tag}>", child.children[0].span)
     read = {"link": _in_link, "inertial": _in_inertial, "solid": _in_solid, "geometry": _in_geometry}
     read |= {"joint": _in_joint, "material": _in_material}
     if not read[level](walker, child, scope, when, entry, comments):

@@ -108,7 +108,11 @@ def _combination(several: Mapping[str, Sequence[str]], row: Sequence[str]) -> Co
 
 
 def faults(
-    files: Mapping[str, str], source: Source, rows: Sequence[Combination], packages: Mapping[str, Path]
+    files: Mapping[str, str],
+    source: Source,
+    rows: Sequence[Combination],
+    packages: Mapping[str, Path],
+    elements: Mapping[tuple[str, str, str], Place],
 ) -> tuple[list[Fault], list[Combination]]:
     """Return what is wrong with a translation, and the combinations that xacro itself refuses."""
     refused: list[Combination] = []
@@ -124,19 +128,27 @@ def faults(
                 if all(value != PROBE for _, value in row):
                     refused.append(row)
                 continue
-            found = _faults(stage, files, made, row, packages)
+            found = _faults(stage, files, made, row, packages, elements)
             if found:
                 return found, refused
     return [], refused
 
 
 def _faults(
-    stage: Path, files: Mapping[str, str], made: Imported, row: Combination, packages: Mapping[str, Path]
+    stage: Path,
+    files: Mapping[str, str],
+    made: Imported,
+    row: Combination,
+    packages: Mapping[str, Path],
+    elements: Mapping[tuple[str, str, str], Place],
 ) -> list[Fault]:
     compiled = compile_robot(stage / ROOT_FILE, dict(row), packages=dict(packages), wanted=())
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
     if errors or compiled.robot is None:
-        return [Fault(_told(one), _parts_at(one, stage, files), row) for one in errors[:5]]
+        return [
+            Fault(_told(one), _parts_at(one, stage, files), row, _elements_at(one, stage, files, elements))
+            for one in errors[:5]
+        ]
     format = published()
     text = next(one.text for one in compiled.artifacts if one.backend == format.name)
     file = stage / f"compiled{format.endings[0]}"
@@ -178,6 +190,31 @@ def _parts_at(diagnostic: Diagnostic, stage: Path, files: Mapping[str, str]) -> 
         if name in files:
             found += _part_at(files[name], span.line)
     found += re.findall(r'part "(\w+)"', " ".join(related.message for related in diagnostic.related))
+    return tuple(dict.fromkeys(found))
+
+
+def _elements_at(
+    diagnostic: Diagnostic, stage: Path, files: Mapping[str, str], elements: Mapping[tuple[str, str, str], Place]
+) -> tuple[Place, ...]:
+    """Return the elements at the top of the source that the entries come from that an error stands in."""
+    from ....diagnostics import Source as Text
+
+    found: list[Place] = []
+    for span in (diagnostic.span, *(related.span for related in diagnostic.related)):
+        if span is None:
+            continue
+        try:
+            name = Path(span.source.path).resolve().relative_to(stage.resolve()).as_posix()
+            tree = parse_yaml(Text("", files[name]))
+        except (ValueError, KeyError, LoadError):
+            continue
+        for section in ("links", "joints", "use"):
+            entries = tree.get(section)
+            lines = [(entries.key_spans[key].line, key) for key in entries] if isinstance(entries, Map) else []
+            after = [tree.key_spans[key].line for key in tree if lines and tree.key_spans[key].line > lines[0][0]]
+            keys = [key for line, key in lines if line <= span.line < min(after, default=10**9)]
+            if keys and (name, section, keys[-1]) in elements:
+                found.append(elements[name, section, keys[-1]])
     return tuple(dict.fromkeys(found))
 
 

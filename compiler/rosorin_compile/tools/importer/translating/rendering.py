@@ -19,7 +19,7 @@ from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .data import Data
 from .expressions import Rendering, all_of, folded, negated, usable, written
-from .flattened import Flat
+from .flattened import Flat, Place, place_of
 from .naming import Scoped, expanded, lead_of, prefix_pieces, sole_variable, variables_in, without_prefix
 from .pieces import Body, Call, Entry, File, Given, Handed, Item, Listed, Macro, Named, Use, Whens, Xml
 from .program import Program
@@ -60,7 +60,7 @@ class Documents:
     def __init__(self) -> None:
         self.files: dict[str, dict[str, Any]] = {}
         self.comments: dict[str, dict[tuple[Any, ...], list[str]]] = {}
-        self.parts: dict[str, str] = {}
+        self.elements: dict[tuple[str, str, str], Place] = {}
 
     def section(self, file: str, key: str) -> dict[str, Any]:
         made: dict[str, Any] = self.files.setdefault(file, {}).setdefault(key, {})
@@ -459,7 +459,6 @@ class Renderer:
         parts = self.documents.section(file, "parts")
         made: dict[str, Any] = {}
         parts[macro.ours] = made
-        self.documents.parts[macro.ours] = file
         self.body(macro.body, file, ("parts", macro.ours), made)  # type: ignore[arg-type]
         params = self.params(macro)
         lets = self.locals(macro.body)  # type: ignore[arg-type]
@@ -525,6 +524,7 @@ class Renderer:
             key = Expression(f"{key}${{''}}")
         value = self.entry(named.entry, (*path, key), file)
         section[key] = conditional(value, when)
+        self.documents.elements[file, str(path[-1]), str(key)] = place_of(named.element.span)
         self.documents.remark(file, (*path, key), named.comments)
 
     def elements(self, body: Body, target: dict[str, Any], file: str, path: tuple[Any, ...]) -> None:
@@ -578,6 +578,7 @@ class Renderer:
             if prefix is None and key != self.key(use)[0]:
                 made["prefix"] = f"{self.key(use)[0]}_"
         section[key] = conditional(made, when)
+        self.documents.elements[file, "use", str(key)] = place_of(use.element.span)
         self.documents.remark(file, (*path, key), use.comments)
 
     def key(self, use: Use) -> tuple[Any, Any]:

@@ -234,6 +234,7 @@ def _note_expression(text: str, scope: Scope, sink: str) -> None:
 
 
 def _note_node(node: ast.AST, scope: Scope, sink: str) -> None:
+    node = _unworded(node)
     if isinstance(node, ast.Name):
         _evidence(_spelt(node.id), scope, sink)
     elif isinstance(node, ast.IfExp):
@@ -287,7 +288,7 @@ def _note_comparison(node: ast.Compare, scope: Scope) -> None:
             _note_node(item, scope, FREE)
 
 
-def _unworded(node: ast.expr) -> ast.expr:
+def _unworded(node: Any) -> Any:
     """Return the name of an argument that stands in quotes."""
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "__text":
         return node.args[0]

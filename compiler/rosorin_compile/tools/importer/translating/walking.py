@@ -56,7 +56,7 @@ class Walker:
         self.flat = flat
         self.trees = trees
         self.depth = 0
-        self.current: dict[str, Macro] = {}
+        self.current: dict[str, list[tuple[Macro, Whens]]] = {}
         self.seen: list[Macro] = []
         self.fixed: set[Variable] = set()
         self.flows: list[tuple[Variable, Variable]] = []
@@ -115,8 +115,7 @@ class Walker:
             if not top:
                 self.local(child, body, scope, when)
         elif tag == "xacro:macro":
-            name = child.get("name").removeprefix("xacro:")
-            self.current[name] = self.program.by_element[id(child)]
+            self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), when)
         elif tag == "xacro:arg":
             pass
         elif tag == "xacro:insert_block":
@@ -239,6 +238,25 @@ class Walker:
 
     # Calls.
 
+    def define(self, macro: Macro, name: str, when: Whens) -> None:
+        """Take down that a name is that of a macro from here on; under a condition it may be."""
+        known = [one for one in self.current.get(name, []) if when and one[0] is not macro]
+        self.current[name] = [*known, (macro, when)]
+
+    def candidates(self, element: Element) -> list[tuple[Macro, Whens]]:
+        """Return the macros that a call may mean, each with the condition on which it does; nothing if it is clear."""
+        known = self.current.get(element.tag.removeprefix("xacro:"), [])
+        if len(known) < 2:
+            return []
+        made: list[tuple[Macro, Whens]] = []
+        for index, (macro, when) in enumerate(known):
+            others = [later for _, later in known[index + 1 :]]
+            if not when and any(len(one) != 1 for one in others):
+                raise Unsupported("a macro is defined anew on several conditions", element.span)
+            negated = tuple(When(one[0].value, not one[0].holds) for one in others) if not when else ()
+            made.append((macro, (*when, *negated)))
+        return made
+
     def macro_of(self, element: Element, scope: Scope) -> Macro:
         """Return the macro that an element calls. Raises Unsupported."""
         name = element.tag.removeprefix("xacro:")
@@ -249,7 +267,8 @@ class Walker:
             name = target
         if name in ("element", "attribute"):
             raise Unsupported(f"xacro:{name} makes what an expression names", element.span)
-        macro = self.current.get(name) or self.program.macros.get(name)
+        known = self.current.get(name)
+        macro = known[-1][0] if known else self.program.macros.get(name)
         if macro is None:
             raise Unsupported(f'there is no macro "{name}"', element.span)
         macro.called = True
@@ -303,6 +322,17 @@ class Walker:
 
     def call(self, element: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
         """Take a call of a macro among links and joints."""
+        candidates = self.candidates(element)
+        if candidates:
+            name = element.tag.removeprefix("xacro:")
+            before = self.current[name]
+            for one, on in candidates:
+                self.current[name] = [(one, ())]
+                for condition in on:
+                    note(condition.value)
+                self.call(element, body, scope, (*when, *on), comments)
+            self.current[name] = before
+            return
         macro = self.macro_of(element, scope)
         if macro.name in self.inlined or not self.as_part(macro):
             self.write_out(macro, element, scope, lambda inner: self.robot(macro.element, body, inner, when))

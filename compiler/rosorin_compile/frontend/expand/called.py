@@ -56,4 +56,3 @@ class Called:
             return inner.resolve(self.body, self.place, xml=text)
         finally:
             running.pop()
-

@@ -157,9 +157,7 @@ def _leniently(diagnostic: Diagnostic) -> Diagnostic:
     return diagnostic._replace(severity=WARNING, help="please report it with the file")
 
 
-def _describe(
-    options: argparse.Namespace, console: Console, source: Path, imported: Imported, how: ReadOptions
-) -> int:
+def _describe(options: argparse.Namespace, console: Console, source: Path, imported: Imported, how: ReadOptions) -> int:
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from ...diagnostics import ERROR
     from .description import safe

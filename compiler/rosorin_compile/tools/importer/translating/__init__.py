@@ -1,7 +1,8 @@
 """Translating: a xacro as a description with its macros, arguments and files, proven against the real xacro.
 
-To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values are),
-``walking`` with ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering`` (the files), ``proving``.
+To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
+are), ``walking`` with ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering`` (the files),
+``proving``.
 """
 
 from __future__ import annotations
@@ -91,7 +92,16 @@ def translate(
             accepts = _accepted(source)
             trees = [one.tree for one in source.known.values() if one.tree is not None]
             how = _How(
-                imported, wanted, folder, schema, frozenset(out), frozenset(explicit), accepts, frozenset(flat), trees, unsaid
+                imported,
+                wanted,
+                folder,
+                schema,
+                frozenset(out),
+                frozenset(explicit),
+                accepts,
+                frozenset(flat),
+                trees,
+                unsaid,
             )
             made = _attempt(path, options, how)
         except InMacro as problem:
@@ -136,6 +146,15 @@ def _flat(element: Element, problem: Unsupported) -> WrittenOut:
     return WrittenOut(what, problem.reason, problem.span or element.span, flat=True)
 
 
+def _flat_at(program: Program, place: Place, reason: str) -> WrittenOut:
+    """Return what is told of an element that is flattened because its translation is not proven."""
+    for file in program.files.values():
+        for element in file.document.root.iter():
+            if place_of(element.span) == place:
+                return _flat(element, Unsupported(reason))
+    return WrittenOut(f"line {place[1]}", reason, None, flat=True)
+
+
 def _translation(
     made: _Attempt,
     out: Mapping[str, WrittenOut],
@@ -145,7 +164,7 @@ def _translation(
     refused: list[Combination],
 ) -> Translation:
     kept = [macro.name for macro in made.macros]
-    lost = {name: one for name, one in out.items()}
+    lost = dict(out)
     for name, macro in made.program.macros.items():
         if macro.called and name not in kept and name not in lost:
             lost[name] = WrittenOut(name, "what it makes has no word as a value", macro.place)
@@ -157,7 +176,15 @@ def _translation(
     idle = [name for name, macro in made.program.macros.items() if not macro.called]
     proven = tuple(row for row in rows if row not in refused)
     return Translation(
-        made.files, tuple(kept), (*lost.values(), *others.values()), tuple(used), proven, possible, tuple(refused), tuple(idle), tuple(unused)
+        made.files,
+        tuple(kept),
+        (*lost.values(), *others.values()),
+        tuple(used),
+        proven,
+        possible,
+        tuple(refused),
+        tuple(idle),
+        tuple(unused),
     )
 
 
@@ -189,7 +216,7 @@ def _blame(
     for fault in found:
         for place in fault.tops:
             if place not in flat:
-                flat[place] = WrittenOut(f"line {place[1]}", f"not proven: {fault.text}", None, flat=True)
+                flat[place] = _flat_at(made.program, place, f"not proven: {fault.text}")
                 return True
     for macro in made.macros:
         if macro.body is not None and macro.name not in explicit and (macro.prefix or macro.mount):
@@ -284,10 +311,10 @@ def _files(
 
 
 def _accepted(source: Source) -> list[Any]:
-    """Return what the robot of any combination of arguments has to be accepted for, as it is laid out; each rule once."""
+    """Return what the robots of all combinations of arguments have to be accepted for; each rule once."""
     made: dict[tuple[str, str], dict[str, Any]] = {}
     for imported in source.known.values():
-        for entry in (imported.tree or {}).get("accept") or ():
+        for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
             key = (str(entry["rule"]), str(entry.get("reason") or ""))
             known = made.setdefault(key, {"rule": key[0], "of": [], "reason": key[1]})
             known["of"] += [str(one) for one in entry.get("of") or () if str(one) not in known["of"]]

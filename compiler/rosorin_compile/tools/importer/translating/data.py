@@ -49,7 +49,9 @@ class Data:
         if Path(text).is_absolute():
             raise Unsupported(f"{text} is a file of this machine")
         folders = [Path(path).parent for path in self.program.files]
-        folder = next((one for one in folders if (one / text.rpartition("/")[0]).exists() and self._has(one, text)), None)
+        folder = next(
+            (one for one in folders if (one / text.rpartition("/")[0]).exists() and self._has(one, text)), None
+        )
         if folder is None or ".." in Path(text).parts:
             raise Unsupported(f"{text} is not found")
         self._copy(folder, text, rest)

@@ -12,8 +12,8 @@ from .texts import Unsupported
 if TYPE_CHECKING:
     from .walking import Walker
 
-_SHAPES = {"box": (("size", "length3"),), "sphere": (("radius", "length"),)}
-_SHAPES |= {name: (("radius", "length"), ("length", "length")) for name in ("cylinder", "capsule")}
+_SHAPES: dict[str, tuple[tuple[str, str], ...]] = {"box": (("size", "length3"),), "sphere": (("radius", "length"),)}
+_SHAPES |= dict.fromkeys(("cylinder", "capsule"), (("radius", "length"), ("length", "length")))
 # What is read by its attributes alone.
 _LEAVES = frozenset(
     (
@@ -24,6 +24,9 @@ _LEAVES = frozenset(
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _ROTATING = ("revolute", "continuous")
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
+
+
+Comments = tuple[str, ...]
 
 
 def link_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
@@ -111,9 +114,7 @@ def solid_name(walker: Walker, child: Element, scope: Scope) -> Item:
     return Item("name", walker.value(child, "name", scope, NAME))
 
 
-def _in_inertial(
-    walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, comments: tuple[str, ...]
-) -> bool:
+def _in_inertial(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
     if child.tag == "mass":
         entry.put("mass", walker.value(child, "value", scope, "mass"), when)
     elif child.tag == "origin":
@@ -148,13 +149,11 @@ def origin(walker: Walker, element: Element, scope: Scope, when: Whens, entry: E
         if name not in ("xyz", "rpy"):
             raise Unsupported(f"the attribute {name} of <origin>", element.span)
     for name, sink in (("xyz", "length3"), ("rpy", "angle3")):
-        if name in element.attributes and not (_is_zero(element.get(name)) and name not in entry.keys()):
+        if name in element.attributes and not (_is_zero(element.get(name)) and name not in entry.known()):
             entry.put(name, walker.value(element, name, scope, sink), when)
 
 
-def _in_solid(
-    walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, comments: tuple[str, ...]
-) -> bool:
+def _in_solid(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
     if child.tag == "origin":
         origin(walker, child, scope, when, entry)
     elif child.tag == "geometry":
@@ -180,9 +179,7 @@ def material_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
     return reads(walker, element, scope, "material")
 
 
-def _in_material(
-    walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, comments: tuple[str, ...]
-) -> bool:
+def _in_material(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
     if child.tag == "color":
         entry.put("rgba", walker.value(child, "rgba", scope, "number4"), when)
     elif child.tag == "texture":
@@ -193,9 +190,7 @@ def _in_material(
     return True
 
 
-def _in_geometry(
-    walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, comments: tuple[str, ...]
-) -> bool:
+def _in_geometry(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
     made = Entry()
     if child.tag == "mesh":
         made.put("file", walker.value(child, "filename", scope, FILE))
@@ -220,6 +215,8 @@ def joint_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
     for item in made.items:
         if item.key in ("limit", "mimic", "dynamics", "safety_controller", "calibration"):
             _units(item.value, word)
+        if item.key == "limit" and word == "continuous" and isinstance(item.value, Entry):
+            item.value.items = [one for one in item.value.items if one.key not in ("lower", "upper")]
     return made
 
 
@@ -246,9 +243,7 @@ _NUMBERS = {
 }
 
 
-def _in_joint(
-    walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, comments: tuple[str, ...]
-) -> bool:
+def _in_joint(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
     if child.tag in ("parent", "child"):
         entry.put(child.tag, walker.value(child, "link", scope, NAME), when)
     elif child.tag == "origin":

@@ -14,7 +14,22 @@ from typing import Any
 
 from ....frontend.expression.functions import functions
 from ....units import UNITS
-from .scopes import ANY, CONDITION, FLAG, LIST, NUMBER, TABLE, WORDS, Bound, Scope, Unsaid, Value, Variable, is_plain, literal
+from .scopes import (
+    ANY,
+    CONDITION,
+    FLAG,
+    LIST,
+    NUMBER,
+    TABLE,
+    WORDS,
+    Bound,
+    Scope,
+    Unsaid,
+    Value,
+    Variable,
+    is_plain,
+    literal,
+)
 from .texts import EXPRESSION, TEXT, Token, Unsupported, tokens, words
 
 _MODULES = ("math", "python")
@@ -101,7 +116,7 @@ class Rendering:
         self.mark = mark
         self.named = named or (lambda _: None)
         self.share: Callable[[str], ast.expr] | None = None
-        self.loaded: Callable[[str, bool], str] = lambda text, rest: text
+        self.loaded: Callable[[str, bool], str] = lambda text, _: text
 
     def begin(self, node: ast.expr) -> None:
         """Give the name of a file that is put together the beginning that it has here."""
@@ -352,7 +367,7 @@ class Rendering:
         if name == "dotify" and len(given) == 1:
             return given[0]
         if name == "arg" and len(given) == 1 and isinstance(given[0], ast.Constant):
-            return self.name(f"arg {given[0].value}", scope, depth)
+            return self.name(f"arg {given[0].value!s}", scope, depth)
         if name == "fatal":
             return ast.Call(ast.Name("error", ast.Load()), given, [])
         raise Unsupported(f"xacro.{name}() has no word here")

@@ -1,8 +1,8 @@
 """Naming: which macros are parts with short names, and which are attached to a mount.
 
 All links and joints of a macro begin with ``${prefix}``, and all parts in it with the same and more: then the part has
-short names, and its uses say the prefix. All joints on ``${parent}`` hang on the parameter of nothing else: then that is
-the mount, and a block that is the origin of those joints is the pose of the use.
+short names, and its uses say the prefix. ``${parent}`` is the parent of joints and nothing else: then it is the mount,
+and a block that is the origin of those joints is the pose of the use.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ def name_parts(macros: Sequence[Macro], explicit: frozenset[str]) -> None:
                 changed = True
     for _ in macros:  # a mount may be handed on to parts in parts
         for macro in macros:
-            macro.mount = _mount(macro) if macro.name not in explicit or True else None
+            macro.mount = _mount(macro)
     for macro in macros:
         macro.origin = _origin(macro)
 
@@ -242,7 +242,9 @@ def _is_relative(role: str, body: Body) -> bool:
     if words[:1] != ["given"]:
         return False
     use = next((use for use in body.uses if str(id(use)) == words[1]), None)
-    return use is not None and use.macro.relative is not None and use.macro.variables.get(words[2]) is use.macro.relative
+    return (
+        use is not None and use.macro.relative is not None and use.macro.variables.get(words[2]) is use.macro.relative
+    )
 
 
 def lead_of(use: Use) -> str:

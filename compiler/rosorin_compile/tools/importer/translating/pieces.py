@@ -44,6 +44,7 @@ class Entry:
         self.items: list[Item] = []
 
     def put(self, key: str, value: Any, when: Whens = ()) -> None:
+        """Add a key."""
         self.items.append(Item(key, value, when))
 
     def add(self, key: str, value: Any, when: Whens = (), comments: tuple[str, ...] = ()) -> None:
@@ -54,7 +55,8 @@ class Entry:
                 return
         self.items.append(Item(key, [Listed(value, when, comments)]))
 
-    def keys(self) -> list[str]:
+    def known(self) -> list[str]:
+        """Return the keys, each once."""
         return list(dict.fromkeys(item.key for item in self.items))
 
 
@@ -141,7 +143,7 @@ class Given(NamedTuple):
 
     call: Call
     key: str
-    index: int = -1
+    at: int = -1
 
 
 class Handed(NamedTuple):
@@ -175,3 +177,4 @@ class Body:
     materials: list[Named] = field(default_factory=list)
     locals: list[Variable] = field(default_factory=list)
     flat: list[Any] = field(default_factory=list)
+    guards: list[tuple[str, list[str], Whens, Element]] = field(default_factory=list)

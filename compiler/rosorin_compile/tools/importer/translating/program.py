@@ -17,7 +17,7 @@ from ....frontend.packages import Packages
 from ....xml.files import read_source
 from ....xml.markup import Document, Element, MarkupError, Remark, parse
 from .pieces import Body, File, Macro, When, Whens
-from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Scope, Unsaid, Value, Variable, note
+from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Scope, Unsaid, Value, Variable
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens
 
 MAX_CHOICES = 20
@@ -57,7 +57,7 @@ class Program:
         self.property_files: dict[str, File] = {}
         self.property_comments: dict[str, tuple[str, ...]] = {}
         self.conditions: list[Value] = []
-        self.guards: list[tuple[Element, str, list[Path]]] = []
+        self.guards: dict[int, tuple[str, list[str]]] = {}
         self.missing: list[tuple[str, Span]] = []
         self.tops: dict[int, list[tuple[File, Whens]]] = {}
         self.root = self._file(path, document, root=True)
@@ -158,6 +158,9 @@ class Program:
             pattern, argument = pattern + "*", name
         if not argument:
             return None
+        self.guards[id(element)] = (argument, [])
+        if not re.search(r"\w", pattern):
+            return []
         base = "" if pattern.startswith("/") else f"{glob.escape(str(Path(file.path).parent))}/"
         found: list[tuple[Path, When]] = []
         for one in sorted(glob.glob(base + pattern))[:MAX_CHOICES]:
@@ -167,7 +170,7 @@ class Program:
                 value = Value(text, self.scope, CONDITION, element.span)
                 self.conditions.append(value)
                 found.append((Path(one), When(value, True)))
-        self.guards.append((element, argument, [match for match, _ in found]))
+                self.guards[id(element)][1].append(match[argument])
         return found
 
     def spelt(self, text: str, depth: int) -> list[Token]:

@@ -104,7 +104,9 @@ def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination
 
 
 def _combination(several: Mapping[str, Sequence[str]], row: Sequence[str]) -> Combination:
-    return tuple((name, value) for (name, values), value in zip(several.items(), row, strict=True) if value != values[0])
+    return tuple(
+        (name, value) for (name, values), value in zip(several.items(), row, strict=True) if value != values[0]
+    )
 
 
 def faults(

@@ -307,9 +307,7 @@ class Renderer:
         """Return the items of an entry; the pose of a block that is the pose of the use is left out."""
         origin = self.macro.origin if self.macro else ""
         return [
-            item
-            for item in entry.items
-            if not (item.key == "&" and origin and item.value.parameter.name == origin)
+            item for item in entry.items if not (item.key == "&" and origin and item.value.parameter.name == origin)
         ]
 
     def pairs(self, item: Item, path: tuple[Any, ...], file: str) -> list[tuple[str, Any, ast.expr | None]]:
@@ -393,8 +391,8 @@ class Renderer:
         """Return what a call of a named value gives under a key."""
         entry = given.call.macro.entry
         text = self.call(given.call)
-        text = text if entry is not None and len(entry.keys()) == 1 else f"{text}.{given.key}"
-        return Expression(f"${{{text}{f'[{given.index}]' if given.index >= 0 else ''}}}")
+        text = text if entry is not None and len(entry.known()) == 1 else f"{text}.{given.key}"
+        return Expression(f"${{{text}{f'[{given.at}]' if given.at >= 0 else ''}}}")
 
     def call(self, call: Call) -> str:
         """Return the call of a named value as an expression."""
@@ -421,7 +419,7 @@ class Renderer:
     def called(self, macro: Macro) -> None:
         """Write a macro that is a named value with parameters."""
         before, self.macro = self.macro, macro
-        keys = macro.entry.keys() if macro.entry else []
+        keys = macro.entry.known() if macro.entry else []
         path = ("let", macro.ours)
         value: Any = self.entry(macro.entry or Entry(), path) if macro.text is None else self.text_of(macro)
         if len(keys) == 1 and isinstance(value, dict):
@@ -527,8 +525,25 @@ class Renderer:
         self.documents.elements[file, str(path[-1]), str(key)] = place_of(named.element.span)
         self.documents.remark(file, (*path, key), named.comments)
 
+    def guard(self, name: str, known: list[str], when: Whens, made: list[Any]) -> None:
+        """Refuse the values of an argument that would include files which are not here."""
+        variable = self.program.arguments.get(name)
+        condition = self.condition(when)
+        if variable is None or (isinstance(condition, ast.Constant) and not condition.value):
+            return
+        if known and is_choice(variable):  # only these values are allowed
+            return
+        self.used.add(variable)
+        others = [] if not known else [ast.Compare(ast.Name(variable.ours), [ast.NotIn()], [_list_of(known)])]
+        node = all_of([*([condition] if condition is not None else []), *others])
+        text = f"there is no file for this {name} here: translate it, and add it to include"
+        made.append(conditional(Expression(f"${{error({text!r})}}"), node))
+
     def elements(self, body: Body, target: dict[str, Any], file: str, path: tuple[Any, ...]) -> None:
         made = target.setdefault("urdf_elements", [])
+        for name, known, when, element in body.guards:
+            with self.at_top(element, None if body.macro is None else target):
+                self.guard(name, known, when, made)
         for item in body.elements:
             when = self.condition(item.when)
             if isinstance(when, ast.Constant) and not when.value:
@@ -786,7 +801,9 @@ class Renderer:
             pairs = [(key.value, item) for key, item in zip(tree.keys, tree.values, strict=True)]  # type: ignore
         elif isinstance(tree, ast.Call) and ast.unparse(tree.func) in ("xacro.dotify", "dotify") and tree.args:
             return self.mapping(tree.args[0], value)
-        elif isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "dict" and not tree.args:
+        elif (
+            isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "dict" and not tree.args
+        ):
             pairs = [(keyword.arg, keyword.value) for keyword in tree.keywords if keyword.arg]
         else:
             return None
@@ -814,6 +831,7 @@ class Renderer:
                 raise InProperty(name, problem.reason) from None
             self.documents.section(file, "let")[variable.ours] = value
             self.documents.remark(file, ("let", variable.ours), self.program.property_comments.get(name, ()))
+
     def arguments(self) -> None:
         """Write the arguments that anything uses."""
         for name, variable in self.program.arguments.items():
@@ -927,6 +945,10 @@ class Renderer:
         return names
 
 
+def _list_of(texts: list[str]) -> ast.expr:
+    return ast.List([ast.Constant(text) for text in texts], ast.Load())
+
+
 def _sole_call(items: list[Item]) -> Call | None:
     """Return the call that gives all that an entry has, under several keys; None if there is none such."""
     calls: set[Any] = set()
@@ -939,7 +961,7 @@ def _sole_call(items: list[Item]) -> Call | None:
         return None
     (call,) = calls
     keys = [item.key for item in items]
-    whole = call.macro.entry is not None and keys == call.macro.entry.keys() and len(keys) > 1
+    whole = call.macro.entry is not None and keys == call.macro.entry.known() and len(keys) > 1
     return call if whole else None
 
 
@@ -988,7 +1010,11 @@ def _literal_of(text: str, kind: str, value: Value, unquoted: bool = False) -> A
         if len(numbers) > 1:
             return [number_text(word, "angle" if value.sink == "angle" else "number", value) for word in numbers]
     if kind == WORDS:
-        return text if isinstance(found, (int, float, list)) and not isinstance(found, bool) else str(text if isinstance(found, bool) else found)
+        return (
+            text
+            if isinstance(found, (int, float, list)) and not isinstance(found, bool)
+            else str(text if isinstance(found, bool) else found)
+        )
     if isinstance(found, bool):
         return found
     if isinstance(found, (int, float)):

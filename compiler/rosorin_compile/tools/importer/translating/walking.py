@@ -1,7 +1,7 @@
 """Walking: what the files and macros of a xacro make, as pieces of a description.
 
-What a macro makes decides what it becomes: links, joints and elements of a robot make it a part; what stands inside of a
-link or a joint a named value with parameters. ``inlined`` are macros that are written out where they are called.
+What a macro makes decides what it becomes: links, joints and elements of a robot make it a part; what stands inside of
+a link or a joint a named value with parameters. ``inlined`` are macros that are written out where they are called.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .entries import joint_entry, link_entry, material_entry, one_of_level, read
 from .flattened import Place, flat_entries, place_of
 from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Program, with_comments
-from .scopes import CONDITION, FREE, LOCAL, NAME, PARAMETER, TABLE, XML, Bound, Scope, Value, Variable, note, sole_name
+from .scopes import CONDITION, FREE, LOCAL, NAME, PARAMETER, TABLE, XML, Bound, Scope, Unsaid, Value, Variable, note, sole_name
 from .texts import TEXT, Parameter, Unsupported, tokens
 
 MAX_DEPTH = 60
@@ -28,7 +28,7 @@ class MacroScope(Scope):
         super().__init__(parent, macro.name)
         self.macro = macro
 
-    def find(self, name: str) -> Variable | Bound | None:
+    def find(self, name: str) -> Variable | Bound | Unsaid | None:
         found = super().find(name)
         if found is None and _may_be_handed_down(name):
             made = Variable(name, PARAMETER)
@@ -66,8 +66,8 @@ class Walker:
         for name, definitions in self.program.properties.items():
             variable = self.program.scope.names[name]
             for definition in definitions if isinstance(variable, Variable) else ():
-                for condition in definition.when:
-                    note(condition.value)
+                for on in definition.when:
+                    note(on.value)
                 self.hand(definition.value, variable)  # type: ignore[arg-type]
         for variable in self.program.arguments.values():
             for value in variable.values:
@@ -85,9 +85,7 @@ class Walker:
         for child, comments in with_comments(element):
             self.one(child, body, scope, when, comments, top)
 
-    def one(
-        self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool
-    ) -> None:
+    def one(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
         """Take one element; what cannot be said of one at the top of a file is told as ``AtTop``."""
         if not top or child.tag in ("xacro:if", "xacro:unless", "xacro:include"):
             self.any(child, body, scope, when, comments, top)
@@ -102,9 +100,7 @@ class Walker:
         except Unsupported as problem:
             raise AtTop(child, problem) from None
 
-    def any(
-        self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool
-    ) -> None:
+    def any(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
         """Take one element."""
         tag = child.tag
         if tag in ("xacro:if", "xacro:unless"):
@@ -145,6 +141,11 @@ class Walker:
 
     def include(self, element: Element, body: Body, when: Whens, top: bool) -> None:
         files = self.program.tops.get(id(element))
+        guard = self.program.guards.get(id(element))
+        if guard is not None:
+            for condition in when:
+                note(condition.value)
+            body.guards.append((*guard, when, element))
         for file, more in files or ():
             for condition in more:
                 note(condition.value)
@@ -228,9 +229,7 @@ class Walker:
             return [(block, inner)]
         return [(child, inner) for child in block.children]
 
-    def named(
-        self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]
-    ) -> None:
+    def named(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
         name = self.value(child, "name", scope, NAME)
         read = link_entry if child.tag == "link" else joint_entry
         made = Named(name, read(self, child, scope), when, comments, child)
@@ -278,7 +277,7 @@ class Walker:
         """Return what a call gives to the parameters of a macro, by name; defaults where it gives nothing."""
         made: dict[str, Value] = {}
         for name, attribute in element.attributes.items():
-            if name == "macro" and element.tag == "xacro:call" or name.startswith("xmlns"):
+            if (name == "macro" and element.tag == "xacro:call") or name.startswith("xmlns"):
                 continue
             made[name] = Value(attribute.value, scope, FREE, attribute.span)
         for parameter in macro.parameters:
@@ -293,7 +292,7 @@ class Walker:
                 raise Unsupported(f'the macro "{macro.name}" lacks its parameter {parameter.name}', element.span)
         return made
 
-    def is_new(self, found: Variable | Bound, scope: Scope) -> bool:
+    def is_new(self, found: Variable | Bound | Unsaid, scope: Scope) -> bool:
         """Say whether a name is one that nobody has defined so far."""
         here: Scope | None = scope
         while here is not None:
@@ -351,7 +350,7 @@ class Walker:
             raise Unsupported(f'the block "{name}" of the macro "{macro.name}" is inserted among links', block.span)
         made = one_of_level(self, block, scope, level)
         known = macro.block_keys.setdefault(name, [])
-        known += [key for key in made.keys() if key not in known]
+        known += [key for key in made.known() if key not in known]
         return made
 
     def hand_over(self, macro: Macro, given: dict[str, Value]) -> None:
@@ -496,7 +495,7 @@ class Walker:
             entry = reads(self, macro.element, macro.scope, level)
         except Unsupported:
             return self.not_a_value(macro)
-        keys = entry.keys()
+        keys = entry.known()
         if not keys or any(item.when or item.key == "*" for item in entry.items) or len(keys) != len(entry.items):
             return self.not_a_value(macro)
         macro.entry = entry

@@ -181,9 +181,11 @@ class Program:
             known = self.properties.get(name, [])
             if name and len(known) == 1 and not known[0].when and depth < 10:
                 made += self.spelt(known[0].value.text, depth + 1)
-            elif piece.kind == EXPRESSION:
-                raise Unsupported(f'the file "{text}" is chosen by an expression')
-            elif piece.kind == EXTENSION and piece.text.split()[:1] not in (["find"], ["arg"]):
+            elif (
+                piece.kind == EXPRESSION
+                or piece.kind == EXTENSION
+                and piece.text.split()[:1] not in (["find"], ["arg"])
+            ):
                 raise Unsupported(f'the file "{text}" is chosen by an expression')
             else:
                 made.append(piece)

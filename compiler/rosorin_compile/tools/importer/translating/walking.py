@@ -15,7 +15,22 @@ from .entries import joint_entry, link_entry, material_entry, one_of_level, read
 from .flattened import Place, flat_entries, place_of
 from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Program, with_comments
-from .scopes import CONDITION, FREE, LOCAL, NAME, PARAMETER, TABLE, XML, Bound, Scope, Unsaid, Value, Variable, note, sole_name
+from .scopes import (
+    CONDITION,
+    FREE,
+    LOCAL,
+    NAME,
+    PARAMETER,
+    TABLE,
+    XML,
+    Bound,
+    Scope,
+    Unsaid,
+    Value,
+    Variable,
+    note,
+    sole_name,
+)
 from .texts import TEXT, Parameter, Unsupported, tokens
 
 MAX_DEPTH = 60

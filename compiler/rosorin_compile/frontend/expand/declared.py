@@ -127,8 +127,8 @@ def _unused_values(root: Map, reader: Reader, scope: Scope) -> Iterator[_Unused]
         if name not in used:
             yield f'nothing uses the argument "{name}"', place, f"write ${{{name}}} where it belongs, or remove it"
     for name, _, place, _ in reader.lets:
-        own = name.partition("(")[0]
-        if own not in used and name not in arguments:
+        called = name.partition("(")[0]
+        if called not in used and name not in arguments:
             yield f'nothing uses the value "{name}" of let', place, f"write ${{{name}}} where it belongs, or remove it"
 
 

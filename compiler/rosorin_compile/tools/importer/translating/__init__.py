@@ -26,9 +26,10 @@ from .naming import name_parts
 from .pieces import Macro
 from .program import Program
 from .proving import Combination, Fault, Source, choices_of, combinations, faults
-from .rendering import Documents, Renderer
+from .rendering import Renderer
 from .scopes import Variable
 from .texts import Unsupported
+from .values import Documents
 from .walking import AtTop, InMacro, InProperty, Walker
 
 MAX_ATTEMPTS = 40

@@ -22,6 +22,7 @@ _LEAVES = frozenset(
     )
 )
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_OF_DIMENSION = ("lower", "upper", "soft_lower_limit", "soft_upper_limit", "offset", "rising", "falling")
 _ROTATING = ("revolute", "continuous")
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 
@@ -230,9 +231,8 @@ def _units(entry: Entry, kind: str) -> None:
     if not isinstance(entry, Entry):
         return
     for item in entry.items:
-        if item.key in ("lower", "upper", "soft_lower_limit", "soft_upper_limit", "offset", "rising", "falling"):
-            if isinstance(item.value, Value):
-                item.value.sink = sink
+        if item.key in _OF_DIMENSION and isinstance(item.value, Value):
+            item.value.sink = sink
 
 
 _NUMBERS = {

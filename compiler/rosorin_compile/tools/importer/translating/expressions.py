@@ -270,9 +270,8 @@ class Rendering:
     def binary(self, node: ast.BinOp, scope: Scope, depth: int) -> ast.expr:
         """Return arithmetic, or texts that are joined."""
         left, right = self.node(node.left, scope, depth), self.node(node.right, scope, depth)
-        if isinstance(node.op, ast.Add) and isinstance(left, ast.Constant) and isinstance(right, ast.Constant):
-            if isinstance(left.value, str) and isinstance(right.value, str):
-                return ast.Constant(left.value + right.value)
+        if isinstance(node.op, ast.Add) and _is_plain(left) and _is_plain(right):
+            return ast.Constant(left.value + right.value)  # type: ignore[attr-defined]
         if isinstance(node.op, ast.Add) and isinstance(left, ast.Constant) and left.value == "":
             return right
         if isinstance(node.op, ast.Add) and isinstance(right, ast.Constant) and right.value == "":
@@ -470,12 +469,15 @@ def _constant(value: Any, whole: bool = False) -> ast.expr:
     return ast.Constant(value)
 
 
+def _is_plain(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
 def _plus(one: ast.expr, other: ast.expr) -> ast.expr:
     if isinstance(one, ast.Constant) and isinstance(other, ast.Constant):
         return ast.Constant(str(one.value) + str(other.value))
-    if isinstance(one, ast.BinOp) and isinstance(one.right, ast.Constant) and isinstance(other, ast.Constant):
-        if isinstance(one.right.value, str) and isinstance(one.op, ast.Add):
-            return ast.BinOp(one.left, ast.Add(), ast.Constant(one.right.value + str(other.value)))
+    if isinstance(one, ast.BinOp) and isinstance(one.op, ast.Add) and _is_plain(one.right) and _is_plain(other):
+        return ast.BinOp(one.left, ast.Add(), _plus(one.right, other))
     return ast.BinOp(one, ast.Add(), other)
 
 

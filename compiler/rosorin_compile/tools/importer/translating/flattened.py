@@ -45,7 +45,7 @@ def flat_entries(trees: Sequence[Map], place: Place, when: Whens, comments: tupl
         document.named = document.named._replace(folders={}, scale=None)
         found: list[Flat] = []
         for section in ("materials", "links", "joints"):
-            entries = tree.get(section)
+            entries: Any = tree.get(section)
             for name in entries or ():
                 span = entries.value_spans[name]
                 if _made_by(span, place):

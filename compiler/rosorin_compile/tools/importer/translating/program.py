@@ -117,7 +117,7 @@ class Program:
             return
         target = self.resolve(element.get("filename"), file, element.span)
         if re.search(r"[*?[]", str(target)):
-            for one in sorted(glob.glob(str(target))):
+            for one in _fitting(str(target)):
                 self._include_one(Path(one), element, when, within)
             return
         self._include_one(target, element, when, within)
@@ -163,7 +163,7 @@ class Program:
             return []
         base = "" if pattern.startswith("/") else f"{glob.escape(str(Path(file.path).parent))}/"
         found: list[tuple[Path, When]] = []
-        for one in sorted(glob.glob(base + pattern))[:MAX_CHOICES]:
+        for one in _fitting(base + pattern)[:MAX_CHOICES]:
             match = re.fullmatch((re.escape(f"{Path(file.path).parent}/") if base else "") + form, one)
             if match and match[argument] and Path(one).is_file():
                 text = f"${{'$(arg {argument})' == '{match[argument]}'}}"
@@ -181,10 +181,8 @@ class Program:
             known = self.properties.get(name, [])
             if name and len(known) == 1 and not known[0].when and depth < 10:
                 made += self.spelt(known[0].value.text, depth + 1)
-            elif (
-                piece.kind == EXPRESSION
-                or piece.kind == EXTENSION
-                and piece.text.split()[:1] not in (["find"], ["arg"])
+            elif piece.kind == EXPRESSION or (
+                piece.kind == EXTENSION and piece.text.split()[:1] not in (["find"], ["arg"])
             ):
                 raise Unsupported(f'the file "{text}" is chosen by an expression')
             else:
@@ -278,6 +276,11 @@ class Program:
             taken.add(made.ours)
             made.values += [definition.value for definition in definitions]
             self.scope.names[name] = made
+
+
+def _fitting(pattern: str) -> list[str]:
+    """Return the files that fit a pattern, as xacro finds them, in their order."""
+    return sorted(glob.glob(pattern))  # noqa: PTH207 - the pattern may begin anywhere on the disk
 
 
 def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:

@@ -244,7 +244,7 @@ def _macros_of(made: Imported) -> dict[str, list[str]]:
     """Return the macros that made each link and joint, the innermost first."""
     found: dict[str, list[str]] = {}
     for section in ("links", "joints"):
-        entries = made.tree.get(section) if made.tree is not None else None
+        entries: Any = made.tree.get(section) if made.tree is not None else None
         for name in entries or ():
             via = getattr(entries.value_spans[name], "via", ())
             found.setdefault(name, []).extend(re.findall(r'the macro "([^"]+)"', " ".join(one.message for one in via)))
@@ -255,7 +255,7 @@ def _tops_of(made: Imported) -> dict[str, Place]:
     """Return the element at the top of a file that made each link and joint."""
     found: dict[str, Place] = {}
     for section in ("links", "joints"):
-        entries = made.tree.get(section) if made.tree is not None else None
+        entries: Any = made.tree.get(section) if made.tree is not None else None
         for name in entries or ():
             found[name] = outermost(entries.value_spans[name])
     return found

@@ -396,7 +396,7 @@ class Renderer(Elements):
         made: dict[str, Any] = {}
         for variable in body.locals:
             if variable in self.used:
-                made[variable.ours] = self.defined(variable.definitions, variable)  # type: ignore[attr-defined]
+                made[variable.ours] = self.defined(variable.definitions, variable)
         return made
 
     def defined(self, definitions: list[tuple[Value, Whens]], variable: Variable) -> Any:

@@ -60,6 +60,10 @@ class Documents:
 class Values:
     """Renders values, entries and calls of named values, in the part ``macro`` or at the top of a file."""
 
+    def element(self, node: Xml) -> Any:
+        """Return elements that are kept, as text; those that render files know how (see ``kept``)."""
+        raise NotImplementedError
+
     def __init__(self, program: Program, macros: list[Macro], choices: dict[str, list[str]], data: Data) -> None:
         self.program = program
         self.data = data
@@ -174,9 +178,9 @@ class Values:
         prefix = self.macro.prefix if self.macro else None
         if value.sink == NAME and prefix is not None:
             pieces = without_prefix(pieces, prefix) or pieces
-        if value.sink == NAME and self.macro and self.macro.mount is not None:
-            if sole_variable(value) is self.macro.mount:
-                return "mount"
+        mount = self.macro.mount if self.macro and value.sink == NAME else None
+        if mount is not None and sole_variable(value) is mount:
+            return "mount"
         if value.sink == FILE:
             pieces = self.address(pieces)
         return self.joined(pieces, value)
@@ -262,17 +266,15 @@ class Values:
 
     def settle(self, made: dict[Any, Any], key: str, found: list[tuple[Any, ast.expr | None]]) -> None:
         """Put a key; one that stands several times under conditions is put as often, each time spelt otherwise."""
-        if len(found) == 2 and found[0][1] is not None and found[1][1] is not None:
-            if written(found[0][1]) == written(negated(found[1][1])):
-                one, other = _node(found[0][0]), _node(found[1][0])
-                if one is not None and other is not None:
-                    made[key] = Expression(f"${{{written(ast.IfExp(found[0][1], one, other))}}}")
-                    return
+        chosen = _choice_of(found)
+        if chosen is not None:
+            made[key] = chosen
+            return
         if len(found) == 2 and found[0][1] is None and found[1][1] is not None and not isinstance(found[0][0], dict):
             found = found[1:] + found[:1]
-        if key in ("xyz", "rpy") and len(found) == 1 and found[0][1] is None and found[0][0] == ["0", "0", "0"]:
-            if self.macro is None or self.macro.entry is None:
-                return
+        is_named = self.macro is not None and self.macro.entry is not None
+        if key in ("xyz", "rpy") and found == [(["0", "0", "0"], None)] and not is_named:
+            return
         for number, (value, when) in enumerate(found):
             spelt: Any = key if not number else Expression(key + "${''}" * number)
             made[spelt] = conditional(value, when)
@@ -337,12 +339,8 @@ class Values:
         """Return a value of a variable as ``layout`` takes it."""
         kind = kind or variable.kind()
         evidence = variable.head().evidence
-        if (
-            kind == LIST
-            and "angle3" in evidence
-            and not evidence & {"length3", "number3", "number4", "indexed"}
-            or kind == NUMBER
-            and declared_type(variable) == "angle"
+        if (kind == LIST and "angle3" in evidence and not evidence & {"length3", "number3", "number4", "indexed"}) or (
+            kind == NUMBER and declared_type(variable) == "angle"
         ):
             value = Value(value.text, value.scope, "angle", value.span)
         if LOADED in variable.head().evidence and kind in (WORDS, ANY):
@@ -422,6 +420,19 @@ def _sole_call(items: list[Item]) -> Call | None:
     keys = [item.key for item in items]
     whole = call.macro.entry is not None and keys == call.macro.entry.known() and len(keys) > 1
     return call if whole else None
+
+
+def _choice_of(found: list[tuple[Any, ast.expr | None]]) -> Expression | None:
+    """Return two values of a key under opposite conditions as one choice; None where they cannot be one."""
+    if len(found) != 2:
+        return None
+    (first, when), (second, otherwise) = found
+    if when is None or otherwise is None or written(when) != written(negated(otherwise)):
+        return None
+    one, other = _node(first), _node(second)
+    if one is None or other is None:
+        return None
+    return Expression(f"${{{written(ast.IfExp(when, one, other))}}}")
 
 
 def conditional(value: Any, when: ast.expr | None) -> Any:
@@ -539,6 +550,7 @@ def _final(node: ast.expr) -> Any:
 
 
 def has_expression(value: Any) -> bool:
+    """Say whether anything in a list of values is evaluated."""
     if isinstance(value, list):
         return any(map(has_expression, value))
     return isinstance(value, Expression)

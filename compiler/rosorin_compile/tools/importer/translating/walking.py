@@ -271,7 +271,7 @@ class Walker:
             made.append((macro, (*when, *negated)))
         return made
 
-    def macro_of(self, element: Element, scope: Scope) -> Macro:
+    def macro_of(self, element: Element) -> Macro:
         """Return the macro that an element calls. Raises Unsupported."""
         name = element.tag.removeprefix("xacro:")
         if name == "call":
@@ -347,7 +347,7 @@ class Walker:
                 self.call(element, body, scope, (*when, *on), comments)
             self.current[name] = before
             return
-        macro = self.macro_of(element, scope)
+        macro = self.macro_of(element)
         if macro.name in self.inlined or not self.as_part(macro):
             self.write_out(macro, element, scope, lambda inner: self.robot(macro.element, body, inner, when))
             return
@@ -479,7 +479,7 @@ class Walker:
         elif tag == "xacro:property":
             self.inner_property(child, scope, when)
         elif tag.startswith("xacro:"):
-            macro = self.macro_of(child, scope)
+            macro = self.macro_of(child)
             if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
                 yield self.value_call(macro, child, scope), scope, when, comments
                 return
@@ -580,7 +580,7 @@ class Walker:
             self.inner_property(item, scope, ())
             return []
         if item.tag.startswith("xacro:"):
-            macro = self.macro_of(item, scope)
+            macro = self.macro_of(item)
             if macro.name not in self.inlined and self.as_text(macro):
                 return [self.value_call(macro, item, scope)]
             found: list[Any] = []

@@ -16,6 +16,7 @@ from ....frontend.expression.functions import functions
 from ....units import UNITS
 from .scopes import (
     ANY,
+    ARGUMENT,
     CONDITION,
     FLAG,
     LIST,
@@ -220,7 +221,9 @@ class Rendering:
             if found.where != "loop":
                 self.mark(found)
             made = ast.Name(found.ours, ast.Load())
-            made.kind = found.kind()  # type: ignore[attr-defined]
+            kind = found.kind()
+            stays = found.where == ARGUMENT and kind in (LIST, TABLE)  # what the command line gives is text
+            made.kind = WORDS if stays else kind  # type: ignore[attr-defined]
             return made
         if isinstance(found, Unsaid):
             raise Unsupported(found.reason)

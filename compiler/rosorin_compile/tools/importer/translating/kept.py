@@ -10,7 +10,7 @@ from xml.sax.saxutils import escape
 from ....xml.markup import Remark
 from ..layout import Expression
 from .expressions import negated, usable, written
-from .naming import expanded
+from .naming import expanded, without_prefix
 from .pieces import Call, Xml
 from .scopes import (
     Value,
@@ -33,7 +33,9 @@ class Elements(Values):
 
     def lines(self, node: Xml, pad: str) -> list[str]:
         """Return the lines of an element."""
-        start = f"<{node.tag}" + "".join(f' {name}="{self.attribute(value)}"' for name, value in node.attributes)
+        start = f"<{node.tag}" + "".join(
+            f' {name}="{self.attribute(value, node.tag, name)}"' for name, value in node.attributes
+        )
         content: list[str] = []
         plain = True
         for item in self.merged(node.content):
@@ -61,8 +63,12 @@ class Elements(Values):
             return [f"{pad}${{{self.call(item)}}}"]
         return self.lines(item, pad)
 
-    def attribute(self, value: Value) -> str:
+    def attribute(self, value: Value, tag: str, name: str) -> str:
+        """Return the value of an attribute; what names a link or a joint of the part has its short name."""
         pieces = expanded(value.text, value.scope)
+        prefix = self.macro.prefix if self.macro else None
+        if prefix is not None and (tag, name) in (("gazebo", "reference"), ("joint", "name")):
+            pieces = without_prefix(pieces, prefix) or pieces
         return str(self.joined(pieces, value, lambda text: escape(text, {'"': "&quot;"})))
 
     def merged(self, content: list[Any]) -> list[Any]:

@@ -205,13 +205,12 @@ def _own_prefix(macro: Macro) -> tuple[Variable, str] | None:
     if variable not in macro.variables.values() or any(one[0] is not variable for one in found):
         return None
     texts = [text for _, text in found]
-    own = [
-        "".join(piece.text for piece, _ in expanded(named.name.text, named.name.scope)[1:])
-        for named in (*body.links, *body.joints)
-    ]
-    if any(not text for text in own):
+    own = [expanded(named.name.text, named.name.scope)[1:] for named in (*body.links, *body.joints)]
+    if not all(own):
         return None
-    together = all(text.startswith("_") for text in texts) and all(text not in ("_",) for text in own)
+    together = all(text.startswith("_") for text in texts) and all(
+        len(pieces) > 1 or pieces[0][0].text != "_" for pieces in own
+    )
     return variable, "_" if together else ""
 
 

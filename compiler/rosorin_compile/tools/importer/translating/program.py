@@ -287,7 +287,13 @@ def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:
     """Return the elements in an element, each with the comments right above it."""
     found: list[tuple[Element, tuple[str, ...]]] = []
     waiting: list[str] = []
-    for item in element.content:
+    text = element.document.source.text
+    for index, item in enumerate(element.content):
+        before = element.content[index - 1] if index else None
+        is_comment = isinstance(item, Remark) and item.kind == "comment"
+        if is_comment and isinstance(before, Element) and "\n" not in text[before.end : item.start]:
+            found[-1] = (found[-1][0], (*found[-1][1], item.text))  # type: ignore[union-attr]
+            continue  # it stands behind what it speaks of
         if isinstance(item, Element):
             found.append((item, tuple(waiting)))
             waiting = []

@@ -330,7 +330,7 @@ class Renderer(Elements):
         """Return what a use gives to its part."""
         macro, made = use.macro, {}
         for name, variable in self.parameters(macro):
-            if variable is macro.mount or (macro.prefix and variable is macro.prefix[0] and not macro.prefix[1]):
+            if variable is macro.mount or self.is_own_prefix(macro, variable):
                 continue
             if macro.by_key and name == "name":
                 continue
@@ -350,6 +350,11 @@ class Renderer(Elements):
             if name != macro.origin:
                 made[self.block_name(name)] = self.entry(entry)
         return made
+
+    def is_own_prefix(self, macro: Macro, variable: Variable) -> bool:
+        """Say whether a parameter is what a part knows anyway: all that stands before its names."""
+        prefix = macro.prefix
+        return prefix is not None and self.knows_prefix and variable is prefix[0] and not prefix[1]
 
     def said_default(self, macro: Macro, name: str) -> str | None:
         return next((one.default for one in macro.parameters if one.name == name), None)
@@ -372,7 +377,7 @@ class Renderer(Elements):
     def params(self, macro: Macro) -> dict[str, Any]:
         made: dict[str, Any] = {}
         for name, variable in self.parameters(macro):
-            if variable is macro.mount or (macro.prefix and variable is macro.prefix[0] and not macro.prefix[1]):
+            if variable is macro.mount or self.is_own_prefix(macro, variable):
                 continue
             if macro.by_key and name == "name":
                 continue

@@ -204,15 +204,16 @@ def _note_pieces(pieces: list[Token], scope: Scope, sink: str) -> None:
         _evidence(name, scope, sink)
         return
     whole = len(pieces) == 1
+    inside = sink if sink in (NAME, FILE) else XML
     for kind, text in pieces:
         if kind == EXTENSION:
             words = text.split()
             if words[:1] == ["arg"] and len(words) == 2:
-                _evidence(f"arg {words[1]}", scope, sink if whole else XML)
+                _evidence(f"arg {words[1]}", scope, sink if whole else inside)
             elif words[:1] == ["eval"]:
-                _note_expression(text.partition("eval")[2], scope, sink if whole else XML)
+                _note_expression(text.partition("eval")[2], scope, sink if whole else inside)
         elif kind == EXPRESSION:
-            _note_expression(text, scope, sink if whole else XML)
+            _note_expression(text, scope, sink if whole else inside)
 
 
 def _evidence(name: str, scope: Scope, sink: str, depth: int = 0) -> None:

@@ -33,10 +33,12 @@ from .scopes import (
     Variable,
     is_plain,
     literal,
+    sole_name,
 )
-from .texts import EXTENSION, TEXT, Token, Unsupported, tokens
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, tokens
 
 IF = Verbatim("if")
+OWN = "own prefix"
 
 
 class Documents:
@@ -67,6 +69,9 @@ class Values:
     def __init__(self, program: Program, macros: list[Macro], choices: dict[str, list[str]], data: Data) -> None:
         self.program = program
         self.data = data
+        # A part knows its own prefix by this name unless the description has a value that is called so.
+        variables = [one for one in program.scope.names.values() if isinstance(one, Variable)]
+        self.knows_prefix = all(one.ours != "prefix" for one in variables)
         self.macros = macros
         self.choices = choices
         self.used: set[Variable] = set()
@@ -88,7 +93,7 @@ class Values:
     def own_name(self, variable: Variable) -> ast.expr | None:
         """Return what stands for the parameter that is the prefix of the part."""
         prefix = self.macro.prefix if self.macro else None
-        if prefix is not None and variable is prefix[0] and not prefix[1]:
+        if prefix is not None and self.knows_prefix and variable is prefix[0] and not prefix[1]:
             made = ast.Name("prefix", ast.Load())
             made.kind = WORDS  # type: ignore[attr-defined]
             return made
@@ -198,12 +203,37 @@ class Values:
             return [(Token(TEXT, text), scope), *rest]
         return pieces
 
+    def with_own_prefix(self, pieces: list[Scoped]) -> list[Scoped]:
+        """Return a text in which what stands before all names of the part is called so."""
+        prefix = self.macro.prefix if self.macro else None
+        if (
+            prefix is None
+            or not self.knows_prefix
+            or not prefix[1]
+            or (prefix[0] in self.used and prefix[0].ours == "prefix")
+        ):
+            return pieces
+        made: list[Scoped] = []
+        for piece, scope in pieces:
+            before = made[-1] if made else None
+            name = sole_name([before[0]]) if before is not None and before[0].kind == EXPRESSION else None
+            of_part = name is not None and before is not None and before[1].find(name) is prefix[0]
+            if of_part and piece.kind == TEXT and piece.text.startswith(prefix[1]):
+                made[-1] = (Token(OWN, ""), scope)
+                made.append((Token(TEXT, piece.text.removeprefix(prefix[1])), scope))
+            else:
+                made.append((piece, scope))
+        return made
+
     def joined(self, pieces: list[Scoped], value: Value, spelt: Any = lambda text: text) -> Any:
         """Return pieces as one text."""
         made, plain = "", True
-        for piece, scope in pieces:
+        for piece, scope in self.with_own_prefix(pieces):
             if piece.kind == TEXT:
                 made += spelt(piece.text).replace("${", "$${")
+                continue
+            if piece.kind == OWN:
+                made, plain = f"{made}${{prefix}}", False
                 continue
             node = self.node_of([(piece, scope)], value)
             constant = folded(node)

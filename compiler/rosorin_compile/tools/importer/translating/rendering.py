@@ -300,7 +300,9 @@ class Renderer(Elements):
             return _as_key(tail) or macro.ours, text
         if text.endswith("_") and len(text) > 1 and plain_scalar(text[:-1]) == text[:-1]:
             return text[:-1], None
-        return _as_key(text.strip("_")) or macro.ours, text
+        name = use.given.get("name")
+        plain = _as_key(name.text) if name is not None and is_plain(name.text) else ""
+        return _as_key(text.strip("_")) or plain or macro.ours, text
 
     def free_key(self, key: Any, section: dict[Any, Any], path: tuple[Any, ...], use: Use) -> Any:
         """Return a name that no other use has; those of all files share one set of names."""

@@ -22,7 +22,8 @@ def told(translation: Translation) -> Iterator[str]:
     for one in translation.written_out:
         yield f"  {one.name}: {one.reason}{_at(one.span)}"
     if translation.idle:
-        yield f"left out, because nothing calls them: {listed(translation.idle)}"
+        them = "it" if len(translation.idle) == 1 else "them"
+        yield f"left out, because nothing calls {them}: {listed(translation.idle)}"
     if translation.arguments:
         yield f"arguments kept: {listed(translation.arguments)}"
     proven = len(translation.proven)

@@ -29,7 +29,7 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.tools.importer.description import tree_of
 from rosorin_compile.tools.importer.round_trip import check_round_trip
-from rosorin_compile.tools.importer.translating import translate
+from rosorin_compile.tools.importer.translating import Changed, translate
 
 NICE = 10
 FOLDER = Path("descriptions/robot")
@@ -77,7 +77,7 @@ def of_robot(path: Path, how: ReadOptions, imported: Imported) -> dict[str, Any]
     trip = check_round_trip(imported, FOLDER)
     if trip.diagnostics:
         return {"end": f"refused: {trip.diagnostics[0].message[:100]}"}
-    made = translate(path, how, imported, trip.outputs, FOLDER)
+    made = translate(path, how, imported, trip.outputs, Changed(FOLDER))
     row: dict[str, Any] = {
         "links": len(tree_of(imported).get("links") or ()),
         "xacro": sum(lines(one.read_text("utf-8", "replace")) for one in imported.files),

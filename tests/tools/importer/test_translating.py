@@ -12,7 +12,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.tools.importer import translating
 from rosorin_compile.tools.importer.description import Outputs
-from rosorin_compile.tools.importer.translating import Translation, proving, translate
+from rosorin_compile.tools.importer.translating import Changed, Translation, proving, translate
 from rosorin_compile.tools.importer.translating.telling import told
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
@@ -30,7 +30,7 @@ def translated(
     how = ReadOptions(arguments=arguments or {}, packages=packages or {}, trust=True)
     imported = read_robot(path, how)
     assert imported.tree is not None, imported.diagnostics
-    return translate(path, how, imported, URDF, Path("descriptions/robot"))
+    return translate(path, how, imported, URDF, Changed(Path("descriptions/robot")))
 
 
 def of(here: Path, body: str) -> Translation:
@@ -94,7 +94,7 @@ def outcome(case: Case) -> str:
         imported = read_robot(Path("robot.xacro"), how)
         if imported.tree is None:
             return ""
-        made = translate(Path("robot.xacro"), how, imported, URDF, Path("descriptions/robot"))
+        made = translate(Path("robot.xacro"), how, imported, URDF, Changed(Path("descriptions/robot")))
     if not made.files:
         assert made.reason
         return "flat"
@@ -187,3 +187,16 @@ def test_the_lines_about_a_flat_robot_say_why() -> None:
     assert list(told(Translation({}, reason="an include with ns"))) == [
         "flat, without macros and arguments: an include with ns"
     ]
+
+
+def test_another_name_and_other_places_of_meshes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    body = '<xacro:macro name="body" params="file"><link name="hull"><visual><geometry>'
+    body += (
+        '<mesh filename="meshes/${file}.stl"/></geometry></visual></link></xacro:macro><xacro:body file="a"/></robot>'
+    )
+    Path("robot.xacro").write_text(HEAD + body, "utf-8")
+    assert main(["import", "robot.xacro", "-o", "made", "--trust", "--name", "van", "--meshes", "package://van"]) == 0
+    made = Path("made/robot.yaml").read_text("utf-8")
+    assert "robot: van\n" in made
+    assert "package://van/meshes/${file}.stl" in made

@@ -208,12 +208,13 @@ def _translated(
     """Return what a xacro says with its macros and arguments; None for what is none, or is asked for flat."""
     from ...project import ON_STDIN
 
-    if options.flat or not imported.takes_arguments or source is ON_STDIN or options.meshes or options.name:
+    if options.flat or not imported.takes_arguments or source is ON_STDIN:
         return None
     from .round_trip import schema_beside
-    from .translating import translate
+    from .translating import Changed, translate
 
-    return translate(source, how, imported, trip.outputs, folder, schema_beside(folder))
+    changed = Changed(folder, schema_beside(folder), options.name, options.meshes)
+    return translate(source, how, imported, trip.outputs, changed)
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:

@@ -65,6 +65,19 @@ class Translation(NamedTuple):
     span: Span | None = None
 
 
+class Changed(NamedTuple):
+    """Where a description is going to stand, and what of it is to be otherwise than in the xacro.
+
+    ``schema`` is where editors find the schema; ``name`` another name of the robot; ``meshes`` is put before relative
+    names of meshes.
+    """
+
+    folder: Path
+    schema: str = ""
+    name: str | None = None
+    meshes: str | None = None
+
+
 class _Attempt(NamedTuple):
     files: dict[str, str]
     program: Program
@@ -73,15 +86,13 @@ class _Attempt(NamedTuple):
     elements: dict[tuple[str, str, str], Place]
 
 
-def translate(
-    path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, folder: Path, schema: str = ""
-) -> Translation:
+def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:
     """Return the description of a xacro, proven; without files, and with a reason, where it cannot be translated.
 
     ``imported`` is the robot that the xacro expands to with the arguments that are given, ``wanted`` the artifacts
-    that its description asks for, ``folder`` where it is going to stand.
+    that its description asks for, ``changed`` what is to be otherwise than in the xacro.
     """
-    source = Source(path, options)
+    source = Source(path, options, changed.name, changed.meshes)
     source.known[()] = imported
     out: dict[str, WrittenOut] = {}
     flat: dict[Place, WrittenOut] = {}
@@ -95,8 +106,7 @@ def translate(
             how = _How(
                 imported,
                 wanted,
-                folder,
-                schema,
+                changed,
                 frozenset(out),
                 frozenset(explicit),
                 accepts,
@@ -244,8 +254,7 @@ class _How(NamedTuple):
 
     imported: Imported
     wanted: Outputs
-    folder: Path
-    schema: str
+    changed: Changed
     inlined: frozenset[str]
     explicit: frozenset[str]
     accepts: list[Any]
@@ -263,13 +272,14 @@ def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     _name_macros(program, walker.seen)
     name_parts(walker.seen, how.explicit)
     choices = choices_of(program.arguments, options.arguments)
-    data = Data(program, how.folder)
+    data = Data(program, how.changed.folder)
     renderer = Renderer(program, walker.seen, choices, data)
+    renderer.meshes = how.changed.meshes or ""
     documents = renderer.render()
     for variable in renderer.used:
         variable.used = True
     tail = {**_sections(how.imported), **_tail(how.accepts, how.wanted)}
-    files = {**_files(program, documents, how.imported, tail, how.schema), **data.files}
+    files = {**_files(program, documents, how, tail), **data.files}
     return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents.elements)
 
 
@@ -287,14 +297,15 @@ def _name_macros(program: Program, macros: list[Macro]) -> None:
             taken.add(macro.ours)
 
 
-def _files(
-    program: Program, documents: Documents, imported: Imported, tail: Mapping[str, Any], schema: str
-) -> dict[str, str]:
+def _files(program: Program, documents: Documents, how: _How, tail: Mapping[str, Any]) -> dict[str, str]:
     """Return the texts of the files."""
-    tree = tree_of(imported)
+    tree = tree_of(how.imported)
     root = program.root.name
     included = [file.name for file in program.files.values() if file.name != root and documents.files.get(file.name)]
-    head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": str(tree["robot"])}
+    head: dict[str, Any] = {
+        "rosorin_compile": Verbatim("1"),
+        "robot": how.changed.name or documents.name or str(tree["robot"]),
+    }
     if "source" in tree:
         head["source"] = {key: str(value) for key, value in tree["source"].items()}
     if included:
@@ -307,7 +318,7 @@ def _files(
         elif not sections:
             continue
         document = {key: sections[key] for key in sorted(sections, key=_rank) if sections[key]}
-        made[file.name] = layout(document, _remarks(program, documents, file.name, schema))
+        made[file.name] = layout(document, _remarks(program, documents, file.name, how.changed.schema))
     return made
 
 

@@ -104,7 +104,10 @@ def _in_link(
         if child.get("name"):
             solid.items.insert(0, solid_name(walker, child, scope))
         if child.tag == "collision":
-            solid.items = [item for item in solid.items if item.key not in ("material", "rgba")]
+            solid.items = [item for item in solid.items if item.key not in ("material", "rgba", "texture")]
+            for material in child.children:
+                if material.tag == "material":
+                    solid.add("urdf_elements", walker.xml(material, scope))
         entry.add(child.tag, solid, when, comments)
     else:
         return False
@@ -233,6 +236,8 @@ def _units(entry: Entry, kind: str) -> None:
     for item in entry.items:
         if item.key in _OF_DIMENSION and isinstance(item.value, Value):
             item.value.sink = sink
+        elif item.key == "velocity" and isinstance(item.value, Value) and kind in _ROTATING:
+            item.value.sink = "speed"
 
 
 _NUMBERS = {

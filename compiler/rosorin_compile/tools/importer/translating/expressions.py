@@ -284,7 +284,7 @@ class Rendering:
         if not isinstance(node.op, (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)):
             raise Unsupported(f"{ast.unparse(node)[:60]} has no word here")
         if isinstance(node.op, (ast.Mult, ast.Div, ast.Pow)):
-            left, right = _bare(left), _bare(right)
+            left, right = bare(left), bare(right)
         return ast.BinOp(left, node.op, right)
 
     def attribute(self, node: ast.Attribute, scope: Scope, depth: int) -> ast.expr:
@@ -383,7 +383,7 @@ class Rendering:
             return self.as_text(given[0])
         if ours in _OF_ANGLES and len(given) == 1:
             return ast.Call(ast.Name(ours, ast.Load()), given, [])
-        return ast.Call(ast.Name(ours, ast.Load()), [_bare(item) for item in given], [])
+        return ast.Call(ast.Name(ours, ast.Load()), [bare(item) for item in given], [])
 
     def method(self, function: ast.Attribute, given: list[ast.expr], scope: Scope, depth: int) -> ast.expr:
         """Return a method of a text or a table."""
@@ -451,8 +451,10 @@ def _is_pi(variable: Variable) -> bool:
     return is_plain(text) and literal(text) == math.pi
 
 
-def _bare(node: ast.expr) -> ast.expr:
-    """Return an angle that a function gives as a plain number, where it is multiplied or divided."""
+def bare(node: ast.expr) -> ast.expr:
+    """Return an angle that a function gives as a plain number, for where no angle stands."""
+    if isinstance(node, ast.UnaryOp) and not isinstance(node.op, ast.Not):
+        return ast.UnaryOp(node.op, bare(node.operand))
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _ANGULAR:
         return ast.Call(ast.Name("float", ast.Load()), [node], [])
     return node

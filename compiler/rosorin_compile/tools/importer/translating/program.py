@@ -292,7 +292,7 @@ def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:
         before = element.content[index - 1] if index else None
         is_comment = isinstance(item, Remark) and item.kind == "comment"
         if is_comment and isinstance(before, Element) and "\n" not in text[before.end : item.start]:
-            found[-1] = (found[-1][0], (*found[-1][1], item.text))  # type: ignore[union-attr]
+            found[-1] = (found[-1][0], (*found[-1][1], item.text))
             continue  # it stands behind what it speaks of
         if isinstance(item, Element):
             found.append((item, tuple(waiting)))

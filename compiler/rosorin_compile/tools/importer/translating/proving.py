@@ -19,6 +19,7 @@ from ....diagnostics.progress import step
 from ....formats import published
 from ....formats.imported import Imported, ReadOptions
 from ....formats.reading import read_robot
+from ....frontend.expand.prefixing import moved
 from ....frontend.load import LoadError, parse_yaml
 from ....frontend.lower import lower
 from ....frontend.tree import Map
@@ -49,8 +50,10 @@ class Fault(NamedTuple):
 class Source:
     """What xacro makes, by combination of arguments; each is expanded once."""
 
-    def __init__(self, path: Path, options: ReadOptions) -> None:
+    def __init__(self, path: Path, options: ReadOptions, name: str | None = None, meshes: str | None = None) -> None:
         self.path = path
+        self.name = name
+        self.meshes = meshes
         self.options = replace(options, trust=True, tell=None)
         self.known: dict[Combination, Imported] = {}
 
@@ -58,7 +61,10 @@ class Source:
         """Return the robot for a combination of arguments."""
         if combination not in self.known:
             arguments = {**self.options.arguments, **dict(combination)}
-            self.known[combination] = read_robot(self.path, replace(self.options, arguments=arguments))
+            read = read_robot(self.path, replace(self.options, arguments=arguments))
+            if self.meshes is not None and read.tree is not None:
+                read = read._replace(tree=moved(read.tree, self.meshes))
+            self.known[combination] = read
         return self.known[combination]
 
 
@@ -130,7 +136,7 @@ def faults(
                 if all(value != PROBE for _, value in row):
                     refused.append(row)
                 continue
-            found = _faults(stage, files, made, row, packages, elements)
+            found = _faults(stage, files, made, row, packages, elements, source.name)
             if found:
                 return found, refused
     return [], refused
@@ -143,6 +149,7 @@ def _faults(
     row: Combination,
     packages: Mapping[str, Path],
     elements: Mapping[tuple[str, str, str], Place],
+    name: str | None,
 ) -> list[Fault]:
     compiled = compile_robot(stage / ROOT_FILE, dict(row), packages=dict(packages), wanted=())
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
@@ -163,6 +170,8 @@ def _faults(
     if source is None or again is None:
         broken = [one.message for one in back.diagnostics if one.severity == ERROR]
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
+    if name is not None:
+        source = replace(source, name=name)
     found = different(_settled(source), _settled(again), TOLERANCE, carried_by_urdf=True)
     macros = _macros_of(made)
     tops = _tops_of(made)

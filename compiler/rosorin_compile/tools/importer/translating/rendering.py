@@ -67,11 +67,19 @@ class Renderer(Elements):
                         self.called(macro)
                 except Unsupported as problem:
                     raise InMacro(macro, problem) from None
+            self.robot_name()
             self.named_values()
             self.arguments()
             if self.shares:
                 self.documents.section(self.program.root.name, "let").update(self.shares)
         return self.documents
+
+    def robot_name(self) -> None:
+        """Take the name of the robot where an argument has a say in it."""
+        attribute = self.program.root.document.root.attributes.get("name")
+        if attribute is not None and "$" in attribute.value:
+            self.macro = None
+            self.documents.name = self.text(Value(attribute.value, self.program.scope, NAME, attribute.span))
 
     def reserve(self) -> None:
         """Find the parts whose uses are called as what they are given for ``name``; these names are theirs."""

@@ -20,7 +20,7 @@ ARGUMENT, GLOBAL, PARAMETER, LOCAL = "argument", "global", "parameter", "local"
 # Kinds of variables.
 NUMBER, FLAG, WORDS, LIST, TABLE, ANY = "number", "boolean", "text", "list", "table", "any"
 # Sinks: of numbers by dimension, of lists of numbers, of texts.
-NUMBERS = ("length", "angle", "mass", "number")
+NUMBERS = ("length", "angle", "mass", "number", "speed")
 LISTS = ("length3", "angle3", "number3", "number4")
 CONDITION, NAME, FILE, XML, FREE = "condition", "name", "file", "xml", "free"
 LOADED = "loaded"

@@ -11,7 +11,7 @@ from ....numbers import exact
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .data import Data
-from .expressions import Rendering, all_of, folded, negated, usable, written
+from .expressions import Rendering, all_of, bare, folded, negated, usable, written
 from .flattened import Place
 from .naming import Scoped, expanded, sole_variable, without_prefix
 from .pieces import Call, Entry, Given, Handed, Item, Listed, Macro, Whens, Xml
@@ -39,6 +39,7 @@ from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, tokens
 
 IF = Verbatim("if")
 OWN = "own prefix"
+_DEGREES = {"angle": "deg", "speed": "deg/s"}
 
 
 class Documents:
@@ -48,6 +49,7 @@ class Documents:
         self.files: dict[str, dict[str, Any]] = {}
         self.comments: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         self.elements: dict[tuple[str, str, str], Place] = {}
+        self.name: Any = ""
 
     def section(self, file: str, key: str) -> dict[str, Any]:
         made: dict[str, Any] = self.files.setdefault(file, {}).setdefault(key, {})
@@ -78,6 +80,7 @@ class Values:
         self.documents = Documents()
         self.macro: Macro | None = None
         self.shares: dict[str, str] = {}
+        self.meshes = ""  # put before relative names of meshes
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
         self.keys: set[str] = set()
@@ -133,11 +136,13 @@ class Values:
         if all(piece.kind == TEXT for piece, _ in pieces):
             return number_text("".join(piece.text for piece, _ in pieces), sink, value)
         node = self.node_of(pieces, value)
-        if sink == "angle":
+        if sink in _DEGREES:
             constant = folded(node)
-            degrees = in_degrees(constant, "deg") if isinstance(constant, (int, float)) else ""
+            degrees = in_degrees(constant, _DEGREES[sink]) if isinstance(constant, (int, float)) else ""
             if degrees:
                 return Verbatim(degrees)
+        if sink != "angle":
+            node = bare(node)
         if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
             return number_text(str(node.value), sink, value)
         return Expression(f"${{{written(node)}}}")
@@ -194,6 +199,9 @@ class Values:
         """Return the name of a file: of a package by its address, whichever way it is written."""
         if pieces and pieces[0][0].kind == TEXT and pieces[0][0].text == "file://":
             pieces = pieces[1:]
+        first = pieces[0][0].text if pieces and pieces[0][0].kind == TEXT else "/"
+        if self.meshes and "://" not in first and not first.startswith("/"):
+            return [(Token(TEXT, f"{self.meshes.rstrip('/')}/{first}"), pieces[0][1]), *pieces[1:]]
         if pieces and pieces[0][0].kind == EXTENSION and pieces[0][0].text.split()[:1] == ["find"]:
             package = pieces[0][0].text.split()[1]
             text, scope = f"package://{package}", pieces[0][1]
@@ -399,6 +407,8 @@ class Values:
             return Expression(f"${{[float(word) for word in split({written(node)})]}}")
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
+        if kind == NUMBER and value.sink != "angle":
+            node = bare(node)
         return Expression(f"${{{written(node)}}}")
 
     def mapping_of(self, value: Value) -> Any:
@@ -482,11 +492,11 @@ def number_text(text: str, sink: str, value: Value) -> Any:
         raise Unsupported(f'"{text}" is no number', value.span)
     if found == 0:
         return Verbatim("0")
-    if sink == "angle":
-        degrees = in_degrees(float(found), "deg")
+    if sink in _DEGREES:
+        degrees = in_degrees(float(found), _DEGREES[sink])
         if degrees:
             return Verbatim(degrees)
-        if abs(found) > 6.2832:
+        if sink == "angle" and abs(found) > 6.2832:
             return Verbatim(f"{_digits(text.strip(), found)} rad")
     if sink == "length" and abs(found) > 20:
         return Verbatim(f"{_digits(text.strip(), found)} m")

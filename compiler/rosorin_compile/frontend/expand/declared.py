@@ -110,7 +110,7 @@ def _unused_values(root: Map, reader: Reader, scope: Scope) -> Iterator[_Unused]
                 help = f"write ${{NAME}} where {'its' if key == 'let' else 'the'} value belongs, or remove it"
                 kind = "parameter" if key == "params" else "value"
                 for inner, place in places.items():
-                    if inner not in inside:
+                    if inner.partition("(")[0] not in inside:
                         message = f'{what} "{name}" never uses its {kind} "{inner}"'
                         yield message, place, help.replace("NAME", inner)
             used |= inside - declared.keys() - own
@@ -127,7 +127,8 @@ def _unused_values(root: Map, reader: Reader, scope: Scope) -> Iterator[_Unused]
         if name not in used:
             yield f'nothing uses the argument "{name}"', place, f"write ${{{name}}} where it belongs, or remove it"
     for name, _, place, _ in reader.lets:
-        if name not in used and name not in arguments:
+        called = name.partition("(")[0]
+        if called not in used and name not in arguments:
             yield f'nothing uses the value "{name}" of let', place, f"write ${{{name}}} where it belongs, or remove it"
 
 

@@ -40,6 +40,8 @@ RULES = (
 _XML = ("urdf_elements", "mjcf_elements")
 MAX_NODES = 1_500_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
+# How often a named value that takes values may stand in itself.
+MAX_CALLED = 30
 # Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
 MAX_WORK = 20_000_000
 
@@ -71,6 +73,9 @@ class Scope:
 
     def define(self, name: str, value: Any, place: Place, value_place: Place | None = None) -> None:
         """Add a named value, not evaluated yet: named at ``place``, written at ``said``. A name taken is reported."""
+        if name.endswith(")") and "(" in name:
+            self._define_called(name, value, place, value_place or place)
+            return
         if name in self.places:
             related = [Related("first defined here", self.places[name].span)]
             self.report("duplicate-name", f'the value "{name}" is named twice', place, "rename one", related)
@@ -81,6 +86,22 @@ class Scope:
         self.places[name] = place
         self.said[name] = value_place or place
         self.pending[name] = (value, value_place or place)
+
+    def _define_called(self, name: str, value: Any, place: Place, value_place: Place) -> None:
+        """Add a named value that takes values itself: ``box(x, y)``. What is wrong with its name is reported."""
+        own, _, given = name.partition("(")
+        parameters = parameters_of(given.removesuffix(")"))
+        if parameters is None or not own.isidentifier() or own in functions() or own == "load":
+            taken = own in functions() or own == "load"
+            message = f'"{own}" is a function of the language' if taken else f'"{name}" cannot be called'
+            self.report("bad-name", message, place, "write NAME(FIRST, SECOND): letters, digits and underscores")
+            return
+        if own in self.places:
+            related = [Related("first defined here", self.places[own].span)]
+            self.report("duplicate-name", f'the value "{own}" is named twice', place, "rename one", related)
+            return
+        self.places[own], self.said[own] = place, value_place
+        self.values[f"{own}()"] = Called(self, own, parameters, value, value_place)
 
     def define_all(self, lets: Any) -> None:
         """Add the named values of a ``let`` section; nothing if there is none."""
@@ -479,3 +500,48 @@ def shifted(place: Place, text: str, offset: int) -> Place:
     quote = 1 if first in ("'", '"') and not text.startswith(first) else 0
     length = max(1, span.length - quote - offset)
     return Place(span._replace(column=span.column + quote + offset, length=length), place.via)
+
+
+def parameters_of(text: str) -> tuple[str, ...] | None:
+    """Return the names between the brackets of a name that can be called; None if they are none.
+
+    >>> parameters_of("x, y"), parameters_of(""), parameters_of("x y")
+    (('x', 'y'), (), None)
+    """
+    names = tuple(name.strip() for name in text.split(",")) if text.strip() else ()
+    sound = all(name.isidentifier() for name in names) and len(set(names)) == len(names)
+    return names if sound else None
+
+
+class Called:
+    """A named value that takes values itself, ``box(x, y): {size: ...}`` under ``let``, as expressions call it.
+
+    What stands in it sees the names of the place where it is written, and the values that it was given.
+    """
+
+    def __init__(self, scope: Scope, name: str, parameters: Sequence[str], body: Any, place: Place) -> None:
+        self.scope = scope
+        self.name = name
+        self.parameters = parameters
+        self.body = body
+        self.place = place
+
+    def __call__(self, *given: Any) -> Any:
+        """Return the value for what was given. Raises ExpressionError, and Failed after a mistake within it."""
+        wanted = f"{self.name}({', '.join(self.parameters)})"
+        if len(given) != len(self.parameters):
+            count = len(self.parameters)
+            raise ExpressionError(f"{wanted} takes {count} value{'' if count == 1 else 's'}, not {len(given)}")
+        running = self.scope.running
+        mark = f"{self.name}()@{id(self)}"
+        if running.count(mark) > MAX_CALLED:
+            raise ExpressionError(f"{wanted} calls itself without end")
+        inner = Scope(self.scope.ledger, self.scope)
+        for name, value in zip(self.parameters, given, strict=True):
+            inner.bind(name, value, self.place)
+        running.append(mark)
+        try:
+            text = isinstance(self.body, str) and self.body.lstrip().startswith("<")
+            return inner.resolve(self.body, self.place, xml=text)
+        finally:
+            running.pop()

@@ -22,11 +22,12 @@ from ..usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...formats import Format
-    from ...formats.imported import Imported
+    from ...formats.imported import Imported, ReadOptions
     from ...frontend.tree import Map
     from ...output import Written
     from .into import Package
     from .round_trip import RoundTrip
+    from .translating import Translation
     from .words import Worded
 
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
@@ -54,6 +55,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--verbatim", action="store_true", help="keep what a URDF has for Gazebo and ros2_control as it stands"
     )
+    command.add_argument("--flat", action="store_true", help="of a xacro, the robot that it makes, without its macros")
     command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
     command.add_argument(
         "--meshes",
@@ -106,7 +108,7 @@ def run(options: argparse.Namespace) -> int:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
     console.tell_read(imported.files)
     _show(console, imported.diagnostics)
-    code = _describe(options, console, source, imported, target)
+    code = _describe(options, console, source, imported, target, how)
     console.finish()
     return code
 
@@ -195,13 +197,19 @@ def _leniently(diagnostic: Diagnostic) -> Diagnostic:
 
 
 def _describe(
-    options: argparse.Namespace, console: Console, source: Path, imported: Imported, target: _Target | None
+    options: argparse.Namespace,
+    console: Console,
+    source: Path,
+    imported: Imported,
+    target: _Target | None,
+    how: ReadOptions,
 ) -> int:
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from ...diagnostics import ERROR
-    from .description import safe
+    from .description import safe, tree_of
     from .round_trip import check_round_trip
-    from .telling import renamed
+    from .telling import renamed, repeated
+    from .translating.telling import told as told_translation
     from .words.telling import told_words
 
     errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
@@ -229,17 +237,25 @@ def _describe(
     errors = sum(diagnostic.severity == ERROR for diagnostic in told)
     if errors:
         return _refused(console, source, errors)
+    lines = [*repeated(tree_of(trip.shown)), *told_words(in_words)]
+    translation = _translated(options, source, read._replace(tree=named.tree), trip, folder, how)
+    if translation is not None and translation.files:  # its macros have the elements as they stand in the source
+        imported, lines = read._replace(tree=named.tree), []
+        trip = trip._replace(files=translation.files)
+    if translation is not None:
+        lines += told_translation(translation)
     if target is not None:
-        return _put_into(console, target, folder, imported, trip, told_words(in_words))
+        return _put_into(console, target, folder, imported, trip, lines)
     written = _write(console, folder, trip)
     if written is None:
         return PROBLEMS
-    _report(console, folder, imported, trip, written, told_words(in_words))
+    _report(console, folder, imported, trip, written, lines)
+    console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")
     return FINE
 
 
 def _put_into(
-    console: Console, target: _Target, folder: Path, imported: Imported, trip: RoundTrip, words: list[str]
+    console: Console, target: _Target, folder: Path, imported: Imported, trip: RoundTrip, lines: list[str]
 ) -> int:
     """Put a description into a package, and say what is left to be done there."""
     from ...output import OutputError, Written
@@ -251,7 +267,7 @@ def _put_into(
         _show(console, [problem.diagnostic])
         return PROBLEMS
     if any(file.startswith(f"{DESCRIPTIONS}/") for file in put.written):
-        _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), words)
+        _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), lines)
     for line in told(target.package, target.source, put):
         console.say(line)
     return FINE
@@ -262,6 +278,21 @@ def _worded(options: argparse.Namespace, imported: Imported) -> Worded:
     from .words import Worded, worded
 
     return Worded(imported) if options.verbatim else worded(imported)
+
+
+def _translated(
+    options: argparse.Namespace, source: Path, imported: Imported, trip: RoundTrip, folder: Path, how: ReadOptions
+) -> Translation | None:
+    """Return what a xacro says with its macros and arguments; None for what is none, or is asked for flat."""
+    from ...project import ON_STDIN
+
+    if options.flat or not imported.takes_arguments or source is ON_STDIN:
+        return None
+    from .round_trip import schema_beside
+    from .translating import Changed, translate
+
+    changed = Changed(folder, schema_beside(folder), options.name, options.meshes)
+    return translate(source, how, imported, trip.outputs, changed)
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:
@@ -303,12 +334,12 @@ def _write(console: Console, folder: Path, trip: RoundTrip) -> Written | None:
 
 
 def _report(
-    console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written, words: list[str]
+    console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written, lines: list[str]
 ) -> None:
     """Say what was made, what was compared, what is kept as it was, and what comes next."""
     from ...formats import FORMATS
     from .description import tree_of
-    from .telling import accepted, kept, repeated, sizes
+    from .telling import accepted, kept, sizes
 
     tree = tree_of(imported)
     console.say(f"{folder}: {sizes(tree)} in {', '.join(trip.files)}")
@@ -320,7 +351,7 @@ def _report(
         console.say(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")
     for name, reason in trip.outputs.left_out.items():
         console.say(f"no {name} among its outputs: {reason}")
-    for line in (*repeated(tree_of(trip.shown)), *words, *kept(tree), *accepted(tree)):
+    for line in (*lines, *kept(tree), *accepted(tree)):
         console.say(line)
     for name, remark in trip.outputs.remarks.items():
         console.say(f"its {FORMATS[name].word} is {remark}")
@@ -329,4 +360,3 @@ def _report(
         console.say(f"not carried over: {count}, see the {plural('warning', count)} above")
     if written.kept:
         console.say(f"left alone in {folder}, not written by this import: {', '.join(written.kept)}")
-    console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")

@@ -97,6 +97,10 @@ def _scalar(value: Any, in_flow: bool) -> str:
 
 
 def _key(name: str, in_flow: bool) -> str:
+    if isinstance(name, Verbatim):  # a loop or a condition of its entry
+        return str(name)
+    if isinstance(name, Expression):
+        return scalar(name, in_flow)
     if name in _WORDS:
         return f"'${{\"{name}\"}}'"
     return scalar(name if isinstance(name, Expression) else escaped(name), in_flow)

@@ -91,7 +91,7 @@ def check_round_trip(
 
 def _round_trip(imported: Imported, shown: Imported, folder: Path, read: Imported, plain: Map | None) -> RoundTrip:
     """Return how a description came through that is written of ``shown``, the same robot, perhaps with parts."""
-    schema = (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
+    schema = schema_beside(folder)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name)
         wanted = outputs(imported)
@@ -107,6 +107,11 @@ def _round_trip(imported: Imported, shown: Imported, folder: Path, read: Importe
             return trip
         proof = _proof(imported, compiled, read, shown is not imported)
         return trip._replace(proof=proof, untold=(_untold(proof),) if proof.wrong else ())
+
+
+def schema_beside(folder: Path) -> str:
+    """Return where editors find the schema of a description in a folder; empty if there is none."""
+    return (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:

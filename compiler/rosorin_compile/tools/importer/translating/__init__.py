@@ -1,0 +1,369 @@
+"""Translating: a xacro as a description with its macros, arguments and files, proven against the real xacro.
+
+To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
+are), ``walking`` with ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering`` (the files),
+``proving``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ....diagnostics import Source as Text
+from ....diagnostics import Span
+from ....formats.imported import Imported, ReadOptions
+from ....frontend.tree import Map
+from ....project import ROOT_FILE
+from ....startup.records import NamedTuple
+from ....xml.files import read_source
+from ....xml.markup import Element, MarkupError, parse
+from ..description import Outputs, tree_of
+from ..layout import Remarks, Verbatim, cleaned, layout
+from .data import Data
+from .flattened import Place, place_of
+from .naming import name_parts
+from .pieces import Macro
+from .program import Program
+from .proving import Combination, Fault, Source, choices_of, combinations, faults
+from .rendering import Renderer
+from .scopes import Variable
+from .texts import Unsupported
+from .values import Documents
+from .walking import AtTop, InMacro, InProperty, Walker
+
+MAX_ATTEMPTS = 40
+_HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
+
+
+class WrittenOut(NamedTuple):
+    """A macro that is written out where it is called, or flat: as xacro expands it; why, and its place."""
+
+    name: str
+    reason: str
+    span: Span | None
+    flat: bool = False
+
+
+class Translation(NamedTuple):
+    """The files of a description (text by name), and what became of the macros and arguments of the source.
+
+    ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
+    that xacro itself cannot expand. ``reason`` says why there are no files.
+    """
+
+    files: dict[str, str]
+    kept: tuple[str, ...] = ()
+    written_out: tuple[WrittenOut, ...] = ()
+    arguments: tuple[str, ...] = ()
+    proven: tuple[Combination, ...] = ()
+    possible: int = 0
+    refused: tuple[Combination, ...] = ()
+    idle: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
+    reason: str = ""
+    span: Span | None = None
+
+
+class Changed(NamedTuple):
+    """Where a description is going to stand, and what of it is to be otherwise than in the xacro.
+
+    ``schema`` is where editors find the schema; ``name`` another name of the robot; ``meshes`` is put before relative
+    names of meshes.
+    """
+
+    folder: Path
+    schema: str = ""
+    name: str | None = None
+    meshes: str | None = None
+
+
+class _Attempt(NamedTuple):
+    files: dict[str, str]
+    program: Program
+    macros: list[Macro]
+    packages: dict[str, Path]
+    elements: dict[tuple[str, str, str], Place]
+
+
+def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:
+    """Return the description of a xacro, proven; without files, and with a reason, where it cannot be translated.
+
+    ``imported`` is the robot that the xacro expands to with the arguments that are given, ``wanted`` the artifacts
+    that its description asks for, ``changed`` what is to be otherwise than in the xacro.
+    """
+    source = Source(path, options, changed.name, changed.meshes)
+    source.known[()] = imported
+    out: dict[str, WrittenOut] = {}
+    flat: dict[Place, WrittenOut] = {}
+    unsaid: dict[str, str] = {}
+    explicit: set[str] = set()
+    last: list[Fault] = []
+    for _ in range(MAX_ATTEMPTS):
+        try:
+            accepts = _accepted(source)
+            trees = [one.tree for one in source.known.values() if one.tree is not None]
+            how = _How(
+                imported,
+                wanted,
+                changed,
+                frozenset(out),
+                frozenset(explicit),
+                accepts,
+                frozenset(flat),
+                trees,
+                unsaid,
+            )
+            made = _attempt(path, options, how)
+        except InMacro as problem:
+            name = problem.macro.name
+            if name in out:
+                return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
+            out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
+            continue
+        except InProperty as problem:
+            if problem.name in unsaid:
+                return Translation({}, reason=problem.reason)
+            unsaid[problem.name] = problem.reason
+            continue
+        except AtTop as problem:
+            if place_of(problem.element.span) in flat:
+                return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
+            flat[place_of(problem.element.span)] = _flat(problem.element, problem.problem)
+            continue
+        except Unsupported as problem:
+            return Translation({}, reason=problem.reason, span=problem.span)
+        except MarkupError as problem:
+            return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
+        used = {name: one for name, one in made.program.arguments.items() if one.used}
+        rows, possible = combinations(choices_of(used, options.arguments))
+        last, refused = faults(made.files, source, rows, made.packages, made.elements)
+        if not last:
+            return _translation(made, out, flat, rows, possible, refused)
+        if len(_accepted(source)) > len(accepts):  # other arguments break other rules
+            continue
+        if flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
+            continue
+        if not _blame(last, made, out, explicit, flat, unsaid):
+            break
+    reason = last[0].text if last else "no end of mending"
+    return Translation({}, reason=reason)
+
+
+def _flat(element: Element, problem: Unsupported) -> WrittenOut:
+    called = element.tag.removeprefix("xacro:")
+    name = element.get("name")
+    what = called if called != element.tag else f'<{element.tag} name="{name}">' if name else f"<{element.tag}>"
+    return WrittenOut(what, problem.reason, problem.span or element.span, flat=True)
+
+
+def _flat_at(program: Program, place: Place, reason: str) -> WrittenOut:
+    """Return what is told of an element that is flattened because its translation is not proven."""
+    for file in program.files.values():
+        for element in file.document.root.iter():
+            if place_of(element.span) == place:
+                return _flat(element, Unsupported(reason))
+    return WrittenOut(f"line {place[1]}", reason, None, flat=True)
+
+
+def _translation(
+    made: _Attempt,
+    out: Mapping[str, WrittenOut],
+    flat: Mapping[Place, WrittenOut],
+    rows: list[Combination],
+    possible: int,
+    refused: list[Combination],
+) -> Translation:
+    kept = [macro.name for macro in made.macros]
+    lost = dict(out)
+    for name, macro in made.program.macros.items():
+        if macro.called and name not in kept and name not in lost:
+            lost[name] = WrittenOut(name, "what it makes has no word as a value", macro.place)
+    used = [name for name, variable in made.program.arguments.items() if variable.used]
+    lost |= {one.name: one for one in flat.values() if one.name in kept or one.name in lost}
+    kept = [name for name in kept if name not in lost]
+    others = {(one.name, one.reason): one for one in flat.values() if one.name not in lost}
+    unused = [name for name in made.program.arguments if name not in used]
+    idle = [name for name, macro in made.program.macros.items() if not macro.called]
+    proven = tuple(row for row in rows if row not in refused)
+    return Translation(
+        made.files,
+        tuple(kept),
+        (*lost.values(), *others.values()),
+        tuple(used),
+        proven,
+        possible,
+        tuple(refused),
+        tuple(idle),
+        tuple(unused),
+    )
+
+
+def _blame(
+    found: list[Fault],
+    made: _Attempt,
+    out: dict[str, WrittenOut],
+    explicit: set[str],
+    flat: dict[Place, WrittenOut],
+    unsaid: dict[str, str],
+) -> bool:
+    """Give the macros at fault long names, or write them out; say whether there was anything to change."""
+    by_name = {macro.ours: macro for macro in made.macros} | {macro.name: macro for macro in made.macros}
+    for fault in found:
+        for name in fault.macros:
+            macro = by_name.get(name)
+            if macro is not None and _demote(macro, fault, out, explicit):
+                return True
+    properties = {
+        one.ours: name
+        for name in made.program.properties
+        if isinstance(one := made.program.scope.names.get(name), Variable)
+    }
+    for fault in found:
+        for name in fault.macros:
+            if name in properties and properties[name] not in unsaid:
+                unsaid[properties[name]] = fault.text
+                return True
+    for fault in found:
+        for place in fault.tops:
+            if place not in flat:
+                flat[place] = _flat_at(made.program, place, f"not proven: {fault.text}")
+                return True
+    for macro in made.macros:
+        if macro.body is not None and macro.name not in explicit and (macro.prefix or macro.mount):
+            explicit.update(one.name for one in made.macros)
+            return True
+    left = [macro for macro in made.macros if macro.name not in out]
+    for macro in left:
+        out[macro.name] = WrittenOut(macro.name, f"not proven: {found[0].text}", macro.place)
+    return bool(left)
+
+
+def _demote(macro: Macro, fault: Fault, out: dict[str, WrittenOut], explicit: set[str]) -> bool:
+    if macro.body is not None and macro.name not in explicit and (macro.prefix or macro.mount):
+        explicit.add(macro.name)
+        return True
+    if macro.name in out:
+        return False
+    out[macro.name] = WrittenOut(macro.name, f"not proven: {fault.text}", macro.place)
+    return True
+
+
+class _How(NamedTuple):
+    """How one attempt is made: with which macros written out, and with which in long names."""
+
+    imported: Imported
+    wanted: Outputs
+    changed: Changed
+    inlined: frozenset[str]
+    explicit: frozenset[str]
+    accepts: list[Any]
+    flat: frozenset[Place]
+    trees: list[Map]
+    unsaid: Mapping[str, str]
+
+
+def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
+    """Return the files of a translation with some macros written out and some with long names."""
+    program = Program(path, parse(read_source(path)), options.packages, options.arguments, how.unsaid)
+    walker = Walker(program, how.inlined, how.flat, how.trees)
+    walker.walk()
+    walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
+    _name_macros(program, walker.seen)
+    name_parts(walker.seen, how.explicit)
+    choices = choices_of(program.arguments, options.arguments)
+    data = Data(program, how.changed.folder)
+    renderer = Renderer(program, walker.seen, choices, data)
+    renderer.meshes = how.changed.meshes or ""
+    documents = renderer.render()
+    for variable in renderer.used:
+        variable.used = True
+    tail = {**_sections(how.imported), **_tail(how.accepts, how.wanted)}
+    files = {**_files(program, documents, how, tail), **data.files}
+    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents.elements)
+
+
+def _name_macros(program: Program, macros: list[Macro]) -> None:
+    """Give each macro that is kept the name of its part, or of its value."""
+    from ....frontend.expression.functions import functions
+    from .expressions import usable
+
+    taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
+    for macro in macros:
+        if macro.body is not None:
+            macro.ours = macro.name
+        else:
+            macro.ours = usable(macro.name, lambda name: name in taken or name in functions() or name == "load")
+            taken.add(macro.ours)
+
+
+def _files(program: Program, documents: Documents, how: _How, tail: Mapping[str, Any]) -> dict[str, str]:
+    """Return the texts of the files."""
+    tree = tree_of(how.imported)
+    root = program.root.name
+    included = [file.name for file in program.files.values() if file.name != root and documents.files.get(file.name)]
+    head: dict[str, Any] = {
+        "rosorin_compile": Verbatim("1"),
+        "robot": how.changed.name or documents.name or str(tree["robot"]),
+    }
+    if "source" in tree:
+        head["source"] = {key: str(value) for key, value in tree["source"].items()}
+    if included:
+        head["include"] = included
+    made: dict[str, str] = {}
+    for file in program.files.values():
+        sections = documents.files.get(file.name) or {}
+        if file.name == root:
+            sections = {**head, **sections, **tail}
+        elif not sections:
+            continue
+        document = {key: sections[key] for key in sorted(sections, key=_rank) if sections[key]}
+        made[file.name] = layout(document, _remarks(program, documents, file.name, how.changed.schema))
+    return made
+
+
+def _accepted(source: Source) -> list[Any]:
+    """Return what the robots of all combinations of arguments have to be accepted for; each rule once."""
+    made: dict[tuple[str, str], dict[str, Any]] = {}
+    for imported in source.known.values():
+        for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
+            key = (str(entry["rule"]), str(entry.get("reason") or ""))
+            known = made.setdefault(key, {"rule": key[0], "of": [], "reason": key[1]})
+            known["of"] += [str(one) for one in entry.get("of") or () if str(one) not in known["of"]]
+    return [{name: value for name, value in entry.items() if value} for entry in made.values()]
+
+
+def _sections(imported: Imported) -> dict[str, Any]:
+    """Return the sections that other files than the xacro say."""
+    from ..description import _Document
+
+    tree = tree_of(imported)
+    document = _Document(tree)
+    named = ("poses", "moveit", "disabled_contacts", "controllers")
+    return {name: document.value(tree[name], (name,), None) for name in named if name in tree}
+
+
+def _tail(accepts: list[Any], wanted: Outputs) -> dict[str, Any]:
+    from ..description import _written
+
+    made: dict[str, Any] = {"accept": accepts} if accepts else {}
+    made["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
+    return made
+
+
+def _rank(key: str) -> int:
+    tail = ("urdf_elements", "accept", "outputs")
+    return _HEAD.index(key) if key in _HEAD else 100 + tail.index(key) if key in tail else 50
+
+
+def _remarks(program: Program, documents: Documents, name: str, schema: str) -> Remarks:
+    file = next(one for one in program.files.values() if one.name == name)
+    head = [f"yaml-language-server: $schema={schema}"] if schema and name == ROOT_FILE else []
+    for remark in file.document.before:
+        if remark.kind == "comment" and "autogenerated by xacro" not in remark.text:
+            head += cleaned(remark.text)
+    return Remarks({(): head, **documents.comments.get(name, {})})
+
+
+__all__ = ["Text", "Translation", "WrittenOut", "translate"]

@@ -1,0 +1,81 @@
+"""Data: tables in YAML that a xacro loads. They stay files: of their package where that has a name, else beside.
+
+A package has a name where the description finds it by it: in the environment, or around its folder. What is loaded from
+another one, or from beside the xacro, is copied into the folder of the description.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from ....frontend.packages import Packages
+from .program import Program
+from .texts import Unsupported
+
+_ADDRESS = "package://"
+_MOST, _BYTES = 200, 2_000_000
+
+
+class Data:
+    """The tables of one translation: ``files`` are those that are copied, text by name."""
+
+    def __init__(self, program: Program, folder: Path) -> None:
+        self.program = program
+        self.named = Packages({}, os.environ, folder / "robot.yaml")
+        self.files: dict[str, str] = {}
+        self.used: dict[str, Path] = {}
+
+    def name(self, text: str, rest: bool) -> str:
+        """Return the name of a file here, or its beginning if there is a ``rest`` behind it. Raises Unsupported."""
+        if text.startswith(_ADDRESS):
+            package, _, file = text.removeprefix(_ADDRESS).partition("/")
+            return self._of_package(package, file, rest)
+        return self._beside(text, rest)
+
+    def _of_package(self, package: str, file: str, rest: bool) -> str:
+        folder = self.program.packages.find(package)
+        if folder is None:
+            raise Unsupported(f'the package "{package}" is not found')
+        own = self.named.find(package)
+        if own is not None and own.resolve() == folder.resolve():
+            self.used[package] = folder
+            return f"{_ADDRESS}{package}/{file}"
+        self._copy(folder, file, rest)
+        return file
+
+    def _beside(self, text: str, rest: bool) -> str:
+        if Path(text).is_absolute():
+            raise Unsupported(f"{text} is a file of this machine")
+        folders = [Path(path).parent for path in self.program.files]
+        folder = next(
+            (one for one in folders if (one / text.rpartition("/")[0]).exists() and self._has(one, text)), None
+        )
+        if folder is None or ".." in Path(text).parts:
+            raise Unsupported(f"{text} is not found")
+        self._copy(folder, text, rest)
+        return text
+
+    def _has(self, folder: Path, text: str) -> bool:
+        return (folder / text).exists() or "/" in text
+
+    def _copy(self, folder: Path, file: str, rest: bool) -> None:
+        """Take down a file; of a name that goes on, all tables that it may be."""
+        if not rest:
+            found = [folder / file]
+        else:
+            above = folder / file.rpartition("/")[0]
+            found = sorted(one for one in above.rglob("*") if one.suffix in (".yaml", ".yml"))[:_MOST]
+        for one in found:
+            try:
+                if one.stat().st_size <= _BYTES:
+                    name = one.relative_to(folder).as_posix()
+                    self.files[name] = one.read_text("utf-8")
+            except (OSError, ValueError) as problem:
+                raise Unsupported(f"{one.name} cannot be read: {problem}") from None
+
+
+def opened(text: str) -> str:
+    """Return the name of a file without ``file://``, and a package by its address."""
+    return re.sub(r"^file://", "", text)

@@ -1,0 +1,278 @@
+"""Entries: links, joints and materials of a xacro as entries of the language, their values not evaluated yet."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ....xml.markup import Element
+from .pieces import Call, Entry, Given, Handed, Item, Macro, Whens, Xml
+from .scopes import FILE, NAME, Scope, Value, is_plain, literal
+from .texts import Unsupported
+
+if TYPE_CHECKING:
+    from .walking import Walker
+
+_SHAPES: dict[str, tuple[tuple[str, str], ...]] = {"box": (("size", "length3"),), "sphere": (("radius", "length"),)}
+_SHAPES |= dict.fromkeys(("cylinder", "capsule"), (("radius", "length"), ("length", "length")))
+# What is read by its attributes alone.
+_LEAVES = frozenset(
+    (
+        *("origin", "mass", "inertia", "color", "texture", "box", "cylinder", "sphere", "capsule", "mesh"),
+        *("parent", "child", "axis", "limit", "mimic", "dynamics", "safety_controller", "calibration"),
+    )
+)
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_OF_DIMENSION = ("lower", "upper", "soft_lower_limit", "soft_upper_limit", "offset", "rising", "falling")
+_ROTATING = ("revolute", "continuous")
+_WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
+
+
+Comments = tuple[str, ...]
+
+
+def link_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
+    """Return the entry of a link."""
+    return reads(walker, element, scope, "link")
+
+
+def reads(walker: Walker, element: Element, scope: Scope, level: str) -> Entry:
+    """Return what an element of a level holds, or a macro that is called in such an element."""
+    entry = Entry()
+    for child, inner, when, comments in walker.content(element, scope, level):
+        _read_one(walker, child, inner, when, entry, comments, level)
+    return entry
+
+
+def one_of_level(walker: Walker, block: Element, scope: Scope, level: str) -> Entry:
+    """Return what one element says that is to stand in one of a level."""
+    entry = Entry()
+    for child, inner, when, comments in walker.inner(block, scope, level, ()):
+        _read_one(walker, child, inner, when, entry, comments, level)
+    return entry
+
+
+def _read_one(
+    walker: Walker,
+    child: Element | Call | Handed,
+    scope: Scope,
+    when: Whens,
+    entry: Entry,
+    comments: tuple[str, ...],
+    level: str,
+) -> None:
+    if isinstance(child, Call):
+        for item in child.macro.entry.items if child.macro.entry else ():
+            if isinstance(item.value, list):
+                for index in range(len(item.value)):
+                    entry.add(item.key, Given(child, item.key, index), when)
+            else:
+                entry.put(item.key, Given(child, item.key), when)
+        return
+    if isinstance(child, Handed):
+        macro = _macro_of(child.scope)
+        if macro.block_levels.setdefault(child.parameter.name, level) != level:
+            raise Unsupported(f'the block "{child.parameter.name}" is inserted in several kinds of elements')
+        entry.put("&", child, when)
+        return
+    if child.tag in _LEAVES and child.children:
+        raise Unsupported(f"<{child.children[0].tag}> in <{child.tag}>", child.children[0].span)
+    read = {"link": _in_link, "inertial": _in_inertial, "solid": _in_solid, "geometry": _in_geometry}
+    read |= {"joint": _in_joint, "material": _in_material}
+    if not read[level](walker, child, scope, when, entry, comments):
+        if level not in ("link", "joint", "solid"):
+            raise Unsupported(f"<{child.tag}> has no word here", child.span)
+        entry.add("urdf_elements", walker.xml(child, scope), when)
+
+
+def _macro_of(scope: Scope) -> Macro:
+    here: Scope | None = scope
+    while here is not None:
+        macro = getattr(here, "macro", None)
+        if macro is not None:
+            return macro  # type: ignore[no-any-return]
+        here = here.parent
+    raise Unsupported("a block is inserted outside of macros")
+
+
+def _in_link(
+    walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, comments: tuple[str, ...]
+) -> bool:
+    if child.tag == "inertial":
+        entry.put("inertial", reads(walker, child, scope, "inertial"), when)
+    elif child.tag in ("visual", "collision"):
+        solid = reads(walker, child, scope, "solid")
+        if child.get("name"):
+            solid.items.insert(0, solid_name(walker, child, scope))
+        if child.tag == "collision":
+            solid.items = [item for item in solid.items if item.key not in ("material", "rgba", "texture")]
+            for material in child.children:
+                if material.tag == "material":
+                    solid.add("urdf_elements", walker.xml(material, scope))
+        entry.add(child.tag, solid, when, comments)
+    else:
+        return False
+    return True
+
+
+def solid_name(walker: Walker, child: Element, scope: Scope) -> Item:
+    return Item("name", walker.value(child, "name", scope, NAME))
+
+
+def _in_inertial(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
+    if child.tag == "mass":
+        entry.put("mass", walker.value(child, "value", scope, "mass"), when)
+    elif child.tag == "origin":
+        origin(walker, child, scope, when, entry)
+    elif child.tag == "inertia":
+        moments = Entry()
+        for name in _MOMENTS:
+            if name in child.attributes and not _is_zero_product(name, child):
+                moments.put(name, walker.value(child, name, scope, "number"))
+        entry.put("inertia", moments, when)
+    else:
+        return False
+    return True
+
+
+def _is_zero_product(name: str, element: Element) -> bool:
+    return name in ("ixy", "ixz", "iyz") and _is_zero(element.get(name))
+
+
+def _is_zero(text: str) -> bool:
+    return is_plain(text) and all(_is_number(word) and float(word) == 0 for word in text.split()) and bool(text.strip())
+
+
+def _is_number(word: str) -> bool:
+    value = literal(word)
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def origin(walker: Walker, element: Element, scope: Scope, when: Whens, entry: Entry) -> None:
+    """Put xyz and rpy of an origin."""
+    for name in element.attributes:
+        if name not in ("xyz", "rpy"):
+            raise Unsupported(f"the attribute {name} of <origin>", element.span)
+    for name, sink in (("xyz", "length3"), ("rpy", "angle3")):
+        if name in element.attributes and not (_is_zero(element.get(name)) and name not in entry.known()):
+            entry.put(name, walker.value(element, name, scope, sink), when)
+
+
+def _in_solid(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
+    if child.tag == "origin":
+        origin(walker, child, scope, when, entry)
+    elif child.tag == "geometry":
+        inner = reads(walker, child, scope, "geometry")
+        for item in inner.items:
+            entry.put(item.key, item.value, (*when, *item.when))
+    elif child.tag == "material":
+        _material(walker, child, scope, when, entry)
+    else:
+        return False
+    return True
+
+
+def _material(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry) -> None:
+    if child.get("name"):
+        entry.put("material", walker.value(child, "name", scope, NAME), when)
+    for item in reads(walker, child, scope, "material").items:
+        entry.put(item.key, item.value, (*when, *item.when))
+
+
+def material_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
+    """Return the look of a material."""
+    return reads(walker, element, scope, "material")
+
+
+def _in_material(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
+    if child.tag == "color":
+        entry.put("rgba", walker.value(child, "rgba", scope, "number4"), when)
+    elif child.tag == "texture":
+        if child.get("filename"):
+            entry.put("texture", walker.value(child, "filename", scope, FILE), when)
+    else:
+        return False
+    return True
+
+
+def _in_geometry(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
+    made = Entry()
+    if child.tag == "mesh":
+        made.put("file", walker.value(child, "filename", scope, FILE))
+        if "scale" in child.attributes and child.get("scale").split() != ["1", "1", "1"]:
+            made.put("scale", walker.value(child, "scale", scope, "number3"))
+    elif child.tag in _SHAPES:
+        for name, sink in _SHAPES[child.tag]:
+            made.put(name, walker.value(child, name, scope, sink))
+    else:
+        return False
+    entry.put(child.tag, made, when)
+    return True
+
+
+def joint_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
+    """Return the entry of a joint."""
+    kind = walker.value(element, "type", scope, NAME)
+    made = reads(walker, element, scope, "joint")
+    made.items.insert(0, _type(kind))
+    word = kind.text if is_plain(kind.text) else ""
+    made.items = [item for item in made.items if item.key not in _WITHOUT_EFFECT.get(word, ())]
+    for item in made.items:
+        if item.key in ("limit", "mimic", "dynamics", "safety_controller", "calibration"):
+            _units(item.value, word)
+        if item.key == "limit" and word == "continuous" and isinstance(item.value, Entry):
+            item.value.items = [one for one in item.value.items if one.key not in ("lower", "upper")]
+    return made
+
+
+def _type(kind: Value) -> Item:
+    return Item("type", kind)
+
+
+def _units(entry: Entry, kind: str) -> None:
+    """Say of the numbers of a joint whether they are angles or lengths."""
+    sink = "angle" if kind in _ROTATING else "length" if kind == "prismatic" else "number"
+    if not isinstance(entry, Entry):
+        return
+    for item in entry.items:
+        if item.key in _OF_DIMENSION and isinstance(item.value, Value):
+            item.value.sink = sink
+        elif item.key == "velocity" and isinstance(item.value, Value) and kind in _ROTATING:
+            item.value.sink = "speed"
+
+
+_NUMBERS = {
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "dynamics": ("damping", "friction"),
+    "safety_controller": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
+    "calibration": ("rising", "falling", "reference_position"),
+}
+
+
+def _in_joint(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
+    if child.tag in ("parent", "child"):
+        entry.put(child.tag, walker.value(child, "link", scope, NAME), when)
+    elif child.tag == "origin":
+        origin(walker, child, scope, when, entry)
+    elif child.tag == "axis":
+        entry.put("axis", walker.value(child, "xyz", scope, "number3"), when)
+    elif child.tag == "mimic":
+        made = Entry()
+        made.put("joint", walker.value(child, "joint", scope, NAME))
+        for name in ("multiplier", "offset"):
+            if name in child.attributes:
+                made.put(name, walker.value(child, name, scope, "number"))
+        entry.put("mimic", made, when)
+    elif child.tag in _NUMBERS:
+        made = Entry()
+        for name in _NUMBERS[child.tag]:
+            if name in child.attributes:
+                made.put(name, walker.value(child, name, scope, "number"))
+            elif child.tag == "limit" and name in ("lower", "upper"):
+                made.put(name, Value("0", scope, "number"))
+        entry.put(child.tag, made, when)
+    else:
+        return False
+    return True
+
+
+__all__ = ["Xml", "joint_entry", "link_entry", "material_entry", "origin", "reads"]

@@ -1,0 +1,125 @@
+"""Kept: elements of XML that are kept as text, their conditions as expressions in it."""
+
+from __future__ import annotations
+
+import ast
+import re
+from typing import Any
+from xml.sax.saxutils import escape
+
+from ....xml.markup import Remark
+from ..layout import Expression
+from .expressions import negated, usable, written
+from .naming import expanded, without_prefix
+from .pieces import Call, Xml
+from .scopes import (
+    Value,
+    Variable,
+)
+from .values import Values
+
+_SHORT = 90
+
+
+class Elements(Values):
+    """Renders elements that are kept."""
+
+    def element(self, node: Xml) -> Any:
+        """Return elements that are kept, as text."""
+        lines = self.lines(node, "")
+        text = "\n".join(lines)
+        text = f"{text}\n" if len(lines) > 1 else text
+        return Expression(text) if "${" in text else text
+
+    def lines(self, node: Xml, pad: str) -> list[str]:
+        """Return the lines of an element."""
+        start = f"<{node.tag}" + "".join(
+            f' {name}="{self.attribute(value, node.tag, name)}"' for name, value in node.attributes
+        )
+        content: list[str] = []
+        plain = True
+        for item in self.merged(node.content):
+            content += self.lines_of(item, f"{pad}  ")
+            plain = plain and isinstance(item, Value)
+        if not content:
+            return [f"{pad}{start}/>"]
+        if plain:
+            whole = f"{pad}{start}>{' '.join(line.strip() for line in content)}</{node.tag}>"
+            if "\n" not in whole:
+                return [whole]
+        if len(content) == 1 and len(content[0]) < _SHORT // 2:
+            return [f"{pad}{start}>{content[0].strip()}</{node.tag}>"]
+        return [f"{pad}{start}>", *content, f"{pad}</{node.tag}>"]
+
+    def lines_of(self, item: Any, pad: str) -> list[str]:
+        """Return the lines of what stands in an element."""
+        if isinstance(item, Value):
+            return [f"{pad}{self.joined(expanded(item.text.strip(), item.scope), item, escape)}"]
+        if isinstance(item, Remark):
+            return [f"{pad}<!--{item.text.replace('${', '$${')}-->"]
+        if isinstance(item, str):
+            return [f"{pad}{item}"]
+        if isinstance(item, Call):
+            return [f"{pad}${{{self.call(item)}}}"]
+        return self.lines(item, pad)
+
+    def attribute(self, value: Value, tag: str, name: str) -> str:
+        """Return the value of an attribute; what names a link or a joint of the part has its short name."""
+        pieces = expanded(value.text, value.scope)
+        prefix = self.macro.prefix if self.macro else None
+        if prefix is not None and (tag, name) in (("gazebo", "reference"), ("joint", "name")):
+            pieces = without_prefix(pieces, prefix) or pieces
+        return str(self.joined(pieces, value, lambda text: escape(text, {'"': "&quot;"})))
+
+    def merged(self, content: list[Any]) -> list[Any]:
+        """Return what an element holds, each group under a condition as an expression that gives its text."""
+        made: list[Any] = []
+        previous: tuple[str, ast.expr] | None = None
+        for item in content:
+            if not (isinstance(item, Xml) and not item.tag):
+                if not (isinstance(item, Value) and not item.text.strip()):
+                    made.append(item)
+                    previous = None
+                continue
+            when = self.condition(item.when)
+            if isinstance(when, ast.Constant) and not when.value:
+                continue
+            if when is None:
+                made += self.merged(item.content)
+                continue
+            text = self.group(item)
+            if not text:
+                continue
+            if previous is not None and written(previous[1]) == written(negated(when)):
+                made[-1] = f"${{{previous[0]} if {written(previous[1])} else {text}}}"
+                previous = None
+            else:
+                made.append(f"${{{text} if {written(when)} else ''}}")
+                previous = (text, when)
+        return made
+
+    def group(self, group: Xml) -> str:
+        """Return the text of a group as an expression: itself where it is short, else the name of a value."""
+        lines: list[str] = []
+        for item in self.merged(group.content):
+            lines += [] if isinstance(item, Remark) else self.lines_of(item, "")
+        lines = [line for line in lines if line.strip()]
+        text = "\n".join(lines)
+        if not text.strip():
+            return ""
+        if "${" not in text and len(lines) == 1 and len(text) <= _SHORT:
+            return repr(text)
+        first = re.search(r"<([A-Za-z_][\w]*)", text)
+        wanted = f"{first[1] if first else 'text'}_block"
+        for name, known in self.extra.items():
+            if known == (Expression(text) if "${" in text else text):
+                return name
+        name = usable(wanted, lambda one: one in self.extra or one in self.taken())
+        self.extra[name] = Expression(text) if "${" in text else text
+        return name
+
+    def taken(self) -> set[str]:
+        names = {v.ours for v in self.program.scope.names.values() if isinstance(v, Variable)}
+        for file in self.documents.files.values():
+            names |= {key.partition("(")[0] for key in file.get("let", ())}
+        return names

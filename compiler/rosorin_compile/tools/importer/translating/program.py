@@ -1,0 +1,302 @@
+"""Program: a xacro with all files that it includes, as a program: its arguments, properties and macros.
+
+What is taken down here is what stands at the top of files, under conditions too; what is in macros is looked at where
+they are called. Files of other packages are found as xacro finds them.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from ....diagnostics import Span
+from ....frontend.packages import Packages
+from ....xml.files import read_source
+from ....xml.markup import Document, Element, MarkupError, Remark, parse
+from .pieces import Body, File, Macro, When, Whens
+from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Scope, Unsaid, Value, Variable
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens
+
+MAX_CHOICES = 20
+_FIND = re.compile(r"\$\(find\s+([^)\s]+)\)")
+
+
+class Definition:
+    """One ``xacro:property`` at the top of a file."""
+
+    def __init__(self, value: Value, when: Whens, default: bool) -> None:
+        self.value = value
+        self.when = when
+        self.default = default
+
+
+class Program:
+    """A xacro and all that it includes."""
+
+    def __init__(
+        self,
+        path: Path,
+        document: Document,
+        packages: Mapping[str, Path],
+        given: Mapping[str, str],
+        unsaid: Mapping[str, str] | None = None,
+    ) -> None:
+        self.scope = Scope()
+        self.unsaid = unsaid or {}
+        self.packages = Packages(packages, os.environ, path)
+        self.given = given
+        self.files: dict[str, File] = {}
+        self.macros: dict[str, Macro] = {}
+        self.by_element: dict[int, Macro] = {}
+        self.arguments: dict[str, Variable] = {}
+        self.argument_files: dict[str, File] = {}
+        self.properties: dict[str, list[Definition]] = {}
+        self.property_files: dict[str, File] = {}
+        self.property_comments: dict[str, tuple[str, ...]] = {}
+        self.conditions: list[Value] = []
+        self.guards: dict[int, tuple[str, list[str]]] = {}
+        self.missing: list[tuple[str, Span]] = []
+        self.tops: dict[int, list[tuple[File, Whens]]] = {}
+        self.root = self._file(path, document, root=True)
+        self._collect(self.root.document.root, self.root, (), ())
+        self._name_properties()
+
+    def _file(self, path: Path, document: Document, root: bool = False) -> File:
+        key = os.path.abspath(path)
+        if key in self.files:
+            return self.files[key]
+        file = File(key, document, "robot.yaml" if root else self._free_name(path))
+        file.body = Body(file, None, self.scope)
+        self.files[key] = file
+        return file
+
+    def _free_name(self, path: Path) -> str:
+        """Return the name of the file here: that of the xacro, in the folders that it is in beside the first."""
+        first = Path(next(iter(self.files)))
+        here = Path(os.path.abspath(path))
+        stem = re.sub(r"(\.urdf)?\.xacro$|\.urdf$|\.xml$", "", here.name)
+        stem = re.sub(r"[^\w.-]+", "_", stem).strip(".") or "part"
+        folder = ""
+        if here.is_relative_to(first.parent) and here.parent != first.parent:
+            folder = f"{here.parent.relative_to(first.parent).as_posix()}/"
+        taken = {file.name for file in self.files.values()}
+        name, number = f"{folder}{stem}.yaml", 1
+        if name == "robot.yaml":
+            name = "robot_parts.yaml"
+        while name in taken:
+            number += 1
+            name = f"{folder}{stem}_{number}.yaml"
+        return name
+
+    def _collect(self, element: Element, file: File, when: Whens, within: tuple[str, ...]) -> None:
+        """Take down what an element defines."""
+        for child, comments in with_comments(element):
+            tag = child.tag
+            if tag in ("xacro:if", "xacro:unless"):
+                condition = When(Value(child.get("value"), self.scope, "condition", child.span), tag == "xacro:if")
+                self._collect(child, file, (*when, condition), within)
+            elif tag == "xacro:include":
+                self._include(child, file, when, within)
+            elif tag == "xacro:macro":
+                self._macro(child, file, comments)
+            elif tag == "xacro:arg":
+                self._argument(child, file)
+            elif tag == "xacro:property":
+                self._property(child, file, when, comments)
+
+    def _include(self, element: Element, file: File, when: Whens, within: tuple[str, ...]) -> None:
+        if element.get("ns"):
+            raise Unsupported("an include with ns", element.span)
+        chosen = self.chosen(element, file)
+        if chosen is not None:
+            for target, condition in chosen:
+                self._include_one(target, element, (*when, condition), within)
+            return
+        target = self.resolve(element.get("filename"), file, element.span)
+        if re.search(r"[*?[]", str(target)):
+            for one in _fitting(str(target)):
+                self._include_one(Path(one), element, when, within)
+            return
+        self._include_one(target, element, when, within)
+
+    def _include_one(self, target: Path, element: Element, when: Whens, within: tuple[str, ...]) -> None:
+        key = os.path.abspath(target)
+        if key in within or len(within) > 40:
+            raise Unsupported(f"{Path(key).name} includes itself", element.span)
+        try:
+            known = self.files.get(key)
+            included = known or self._file(target, parse(read_source(target)))
+        except (MarkupError, OSError):
+            self.missing.append((str(target), element.span))
+            return
+        self.tops.setdefault(id(element), []).append((included, ()))
+        own = when[-1:] if "$(arg" in element.get("filename") or "${" in element.get("filename") else ()
+        self.tops[id(element)][-1] = (included, own)
+        self._collect(included.document.root, included, when, (*within, key))
+
+    def chosen(self, element: Element, file: File) -> list[tuple[Path, When]] | None:
+        """Return the files that an include may mean whose name has one argument in it, each with its condition.
+
+        None for a name without arguments; nothing where no file is called so.
+        """
+        pattern, form, argument = "", "", ""
+        for kind, text in self.spelt(element.get("filename"), 0):
+            if kind != EXTENSION or text.split()[:1] == ["find"]:
+                plain = text if kind == TEXT else str(self.packages.find(text.split()[1]) or "/no-package")
+                pattern, form = pattern + glob.escape(plain), form + re.escape(plain)
+                continue
+            name = text.split()[1]
+            if argument and name != argument:
+                raise Unsupported(f'the file "{element.get("filename")}" is chosen by several arguments', element.span)
+            if name in element.get("filename") and f"(?P<{name}>" in form:
+                form += f"(?P={name})"
+            else:
+                form += f"(?P<{name}>[^/]*)"
+            pattern, argument = pattern + "*", name
+        if not argument:
+            return None
+        self.guards[id(element)] = (argument, [])
+        if not re.search(r"\w", pattern):
+            return []
+        base = "" if pattern.startswith("/") else f"{glob.escape(str(Path(file.path).parent))}/"
+        found: list[tuple[Path, When]] = []
+        for one in _fitting(base + pattern)[:MAX_CHOICES]:
+            match = re.fullmatch((re.escape(f"{Path(file.path).parent}/") if base else "") + form, one)
+            if match and match[argument] and Path(one).is_file():
+                text = f"${{'$(arg {argument})' == '{match[argument]}'}}"
+                value = Value(text, self.scope, CONDITION, element.span)
+                self.conditions.append(value)
+                found.append((Path(one), When(value, True)))
+                self.guards[id(element)][1].append(match[argument])
+        return found
+
+    def spelt(self, text: str, depth: int) -> list[Token]:
+        """Return the pieces of a text, those of properties that are one text in their place."""
+        made: list[Token] = []
+        for piece in tokens(text):
+            name = piece.text.strip() if piece.kind == EXPRESSION else ""
+            known = self.properties.get(name, [])
+            if name and len(known) == 1 and not known[0].when and depth < 10:
+                made += self.spelt(known[0].value.text, depth + 1)
+            elif piece.kind == EXPRESSION or (
+                piece.kind == EXTENSION and piece.text.split()[:1] not in (["find"], ["arg"])
+            ):
+                raise Unsupported(f'the file "{text}" is chosen by an expression')
+            else:
+                made.append(piece)
+        return made
+
+    def resolve(self, name: str, file: File, span: Span) -> Path:
+        """Return the file that a text names. Raises Unsupported where it depends on an argument."""
+        made = []
+        for kind, text in self.spelt(name, 0):
+            if kind == TEXT:
+                made.append(text)
+            elif kind == EXTENSION and text.split()[:1] == ["find"]:
+                folder = self.packages.find(text.split()[1])
+                made.append(str(folder) if folder else f"/no-package/{text.split()[1]}")
+            else:
+                raise Unsupported(f'the file "{name}" is chosen by an expression', span)
+        path = "".join(made)
+        for scheme in ("package://", "file://"):
+            if path.startswith(scheme):
+                return self.packages.resolve(path, Path()) or Path("/no-package")
+        return Path(os.path.normpath(Path(file.path).parent / path))
+
+    def _macro(self, element: Element, file: File, comments: tuple[str, ...]) -> None:
+        called = name = element.get("name").removeprefix("xacro:")
+        if id(element) in self.by_element:
+            return
+        number = 1
+        while name in self.macros:
+            if self.macros[name].element.verbatim == element.verbatim:
+                self.by_element[id(element)] = self.macros[name]
+                return
+            number += 1
+            name = f"{called}_{number}"
+        self.macros[name] = Macro(name, element, file, parameters(element.get("params")), comments)
+        self.by_element[id(element)] = self.macros[name]
+        for inner in element.iter():  # macros within macros are known once those are called
+            if inner.tag == "xacro:macro" and inner is not element:
+                self._macro(inner, file, ())
+            elif inner.tag == "xacro:include" and id(inner) not in self.tops:
+                self._include(inner, file, (), ())
+
+    def _argument(self, element: Element, file: File) -> None:
+        name = element.get("name")
+        if name in self.arguments:
+            return
+        made = Variable(name, ARGUMENT, span=element.span)
+        if "default" in element.attributes:
+            made.values.append(Value(element.get("default"), self.scope, FREE, element.span))
+        self.arguments[name] = made
+        self.argument_files[name] = file
+        self.scope.names[f"arg {name}"] = made
+
+    def _property(self, element: Element, file: File, when: Whens, comments: tuple[str, ...]) -> None:
+        name = element.get("name")
+        if element.get("remove") in ("true", "True", "1"):
+            raise Unsupported("a property that is removed", element.span)
+        if "value" not in element.attributes and "default" not in element.attributes:
+            self.scope.blocks[name] = (element, self.scope)
+            return
+        default = "default" in element.attributes
+        value = Value(element.get("default" if default else "value"), self.scope, FREE, element.span)
+        known = self.properties.setdefault(name, [])
+        if default and any(not one.when for one in known):
+            return
+        if any(one.value.text == value.text and one.when == when for one in known):
+            return
+        known.append(Definition(value, when, default))
+        self.property_files.setdefault(name, file)
+        if comments:
+            self.property_comments.setdefault(name, comments)
+
+    def _name_properties(self) -> None:
+        """Give each property a variable; one that is an argument and nothing else is that argument."""
+        from .expressions import usable
+        from .scopes import sole_name
+
+        taken = {variable.ours for variable in self.arguments.values()}
+        for name, variable in self.arguments.items():
+            variable.ours = usable(name, lambda _: False)
+        for name, definitions in self.properties.items():
+            if name in self.unsaid:
+                self.scope.names[name] = Unsaid(self.unsaid[name])
+                continue
+            only = definitions[0] if len(definitions) == 1 and not definitions[0].when else None
+            target = sole_name(tokens(only.value.text)) if only else None
+            if target and target.startswith("arg ") and target[4:] in self.arguments:
+                self.scope.names[name] = self.arguments[target[4:]]
+                continue
+            made = Variable(name, GLOBAL, usable(name, lambda one: one in taken), span=definitions[0].value.span)
+            taken.add(made.ours)
+            made.values += [definition.value for definition in definitions]
+            self.scope.names[name] = made
+
+
+def _fitting(pattern: str) -> list[str]:
+    """Return the files that fit a pattern, as xacro finds them, in their order."""
+    return sorted(glob.glob(pattern))  # noqa: PTH207 - the pattern may begin anywhere on the disk
+
+
+def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:
+    """Return the elements in an element, each with the comments right above it."""
+    found: list[tuple[Element, tuple[str, ...]]] = []
+    waiting: list[str] = []
+    text = element.document.source.text
+    for index, item in enumerate(element.content):
+        before = element.content[index - 1] if index else None
+        is_comment = isinstance(item, Remark) and item.kind == "comment"
+        if is_comment and isinstance(before, Element) and "\n" not in text[before.end : item.start]:
+            found[-1] = (found[-1][0], (*found[-1][1], item.text))
+            continue  # it stands behind what it speaks of
+        if isinstance(item, Element):
+            found.append((item, tuple(waiting)))
+            waiting = []
+        elif isinstance(item, Remark) and item.kind == "comment":
+            waiting.append(item.text)
+    return found

@@ -1,0 +1,310 @@
+"""Proving: a translation is compiled for every combination of arguments and held against what xacro makes.
+
+What differs, or cannot be compiled, names the macro at fault: first it gets long names, then it is written out where it
+is called. What cannot be said even so leaves the robot flat.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ....diagnostics import ERROR, Diagnostic, Span
+from ....diagnostics.progress import step
+from ....formats import published
+from ....formats.imported import Imported, ReadOptions
+from ....formats.reading import read_robot
+from ....frontend.expand.prefixing import moved
+from ....frontend.load import LoadError, parse_yaml
+from ....frontend.lower import lower
+from ....frontend.tree import Map
+from ....meaning.sameness import different
+from ....model import Robot
+from ....pipeline import compile_robot
+from ....project import ROOT_FILE
+from ....startup.records import NamedTuple, replace
+from ....xml.elements import canonical, tree_of
+from .flattened import Place, outermost
+from .scopes import FLAG, NAME, NUMBER, WORDS, Variable
+
+MAX_COMBINATIONS = 32
+TOLERANCE = 1e-12
+PROBE = "probe_"  # what an argument is given beside its default that stands in names
+
+Combination = tuple[tuple[str, str], ...]
+
+
+class Fault(NamedTuple):
+    """What is wrong with a translation: a sentence, the macros that may be at fault, and with which arguments."""
+
+    text: str
+    macros: tuple[str, ...]
+    combination: Combination
+    tops: tuple[Place, ...] = ()
+
+
+class Source:
+    """What xacro makes, by combination of arguments; each is expanded once."""
+
+    def __init__(self, path: Path, options: ReadOptions, name: str | None = None, meshes: str | None = None) -> None:
+        self.path = path
+        self.name = name
+        self.meshes = meshes
+        self.options = replace(options, trust=True, tell=None)
+        self.known: dict[Combination, Imported] = {}
+
+    def read(self, combination: Combination) -> Imported:
+        """Return the robot for a combination of arguments."""
+        if combination not in self.known:
+            arguments = {**self.options.arguments, **dict(combination)}
+            read = read_robot(self.path, replace(self.options, arguments=arguments))
+            if self.meshes is not None and read.tree is not None:
+                read = read._replace(tree=moved(read.tree, self.meshes))
+            self.known[combination] = read
+        return self.known[combination]
+
+
+def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> dict[str, list[str]]:
+    """Return the values that each argument may have, as far as the source compares it: the default first."""
+    made: dict[str, list[str]] = {}
+    for name, variable in arguments.items():
+        default = given.get(name)
+        if default is None:
+            default = variable.values[0].text if variable.values else None
+        values = [] if default is None or "$" in default else [default]
+        compared = sorted(one[1:] for one in variable.head().evidence if one.startswith("="))
+        kind = variable.kind()
+        if kind == FLAG:
+            values += [one for one in ("true", "false") if one not in [value.lower() for value in values]]
+        elif kind == NUMBER and "condition" in variable.head().evidence:
+            values += [one for one in ("0", "1") if one not in values]
+        elif kind in (WORDS, "any"):
+            values += [one for one in compared if one not in values]
+            if NAME in variable.head().evidence and len(values) == 1:
+                values.append(PROBE)
+        made[name] = values
+    return made
+
+
+def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
+    """Return the combinations that are proven, that of the defaults first, and how many there would be."""
+    several = {name: values for name, values in choices.items() if len(values) > 1}
+    total = 1
+    for values in several.values():
+        total *= len(values)
+    if total <= MAX_COMBINATIONS:
+        rows = itertools.product(*several.values())
+        return [_combination(several, row) for row in rows], total
+    first = tuple(values[0] for values in several.values())
+    found = [first]
+    for index, values in enumerate(several.values()):
+        found += [(*first[:index], value, *first[index + 1 :]) for value in values[1:]]
+    last = tuple(values[-1] for values in several.values())
+    found.append(last)
+    found = list(dict.fromkeys(found))[:MAX_COMBINATIONS]
+    return [_combination(several, row) for row in found], total
+
+
+def _combination(several: Mapping[str, Sequence[str]], row: Sequence[str]) -> Combination:
+    return tuple(
+        (name, value) for (name, values), value in zip(several.items(), row, strict=True) if value != values[0]
+    )
+
+
+def faults(
+    files: Mapping[str, str],
+    source: Source,
+    rows: Sequence[Combination],
+    packages: Mapping[str, Path],
+    elements: Mapping[tuple[str, str, str], Place],
+) -> tuple[list[Fault], list[Combination]]:
+    """Return what is wrong with a translation, and the combinations that xacro itself refuses."""
+    refused: list[Combination] = []
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
+        stage = Path(name)
+        for file, text in files.items():
+            (stage / file).parent.mkdir(parents=True, exist_ok=True)
+            (stage / file).write_text(text, "utf-8")
+        for number, row in enumerate(rows):
+            step("proving the translation", number, len(rows))
+            made = source.read(row)
+            if made.tree is None or any(one.severity == ERROR for one in made.diagnostics):
+                if all(value != PROBE for _, value in row):
+                    refused.append(row)
+                continue
+            found = _faults(stage, files, made, row, packages, elements, source.name)
+            if found:
+                return found, refused
+    return [], refused
+
+
+def _faults(
+    stage: Path,
+    files: Mapping[str, str],
+    made: Imported,
+    row: Combination,
+    packages: Mapping[str, Path],
+    elements: Mapping[tuple[str, str, str], Place],
+    name: str | None,
+) -> list[Fault]:
+    compiled = compile_robot(stage / ROOT_FILE, dict(row), packages=dict(packages), wanted=())
+    errors = [one for one in compiled.diagnostics if one.severity == ERROR]
+    if errors or compiled.robot is None:
+        return [
+            Fault(_told(one), _parts_at(one, stage, files), row, _elements_at(one, stage, files, elements))
+            for one in errors[:5]
+        ]
+    format = published()
+    text = next(one.text for one in compiled.artifacts if one.backend == format.name)
+    file = stage / f"compiled{format.endings[0]}"
+    file.write_text(text, "utf-8")
+    back = read_robot(file, ReadOptions(lenient=True, checked=False))
+    if back.tree is not None and made.tree is not None and "accept" in made.tree:  # what a source breaks, its copy may
+        back.tree.put("accept", made.tree["accept"], back.tree.span, back.tree.span)
+    source = lower(made.tree).robot if made.tree is not None else None
+    again = lower(back.tree).robot if back.tree is not None else None
+    if source is None or again is None:
+        broken = [one.message for one in back.diagnostics if one.severity == ERROR]
+        return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
+    if name is not None:
+        source = replace(source, name=name)
+    found = different(_settled(source), _settled(again), TOLERANCE, carried_by_urdf=True)
+    macros = _macros_of(made)
+    tops = _tops_of(made)
+    return [
+        Fault(one, _named_in(one, macros), row, tuple(tops[name] for name in sorted(_words(one) & tops.keys())))
+        for one in found[:8]
+    ]
+
+
+def _told(diagnostic: Diagnostic) -> str:
+    span = diagnostic.span
+    where = f" ({Path(span.source.path).name}:{span.line})" if span else ""
+    return f"{diagnostic.message}{where}"
+
+
+def _parts_at(diagnostic: Diagnostic, stage: Path, files: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the parts and named values that an error stands in, or that led to it."""
+    spans: list[Span | None] = [diagnostic.span, *(related.span for related in diagnostic.related)]
+    found: list[str] = []
+    for span in spans:
+        if span is None:
+            continue
+        try:
+            name = Path(span.source.path).resolve().relative_to(stage.resolve()).as_posix()
+        except ValueError:
+            continue
+        if name in files:
+            found += _part_at(files[name], span.line)
+    found += re.findall(r'part "(\w+)"', " ".join(related.message for related in diagnostic.related))
+    return tuple(dict.fromkeys(found))
+
+
+def _elements_at(
+    diagnostic: Diagnostic, stage: Path, files: Mapping[str, str], elements: Mapping[tuple[str, str, str], Place]
+) -> tuple[Place, ...]:
+    """Return the elements at the top of the source that the entries come from that an error stands in."""
+    from ....diagnostics import Source as Text
+
+    found: list[Place] = []
+    for span in (diagnostic.span, *(related.span for related in diagnostic.related)):
+        if span is None:
+            continue
+        try:
+            name = Path(span.source.path).resolve().relative_to(stage.resolve()).as_posix()
+            tree = parse_yaml(Text("", files[name]))
+        except (ValueError, KeyError, LoadError):
+            continue
+        for section in ("links", "joints", "use"):
+            entries = tree.get(section)
+            lines = [(entries.key_spans[key].line, key) for key in entries] if isinstance(entries, Map) else []
+            after = [tree.key_spans[key].line for key in tree if lines and tree.key_spans[key].line > lines[0][0]]
+            keys = [key for line, key in lines if line <= span.line < min(after, default=10**9)]
+            if keys and (name, section, keys[-1]) in elements:
+                found.append(elements[name, section, keys[-1]])
+    return tuple(dict.fromkeys(found))
+
+
+def _part_at(text: str, line: int) -> list[str]:
+    from ....diagnostics import Source as Text
+
+    try:
+        tree = parse_yaml(Text("", text))
+    except LoadError:
+        return []
+    for section in ("parts", "let"):
+        entries = tree.get(section)
+        if not isinstance(entries, Map):
+            continue
+        lines = [(entries.key_spans[name].line, name) for name in entries]
+        after = [tree.key_spans[key].line for key in tree if tree.key_spans[key].line > tree.key_spans[section].line]
+        if not (tree.key_spans[section].line <= line < min(after, default=10**9)):
+            continue
+        names = [name for start, name in lines if start <= line]
+        return [names[-1].partition("(")[0]] if names else []
+    return []
+
+
+def _macros_of(made: Imported) -> dict[str, list[str]]:
+    """Return the macros that made each link and joint, the innermost first."""
+    found: dict[str, list[str]] = {}
+    for section in ("links", "joints"):
+        entries: Any = made.tree.get(section) if made.tree is not None else None
+        for name in entries or ():
+            via = getattr(entries.value_spans[name], "via", ())
+            found.setdefault(name, []).extend(re.findall(r'the macro "([^"]+)"', " ".join(one.message for one in via)))
+    return found
+
+
+def _tops_of(made: Imported) -> dict[str, Place]:
+    """Return the element at the top of a file that made each link and joint."""
+    found: dict[str, Place] = {}
+    for section in ("links", "joints"):
+        entries: Any = made.tree.get(section) if made.tree is not None else None
+        for name in entries or ():
+            found[name] = outermost(entries.value_spans[name])
+    return found
+
+
+def _words(text: str) -> set[str]:
+    return set(re.findall(r"[\w./-]+", text))
+
+
+def _named_in(text: str, macros: Mapping[str, list[str]]) -> tuple[str, ...]:
+    words = _words(text)
+    found: list[str] = []
+    for name, made_by in macros.items():
+        if name in words:
+            found += made_by
+    return tuple(dict.fromkeys(found))
+
+
+def _settled(robot: Robot) -> Robot:
+    """Return a robot whose elements of XML are in one spelling and order."""
+    return _replaced(robot)  # type: ignore[no-any-return]
+
+
+def _replaced(value: Any) -> Any:
+    from dataclasses import fields, is_dataclass
+
+    if not is_dataclass(value) or isinstance(value, type):
+        return value
+    changes: dict[str, Any] = {}
+    for field in fields(value):
+        inner = getattr(value, field.name)
+        if field.name == "urdf_elements":
+            changes[field.name] = tuple(sorted(_canonical(one) for one in inner))
+        elif field.name in ("links", "joints", "visuals", "collisions") and isinstance(inner, tuple):
+            changes[field.name] = tuple(_replaced(one) for one in inner)
+    return replace(value, **changes) if changes else value
+
+
+def _canonical(text: str) -> str:
+    try:
+        return canonical(tree_of(text))
+    except ValueError:
+        return " ".join(text.split())

@@ -1,0 +1,308 @@
+"""Scopes: what the names of a xacro mean, and of which kind each value is, found from how it is used.
+
+A ``Variable`` is an argument, a property or a parameter of a macro; ``Value`` a text of the source with the scope that
+its names are looked up in, and the ``sink`` that says where it goes to. What flows from one variable into another is of
+one kind.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from ....diagnostics import Span
+from ....startup.records import dataclass, field
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, tokens
+
+ARGUMENT, GLOBAL, PARAMETER, LOCAL = "argument", "global", "parameter", "local"
+# Kinds of variables.
+NUMBER, FLAG, WORDS, LIST, TABLE, ANY = "number", "boolean", "text", "list", "table", "any"
+# Sinks: of numbers by dimension, of lists of numbers, of texts.
+NUMBERS = ("length", "angle", "mass", "number", "speed")
+LISTS = ("length3", "angle3", "number3", "number4")
+CONDITION, NAME, FILE, XML, FREE = "condition", "name", "file", "xml", "free"
+LOADED = "loaded"
+
+_LITERAL = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
+_FLAGS = {"true": True, "True": True, "false": False, "False": False}
+
+
+@dataclass(eq=False)
+class Value:
+    """A text of the source, to be rendered once the kinds of all variables are known."""
+
+    text: str
+    scope: Scope
+    sink: str
+    span: Span | None = None
+
+
+@dataclass(eq=False)
+class Variable:
+    """A named value of the source. ``values`` are what it is given, by definitions, calls and defaults."""
+
+    name: str
+    where: str
+    ours: str = ""
+    values: list[Value] = field(default_factory=list)
+    evidence: set[str] = field(default_factory=set)
+    used: bool = False
+    span: Span | None = None
+    definitions: list[tuple[Value, Any]] = field(default_factory=list)
+    _group: Variable | None = None
+
+    def __post_init__(self) -> None:
+        self.ours = self.ours or self.name
+
+    def head(self) -> Variable:
+        """Return the variable that stands for all that one value flows through."""
+        here = self
+        while here._group is not None:
+            here = here._group
+        return here
+
+    def join(self, other: Variable) -> None:
+        """Take two variables for one kind."""
+        one, two = self.head(), other.head()
+        if one is not two:
+            two._group = one
+            one.evidence |= two.evidence
+            one.values += two.values
+
+    def kind(self) -> str:
+        """Return what the variable holds."""
+        head = self.head()
+        literals = [literal(value.text) for value in head.values if is_plain(value.text)]
+        evidence = head.evidence
+        if any(sink in evidence for sink in LISTS) or (
+            literals and all(isinstance(one, list) for one in literals) and not evidence & {XML, NAME, FILE, "compared"}
+        ):
+            return LIST
+        if TABLE in evidence:
+            return TABLE
+        numbers = [isinstance(one, (int, float)) and not isinstance(one, bool) for one in literals]
+        if CONDITION in evidence and all(isinstance(one, bool) or one in (0, 1) for one in literals):
+            return FLAG if literals or not evidence & set(NUMBERS) else NUMBER
+        if literals and all(isinstance(one, bool) for one in literals):
+            return FLAG
+        if literals and all(numbers):
+            return NUMBER
+        if literals:
+            return WORDS
+        if evidence & {*NUMBERS, "reckoned"}:
+            return NUMBER
+        return WORDS if evidence & {XML, NAME, FILE, "compared"} else ANY
+
+
+@dataclass(eq=False)
+class Bound:
+    """A parameter of a macro that is written out where it is called: its value, in the scope of the call."""
+
+    text: str
+    scope: Scope
+
+
+@dataclass(eq=False)
+class Unsaid:
+    """A property whose value cannot be said here, and why."""
+
+    reason: str
+
+
+class Scope:
+    """Names of a file's top, of a macro, or of a macro that is written out; within ``parent``."""
+
+    def __init__(self, parent: Scope | None = None, owner: str = "") -> None:
+        self.parent = parent
+        self.owner = owner
+        self.names: dict[str, Variable | Bound | Unsaid] = {}
+        self.blocks: dict[str, Any] = {}
+        self.package_of: Any = parent.package_of if parent else None
+
+    def find(self, name: str) -> Variable | Bound | Unsaid | None:
+        """Return what a name means here."""
+        scope: Scope | None = self
+        while scope is not None:
+            if name in scope.names:
+                return scope.names[name]
+            scope = scope.parent
+        return None
+
+    def block(self, name: str) -> Any:
+        """Return the block of a name: a parameter of a macro, or a property that holds elements."""
+        scope: Scope | None = self
+        while scope is not None:
+            if name in scope.blocks:
+                return scope.blocks[name]
+            scope = scope.parent
+        return None
+
+    def top(self) -> Scope:
+        """Return the scope of the whole robot."""
+        scope = self
+        while scope.parent is not None:
+            scope = scope.parent
+        return scope
+
+
+def is_plain(text: str) -> bool:
+    """Say whether nothing in a text is evaluated."""
+    return "$" not in text or all(piece.kind == TEXT for piece in tokens(text))
+
+
+def literal(text: str) -> Any:
+    """Return what a plain text is to xacro: a number, true or false, a text; a list where it is several numbers."""
+    text = "".join(piece.text for piece in tokens(text)) if "$" in text else text
+    if len(text) >= 2 and text[0] == "'" == text[-1]:
+        return text[1:-1]
+    if "_" in text:
+        return text
+    stripped = text.strip()
+    if stripped in _FLAGS:
+        return _FLAGS[stripped] if stripped == text else text
+    if _LITERAL.match(stripped):
+        return int(stripped) if re.fullmatch(r"[-+]?[0-9]+", stripped) else float(stripped)
+    parts = stripped.split()
+    if len(parts) > 1 and all(_LITERAL.match(part) for part in parts):
+        return [float(part) for part in parts]
+    return text
+
+
+def sole_name(pieces: list[Token]) -> str | None:
+    """Return the name that a text is, and nothing else: of ``${name}``; of ``$(arg name)`` with ``arg `` before it."""
+    if len(pieces) != 1:
+        return None
+    (kind, text), *_ = pieces
+    if kind == EXPRESSION and text.strip().isidentifier():
+        return text.strip()
+    if kind == EXTENSION and text.split()[:1] == ["arg"] and len(text.split()) == 2:
+        return f"arg {text.split()[1]}"
+    return None
+
+
+def note(value: Value) -> None:
+    """Take down what a use says of the variables in it."""
+    from .texts import words
+
+    pieces = tokens(value.text)
+    sink = value.sink
+    if sink in LISTS:
+        parts = words(pieces)
+        if len(parts) == 1:
+            _note_pieces(parts[0], value.scope, sink)
+        for part in parts if len(parts) > 1 else ():
+            _note_pieces(part, value.scope, sink[:-1])
+        return
+    _note_pieces(pieces, value.scope, sink)
+
+
+def _note_pieces(pieces: list[Token], scope: Scope, sink: str) -> None:
+    name = sole_name(pieces)
+    if name is not None:
+        _evidence(name, scope, sink)
+        return
+    whole = len(pieces) == 1
+    inside = sink if sink in (NAME, FILE) else XML
+    for kind, text in pieces:
+        if kind == EXTENSION:
+            words = text.split()
+            if words[:1] == ["arg"] and len(words) == 2:
+                _evidence(f"arg {words[1]}", scope, sink if whole else inside)
+            elif words[:1] == ["eval"]:
+                _note_expression(text.partition("eval")[2], scope, sink if whole else inside)
+        elif kind == EXPRESSION:
+            _note_expression(text, scope, sink if whole else inside)
+
+
+def _evidence(name: str, scope: Scope, sink: str, depth: int = 0) -> None:
+    found = scope.find(name)
+    if isinstance(found, Bound) and depth < 20:
+        note(Value(found.text, found.scope, sink))
+    elif isinstance(found, Variable):
+        found.head().evidence.add(sink)
+
+
+def _note_expression(text: str, scope: Scope, sink: str) -> None:
+    from .expressions import source_tree
+
+    try:
+        tree = source_tree(text)
+    except ValueError:
+        return
+    _note_node(tree, scope, sink)
+
+
+def _note_node(node: ast.AST, scope: Scope, sink: str) -> None:
+    node = _unworded(node)
+    if isinstance(node, ast.Name):
+        _evidence(_spelt(node.id), scope, sink)
+    elif isinstance(node, ast.IfExp):
+        _note_node(node.test, scope, CONDITION)
+        _note_node(node.body, scope, sink)
+        _note_node(node.orelse, scope, sink)
+    elif isinstance(node, ast.BoolOp):
+        for item in node.values:
+            _note_node(item, scope, CONDITION if sink in (CONDITION, FREE, XML) else sink)
+    elif isinstance(node, ast.UnaryOp):
+        _note_node(node.operand, scope, CONDITION if isinstance(node.op, ast.Not) else "reckoned")
+    elif isinstance(node, ast.Compare):
+        _note_comparison(node, scope)
+    elif isinstance(node, ast.BinOp):
+        texts = any(isinstance(one, ast.Constant) and isinstance(one.value, str) for one in ast.walk(node))
+        for item in (node.left, node.right):
+            _note_node(item, scope, "compared" if texts else "reckoned")
+    elif isinstance(node, (ast.Subscript, ast.Attribute)):
+        _note_node(node.value, scope, TABLE if not _by_number(node) else "indexed")
+        if isinstance(node, ast.Subscript):
+            _note_node(node.slice, scope, FREE)
+    else:
+        loads = isinstance(node, ast.Call) and ast.unparse(node.func) in ("xacro.load_yaml", "load_yaml")
+        for child in ast.iter_child_nodes(node):
+            _note_node(child, scope, LOADED if loads else FREE)
+
+
+def _by_number(node: ast.AST) -> bool:
+    index = getattr(node, "slice", None)
+    return isinstance(node, ast.Subscript) and not (isinstance(index, ast.Constant) and isinstance(index.value, str))
+
+
+def _note_comparison(node: ast.Compare, scope: Scope) -> None:
+    items = [_unworded(item) for item in (node.left, *node.comparators)]
+    values = [item.value for item in items if isinstance(item, ast.Constant)]
+    sink = FREE
+    if any(isinstance(value, str) for value in values):
+        flags = all(value in _FLAGS for value in values if isinstance(value, str))
+        sink = CONDITION if flags else "compared"
+    elif values and not any(isinstance(value, bool) for value in values):
+        sink = "reckoned"
+    for item in items:
+        if isinstance(item, ast.Name):
+            found = scope.find(_spelt(item.id))
+            if isinstance(found, Variable):
+                found.head().evidence.add(sink)
+                for value in values:
+                    if isinstance(value, str):
+                        found.head().evidence.add(f"={value}")
+        else:
+            _note_node(item, scope, FREE)
+
+
+def _unworded(node: Any) -> Any:
+    """Return the name of an argument that stands in quotes."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "__text":
+        return node.args[0]
+    return node
+
+
+def _spelt(name: str) -> str:
+    """Return a name of an expression as a scope has it; those of arguments were marked."""
+    return f"arg {name.removeprefix('__arg_')}" if name.startswith("__arg_") else name
+
+
+def names_of(node: ast.AST) -> Iterator[str]:
+    """Yield the names of an expression, as scopes have them."""
+    for one in ast.walk(node):
+        if isinstance(one, ast.Name):
+            yield _spelt(one.id)

@@ -1,0 +1,652 @@
+"""Walking: what the files and macros of a xacro make, as pieces of a description.
+
+What a macro makes decides what it becomes: links, joints and elements of a robot make it a part; what stands inside of
+a link or a joint a named value with parameters. ``inlined`` are macros that are written out where they are called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from ....frontend.tree import Map
+from ....xml.markup import Element, Remark
+from .entries import joint_entry, link_entry, material_entry, one_of_level, reads
+from .flattened import Place, flat_entries, place_of
+from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
+from .program import Program, with_comments
+from .scopes import (
+    CONDITION,
+    FREE,
+    LOCAL,
+    NAME,
+    PARAMETER,
+    TABLE,
+    XML,
+    Bound,
+    Scope,
+    Unsaid,
+    Value,
+    Variable,
+    note,
+    sole_name,
+)
+from .texts import TEXT, Parameter, Unsupported, tokens
+
+MAX_DEPTH = 60
+
+
+class MacroScope(Scope):
+    """The names of a macro: a name that is nowhere else is one of whoever calls it, and becomes a parameter."""
+
+    def __init__(self, parent: Scope, macro: Macro) -> None:
+        super().__init__(parent, macro.name)
+        self.macro = macro
+
+    def find(self, name: str) -> Variable | Bound | Unsaid | None:
+        found = super().find(name)
+        if found is None and _may_be_handed_down(name):
+            made = Variable(name, PARAMETER)
+            self.macro.implicit[name] = made
+            self.names[name] = made
+            return made
+        return found
+
+
+def _may_be_handed_down(name: str) -> bool:
+    from .expressions import _CONSTANTS, _MODULES
+
+    reserved = (*_CONSTANTS, *_MODULES, "pi", "e", "tau", "inf", "nan", "xacro", "__text")
+    return name.isidentifier() and name not in reserved
+
+
+class Walker:
+    """One walk over a program, with some macros written out."""
+
+    def __init__(
+        self, program: Program, inlined: frozenset[str], flat: frozenset[Place] = frozenset(), trees: Sequence[Map] = ()
+    ) -> None:
+        self.program = program
+        self.inlined = inlined
+        self.flat = flat
+        self.trees = trees
+        self.depth = 0
+        self.current: dict[str, list[tuple[Macro, Whens]]] = {}
+        self.seen: list[Macro] = []
+        self.fixed: set[Variable] = set()
+        self.flows: list[tuple[Variable, Variable]] = []
+
+    def walk(self) -> None:
+        """Walk over everything."""
+        for name, definitions in self.program.properties.items():
+            variable = self.program.scope.names[name]
+            for definition in definitions if isinstance(variable, Variable) else ():
+                for on in definition.when:
+                    note(on.value)
+                self.hand(definition.value, variable)  # type: ignore[arg-type]
+        for variable in self.program.arguments.values():
+            for value in variable.values:
+                self.hand(value, variable)
+        for condition in self.program.conditions:
+            note(condition)
+        file = self.program.root
+        self.robot(file.document.root, file.body, file.body.scope, (), top=True)
+        self.spread()
+
+    # What stands in a robot, or in a macro that is a part.
+
+    def robot(self, element: Element, body: Body, scope: Scope, when: Whens, top: bool = False) -> None:
+        """Take what an element holds: links, joints, calls, and what the language has no word for."""
+        for child, comments in with_comments(element):
+            self.one(child, body, scope, when, comments, top)
+
+    def one(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
+        """Take one element; what cannot be said of one at the top of a file is told as ``AtTop``."""
+        if not top or child.tag in ("xacro:if", "xacro:unless", "xacro:include"):
+            self.any(child, body, scope, when, comments, top)
+            return
+        if place_of(child.span) in self.flat:
+            body.flat += flat_entries(self.trees, place_of(child.span), when, comments)
+            for condition in when:
+                note(condition.value)
+            return
+        try:
+            self.any(child, body, scope, when, comments, top)
+        except Unsupported as problem:
+            raise AtTop(child, problem) from None
+
+    def any(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
+        """Take one element."""
+        tag = child.tag
+        if tag in ("xacro:if", "xacro:unless"):
+            self.robot(child, body, scope, (*when, self.condition(child, scope)), top)
+        elif tag == "xacro:include":
+            self.include(child, body, when, top)
+        elif tag == "xacro:property":
+            if not top:
+                self.local(child, body, scope, when)
+        elif tag == "xacro:macro":
+            self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), when)
+        elif tag == "xacro:arg":
+            pass
+        elif tag == "xacro:insert_block":
+            self.block(child, body, scope, when)
+        elif tag in ("link", "joint"):
+            self.named(child, body, scope, when, comments)
+        elif tag == "material":
+            name = self.value(child, "name", scope, NAME)
+            body.materials.append(Named(name, material_entry(self, child, scope), when, comments, child))
+        elif tag.startswith("xacro:"):
+            self.call(child, body, scope, when, comments)
+        else:
+            body.elements.append(Listed(self.xml(child, scope), when, comments))
+
+    def condition(self, element: Element, scope: Scope) -> When:
+        value = Value(element.get("value"), scope, CONDITION, element.span)
+        note(value)
+        return When(value, element.tag == "xacro:if")
+
+    def value(self, element: Element, name: str, scope: Scope, sink: str) -> Value:
+        """Return the value of an attribute. Raises Unsupported if it is missing."""
+        if name not in element.attributes:
+            raise Unsupported(f"<{element.tag}> lacks the attribute {name}", element.span)
+        made = Value(element.get(name), scope, sink, element.attributes[name].span)
+        note(made)
+        return made
+
+    def include(self, element: Element, body: Body, when: Whens, top: bool) -> None:
+        files = self.program.tops.get(id(element))
+        guard = self.program.guards.get(id(element))
+        if guard is not None:
+            for condition in when:
+                note(condition.value)
+            body.guards.append((*guard, when, element))
+        for file, more in files or ():
+            for condition in more:
+                note(condition.value)
+            if top:
+                self.robot(file.document.root, file.body, file.body.scope, (*when, *more), top=True)
+            else:
+                self.robot(file.document.root, body, body.scope, (*when, *more), top=True)
+
+    def local(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
+        """Take a property of a macro."""
+        name = element.get("name")
+        if "$" in name or element.get("remove"):
+            raise Unsupported(f'the property "{name}" is named by an expression, or removed', element.span)
+        if "value" not in element.attributes:
+            if "default" in element.attributes:
+                if scope.find(name) is None:
+                    scope.names[name] = Bound(element.get("default"), scope)
+                return
+            scope.blocks[name] = (element, scope)
+            return
+        text = element.get("value")
+        target = self.target(element, scope)
+        if target is not scope and isinstance(scope, MacroScope):
+            raise Unsupported("it sets properties of whoever calls it", element.span)
+        known = target.names.get(name)
+        value = Value(text, scope, FREE, element.span)
+        if isinstance(known, Variable) and known.where == LOCAL:
+            if known in self.fixed and not when:
+                raise Unsupported(f'the property "{name}" is set a second time', element.span)
+            known.values.append(value)
+            known.definitions.append((value, when))
+            self.hand(value, known)
+            return
+        if isinstance(known, Variable) and not (
+            isinstance(target, MacroScope) and known in target.macro.implicit.values() and not known.values
+        ):
+            raise Unsupported(f'the property or parameter "{name}" is set anew', element.span)
+        if isinstance(known, Bound):
+            raise Unsupported(f'the property "{name}" is set a second time', element.span)
+        if not isinstance(target, MacroScope) and target.parent is not None and not when and "(" not in text:
+            target.names[name] = Bound(text, scope)
+            return
+        self.new_local(name, value, body, target, when)
+
+    def target(self, element: Element, scope: Scope) -> Scope:
+        """Return the scope that a property is set in."""
+        where = element.get("scope")
+        if where == "global":
+            return scope.top()
+        if where == "parent":
+            return scope.parent or scope
+        return scope
+
+    def new_local(self, name: str, value: Value, body: Body, target: Scope, when: Whens) -> None:
+        from .expressions import usable
+
+        taken = {one.ours for one in body.locals} | {one.ours for one in _variables(target)}
+        if body.macro is None:
+            taken |= {one.ours for one in _variables(self.program.scope)}
+        made = Variable(name, LOCAL, usable(name, lambda one: one in taken), span=value.span)
+        made.values.append(value)
+        made.definitions = [(value, when)]
+        target.names[name] = made
+        body.locals.append(made)
+        if not when:
+            self.fixed.add(made)
+        self.hand(value, made)
+
+    def block(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
+        """Take a block that is inserted among links and joints."""
+        for child, inner in self.inserted(element, scope):
+            self.one(child, body, inner, when, (), False)
+
+    def inserted(self, element: Element, scope: Scope) -> list[tuple[Element, Scope]]:
+        """Return the elements that a block inserts, each with its scope."""
+        found = scope.block(element.get("name"))
+        if isinstance(found, Parameter) or not isinstance(found, tuple):
+            raise Unsupported(f'the block "{element.get("name")}" is inserted here', element.span)
+        block, inner, *single = found
+        if single:  # a parameter of one element
+            return [(block, inner)]
+        return [(child, inner) for child in block.children]
+
+    def named(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
+        name = self.value(child, "name", scope, NAME)
+        read = link_entry if child.tag == "link" else joint_entry
+        made = Named(name, read(self, child, scope), when, comments, child)
+        (body.links if child.tag == "link" else body.joints).append(made)
+
+    # Calls.
+
+    def define(self, macro: Macro, name: str, when: Whens) -> None:
+        """Take down that a name is that of a macro from here on; under a condition it may be."""
+        known = [one for one in self.current.get(name, []) if when and one[0] is not macro]
+        self.current[name] = [*known, (macro, when)]
+
+    def candidates(self, element: Element) -> list[tuple[Macro, Whens]]:
+        """Return the macros that a call may mean, each with the condition on which it does; nothing if it is clear."""
+        known = self.current.get(element.tag.removeprefix("xacro:"), [])
+        if len(known) < 2:
+            return []
+        made: list[tuple[Macro, Whens]] = []
+        for index, (macro, when) in enumerate(known):
+            others = [later for _, later in known[index + 1 :]]
+            if not when and any(len(one) != 1 for one in others):
+                raise Unsupported("a macro is defined anew on several conditions", element.span)
+            negated = tuple(When(one[0].value, not one[0].holds) for one in others) if not when else ()
+            made.append((macro, (*when, *negated)))
+        return made
+
+    def macro_of(self, element: Element) -> Macro:
+        """Return the macro that an element calls. Raises Unsupported."""
+        name = element.tag.removeprefix("xacro:")
+        if name == "call":
+            target = element.get("macro")
+            if "$" in target:
+                raise Unsupported(f'the macro "{target}" is called by an expression', element.span)
+            name = target
+        if name in ("element", "attribute"):
+            raise Unsupported(f"xacro:{name} makes what an expression names", element.span)
+        known = self.current.get(name)
+        macro = known[-1][0] if known else self.program.macros.get(name)
+        if macro is None:
+            raise Unsupported(f'there is no macro "{name}"', element.span)
+        macro.called = True
+        return macro
+
+    def given(self, macro: Macro, element: Element, scope: Scope) -> dict[str, Value]:
+        """Return what a call gives to the parameters of a macro, by name; defaults where it gives nothing."""
+        made: dict[str, Value] = {}
+        for name, attribute in element.attributes.items():
+            if (name == "macro" and element.tag == "xacro:call") or name.startswith("xmlns"):
+                continue
+            made[name] = Value(attribute.value, scope, FREE, attribute.span)
+        for parameter in macro.parameters:
+            if parameter.block or parameter.name in made:
+                continue
+            if parameter.forward:
+                found = scope.find(parameter.name)
+                if found is not None and not self.is_new(found, scope):
+                    made[parameter.name] = Value(f"${{{parameter.name}}}", scope, FREE, element.span)
+                    continue
+            if parameter.default is None:
+                raise Unsupported(f'the macro "{macro.name}" lacks its parameter {parameter.name}', element.span)
+        return made
+
+    def is_new(self, found: Variable | Bound | Unsaid, scope: Scope) -> bool:
+        """Say whether a name is one that nobody has defined so far."""
+        here: Scope | None = scope
+        while here is not None:
+            if isinstance(here, MacroScope) and found in here.macro.implicit.values():
+                return not found.values if isinstance(found, Variable) else False
+            here = here.parent
+        return False
+
+    def blocks(self, macro: Macro, element: Element, scope: Scope) -> dict[str, tuple[Element, Scope]]:
+        """Return the blocks that a call gives, by parameter."""
+        wanted = [parameter for parameter in macro.parameters if parameter.block]
+        children: list[tuple[Element, Scope]] = []
+        for child in element.children:
+            if child.tag == "xacro:insert_block":
+                try:
+                    children += self.inserted(child, scope)
+                except Unsupported:
+                    children.append((child, scope))
+            elif child.tag.startswith("xacro:"):
+                raise Unsupported(f'a block of the call of "{macro.name}" is made by <{child.tag}>', child.span)
+            else:
+                children.append((child, scope))
+        if len(children) != len(wanted):
+            raise Unsupported(f'the macro "{macro.name}" takes {len(wanted)} blocks', element.span)
+        return {parameter.name: child for parameter, child in zip(wanted, children, strict=True)}
+
+    def call(self, element: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
+        """Take a call of a macro among links and joints."""
+        candidates = self.candidates(element)
+        if candidates:
+            name = element.tag.removeprefix("xacro:")
+            before = self.current[name]
+            for one, on in candidates:
+                self.current[name] = [(one, ())]
+                for condition in on:
+                    note(condition.value)
+                self.call(element, body, scope, (*when, *on), comments)
+            self.current[name] = before
+            return
+        macro = self.macro_of(element)
+        if macro.name in self.inlined or not self.as_part(macro):
+            self.write_out(macro, element, scope, lambda inner: self.robot(macro.element, body, inner, when))
+            return
+        use = Use(macro, self.given(macro, element, scope), {}, scope, when, comments, element)
+        for name, (block, inner) in self.blocks(macro, element, scope).items():
+            use.blocks[name] = self.block_entry(macro, name, block, inner)
+        self.hand_over(macro, use.given)
+        macro.uses.append(use)
+        body.uses.append(use)
+
+    def block_entry(self, macro: Macro, name: str, block: Element, scope: Scope) -> Entry:
+        """Return what a block says that a call hands over."""
+        level = macro.block_levels.get(name)
+        if level is None:
+            raise Unsupported(f'the block "{name}" of the macro "{macro.name}" is inserted among links', block.span)
+        made = one_of_level(self, block, scope, level)
+        known = macro.block_keys.setdefault(name, [])
+        known += [key for key in made.known() if key not in known]
+        return made
+
+    def hand_over(self, macro: Macro, given: dict[str, Value]) -> None:
+        """Take down that what a call gives is a value of the macro's parameters."""
+        for name, value in given.items():
+            variable = macro.variables.get(name)
+            if variable is None:
+                raise Unsupported(f'the macro "{macro.name}" has no parameter {name}', value.span)
+            variable.head().values.append(value)
+            self.hand(value, variable)
+
+    def hand(self, value: Value, variable: Variable) -> None:
+        """Take down that a value becomes that of a variable."""
+        note(value)
+        for source in _sources(value):
+            found = value.scope.find(source)
+            while isinstance(found, Bound):
+                name = sole_name(tokens(found.text))
+                found = found.scope.find(name) if name else None
+            if isinstance(found, Variable) and found is not variable:
+                if "argument" in (found.where, variable.where):
+                    self.flows.append((found, variable))
+                else:
+                    variable.join(found)
+
+    def spread(self) -> None:
+        """Let arguments know how what they are handed to is used."""
+        changed = True
+        while changed:
+            changed = False
+            for argument, variable in self.flows:
+                more = variable.head().evidence - argument.head().evidence
+                argument.head().evidence |= more
+                changed = changed or bool(more)
+
+    def write_out(self, macro: Macro, element: Element, scope: Scope, then: Callable[[Scope], None]) -> None:
+        """Walk over a macro where it is called."""
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            self.depth = 0
+            raise Unsupported(f'the macro "{macro.name}" calls itself', element.span)
+        inner = Scope(scope, macro.name)
+        given = self.given(macro, element, scope)
+        for parameter in macro.parameters:
+            if not parameter.block:
+                value = given.get(parameter.name)
+                text = value.text if value is not None else parameter.default or ""
+                inner.names[parameter.name] = Bound(text, value.scope if value is not None else scope)
+        for name, (block, where) in self.blocks(macro, element, scope).items():
+            single = next(one.block for one in macro.parameters if one.name == name) == "*"
+            inner.blocks[name] = (block, where, True) if single else (block, where)
+        then(inner)
+        self.depth -= 1
+
+    def as_part(self, macro: Macro) -> bool:
+        """Walk over a macro that is to be a part; say whether it can be one."""
+        if macro.level == "part":
+            return True
+        if macro.level:
+            raise Unsupported(f'the macro "{macro.name}" is called in a link and outside of links', macro.place)
+        macro.level = "part"
+        self.begin(macro)
+        body = Body(macro.file, macro, macro.scope)
+        macro.body = body
+        self.seen.append(macro)
+        for parameter in macro.parameters:
+            if parameter.block:
+                macro.scope.blocks[parameter.name] = parameter
+        try:
+            self.robot(macro.element, body, macro.scope, ())
+        except Unsupported as problem:
+            raise InMacro(macro, problem) from None
+        return True
+
+    def begin(self, macro: Macro) -> None:
+        """Make the scope and the variables of a macro."""
+        macro.scope = MacroScope(self.program.scope, macro)
+        for parameter in macro.parameters:
+            if parameter.block:
+                continue
+            made = Variable(parameter.name, PARAMETER, span=macro.place)
+            if parameter.default is not None:
+                value = Value(parameter.default, self.program.scope, FREE, macro.place)
+                made.values.append(value)
+                self.hand(value, made)
+            macro.variables[parameter.name] = made
+            macro.scope.names[parameter.name] = made
+
+    # What stands inside of a link, a joint, and so on.
+
+    def content(
+        self, element: Element, scope: Scope, level: str, when: Whens = ()
+    ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
+        """Yield what an element holds, with the conditions on it; calls of macros that are named values as they are."""
+        for child, comments in with_comments(element):
+            yield from self.inner(child, scope, level, when, comments)
+
+    def inner(
+        self, child: Element, scope: Scope, level: str, when: Whens, comments: tuple[str, ...] = ()
+    ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
+        tag = child.tag
+        if tag in ("xacro:if", "xacro:unless"):
+            yield from self.content(child, scope, level, (*when, self.condition(child, scope)))
+        elif tag == "xacro:insert_block":
+            handed = scope.block(child.get("name"))
+            if isinstance(handed, Parameter):
+                yield Handed(handed, scope), scope, when, comments
+                return
+            for block, inner in self.inserted(child, scope):
+                yield from self.inner(block, inner, level, when)
+        elif tag == "xacro:property":
+            self.inner_property(child, scope, when)
+        elif tag.startswith("xacro:"):
+            macro = self.macro_of(child)
+            if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
+                yield self.value_call(macro, child, scope), scope, when, comments
+                return
+            found: list[Any] = []
+            self.write_out(
+                macro, child, scope, lambda inside: found.extend(self.content(macro.element, inside, level, when))
+            )
+            yield from found
+        else:
+            yield child, scope, when, comments
+
+    def inner_property(self, element: Element, scope: Scope, when: Whens) -> None:
+        name = element.get("name")
+        if element.get("scope") or "$" in name or when or "value" not in element.attributes:
+            raise Unsupported(f'the property "{name}" stands inside of an element', element.span)
+        scope.names[name] = Bound(element.get("value"), scope)
+
+    def as_value(self, macro: Macro, level: str) -> bool:
+        """Walk over a macro that makes what stands in a link, a joint and so on; say whether it can be a value."""
+        if macro.level:
+            return macro.level == level and macro.entry is not None
+        macro.level = level
+        self.begin(macro)
+        for parameter in macro.parameters:
+            if parameter.block:
+                return self.not_a_value(macro)
+        try:
+            entry = reads(self, macro.element, macro.scope, level)
+        except Unsupported:
+            return self.not_a_value(macro)
+        keys = entry.known()
+        if not keys or any(item.when or item.key == "*" for item in entry.items) or len(keys) != len(entry.items):
+            return self.not_a_value(macro)
+        macro.entry = entry
+        self.seen.append(macro)
+        return True
+
+    def as_text(self, macro: Macro) -> bool:
+        """Walk over a macro that is called among elements that are kept; say whether it can be a value."""
+        if macro.level:
+            return macro.level == "xml" and macro.text is not None
+        macro.level = "xml"
+        self.begin(macro)
+        if any(parameter.block for parameter in macro.parameters):
+            return False
+        try:
+            found: list[Any] = []
+            for item in macro.element.content:
+                found += self.xml_item(item, macro.scope, ())
+        except Unsupported:
+            return False
+        if not any(isinstance(one, (Xml, Call)) for one in found) or any(
+            isinstance(one, Xml) and not one.tag for one in found
+        ):
+            return False
+        macro.text = found
+        self.seen.append(macro)
+        return True
+
+    def not_a_value(self, macro: Macro) -> bool:
+        macro.entry = None
+        return False
+
+    def value_call(self, macro: Macro, element: Element, scope: Scope) -> Call:
+        given = self.given(macro, element, scope)
+        self.hand_over(macro, given)
+        return Call(macro, given, {}, scope, element)
+
+    # What is kept as text.
+
+    def xml(self, element: Element, scope: Scope) -> Xml:
+        """Return an element that is kept as text."""
+        made = Xml(element.tag)
+        for name, attribute in element.attributes.items():
+            if not name.startswith(("xacro:", "xmlns:xacro")):
+                value = Value(attribute.value, scope, XML, attribute.span)
+                note(value)
+                made.attributes.append((name, value))
+        for item in element.content:
+            made.content += self.xml_item(item, scope, ())
+        return made
+
+    def xml_item(self, item: Element | Remark, scope: Scope, when: Whens) -> list[Any]:
+        if isinstance(item, Remark):
+            if item.kind == "comment":
+                return [item]
+            value = Value(item.text, scope, XML)
+            note(value)
+            return [value]
+        if item.tag in ("xacro:if", "xacro:unless"):
+            group = Xml("", when=(self.condition(item, scope),))
+            for inner in item.content:
+                group.content += self.xml_item(inner, scope, when)
+            return [group]
+        if item.tag == "xacro:insert_block":
+            return [self.xml(child, inner) for child, inner in self.inserted(item, scope)]
+        if item.tag == "xacro:property":
+            self.inner_property(item, scope, ())
+            return []
+        if item.tag.startswith("xacro:"):
+            macro = self.macro_of(item)
+            if macro.name not in self.inlined and self.as_text(macro):
+                return [self.value_call(macro, item, scope)]
+            found: list[Any] = []
+
+            def take(inside: Scope) -> None:
+                for one in macro.element.content:
+                    found.extend(self.xml_item(one, inside, when))
+
+            self.write_out(macro, item, scope, take)
+            return found
+        return [self.xml(item, scope)]
+
+
+class AtTop(Exception):
+    """Something at the top of a file that is not translated."""
+
+    def __init__(self, element: Element, problem: Unsupported) -> None:
+        super().__init__(problem.reason)
+        self.element = element
+        self.problem = problem
+
+
+class InProperty(Exception):
+    """A property at the top of a file whose value cannot be said."""
+
+    def __init__(self, name: str, reason: str) -> None:
+        super().__init__(reason)
+        self.name = name
+        self.reason = reason
+
+
+class InMacro(Exception):
+    """Something in a macro that is not translated."""
+
+    def __init__(self, macro: Macro, problem: Unsupported) -> None:
+        super().__init__(problem.reason)
+        self.macro = macro
+        self.problem = problem
+
+
+def _variables(scope: Scope) -> Iterator[Variable]:
+    """Yield the variables that a scope and those around it know."""
+    here: Scope | None = scope
+    while here is not None:
+        yield from (one for one in here.names.values() if isinstance(one, Variable))
+        here = here.parent
+
+
+def _sources(value: Value) -> list[str]:
+    """Return the names that a value may be as it is: of a name, of a choice between names."""
+    import ast
+
+    from .expressions import source_tree
+
+    pieces = tokens(value.text)
+    name = sole_name(pieces)
+    if name:
+        return [name]
+    if len(pieces) == 1 and pieces[0].kind == "expression":
+        try:
+            tree = source_tree(pieces[0].text)
+        except ValueError:
+            return []
+        if isinstance(tree, ast.IfExp):
+            return [one.id for one in (tree.body, tree.orelse) if isinstance(one, ast.Name)]
+    return []
+
+
+__all__ = ["TABLE", "TEXT", "Entry", "File", "InMacro", "Item", "Walker"]

@@ -130,7 +130,7 @@ def test_a_prefix_a_parent_and_an_origin_are_those_of_the_use(tmp_path: Path) ->
         WHEEL + '<xacro:wheel prefix="left_" parent="base"><origin xyz="0 ${1/4} 0" rpy="0 ${pi/2} 0"/></xacro:wheel>',
     )
     robot = made.files["robot.yaml"]
-    assert "    joints: {axle: {type: continuous, parent: mount, child: wheel, axis: [0, 1, 0]}}\n" in robot
+    assert "      axle: {type: continuous, parent: mount, child: wheel, axis: [0, 1, 0]}\n" in robot
     assert '  left: {part: wheel, parent: base, xyz: [0, "${1 / 4}", 0], rpy: [0, 90 deg, 0]}\n' in robot
 
 

@@ -242,14 +242,15 @@ def _describe(
     if translation is not None and translation.files:  # its macros have the elements as they stand in the source
         imported, lines = read._replace(tree=named.tree), []
         trip = trip._replace(files=translation.files)
-    if translation is not None:
-        lines += told_translation(translation)
+    translated = list(told_translation(translation)) if translation is not None else []
     if target is not None:
-        return _put_into(console, target, folder, imported, trip, lines)
+        return _put_into(console, target, folder, imported, trip, [*lines, *translated])
     written = _write(console, folder, trip)
     if written is None:
         return PROBLEMS
     _report(console, folder, imported, trip, written, lines)
+    for line in translated:
+        console.say(line)
     console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")
     return FINE
 

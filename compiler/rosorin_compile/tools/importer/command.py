@@ -226,7 +226,7 @@ def _describe(
     in_words = _worded(options, imported._replace(tree=named.tree))
     imported = in_words.imported
     try:
-        trip = check_round_trip(imported, folder, read, not options.no_parts, in_words.plain)
+        trip = check_round_trip(imported, folder, read, not (options.no_parts or options.flat), in_words.plain)
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
         console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")

@@ -13,8 +13,9 @@ from rosorin_compile.frontend.expand.placing import AXES
 Schema = dict[str, Any]
 
 # A name that an expression can use: letters of any script, digits, underscores. \w would be ASCII alone in an editor.
-_CALLED = r"^[^\s!-/0-9:-@\[-^`{-~][^\s!-/:-@\[-^`{-~]*(\([^()]*\))?$"  # name, or name(first, second)
-_IDENTIFIER = r"^[^\s!-/0-9:-@\[-^`{-~][^\s!-/:-@\[-^`{-~]*$"
+_NAME = r"[^\s!-/0-9:-@\[-^`{-~][^\s!-/:-@\[-^`{-~]*"
+_IDENTIFIER = f"^{_NAME}$"
+_CALLED = rf"^{_NAME}(\(({_NAME}(, *{_NAME})*)?\))?$"  # name, or name(first, second)
 _BOUNDS = {
     "min": {"description": "The smallest value that is allowed."},
     "max": {"description": "The largest value that is allowed."},

@@ -13,7 +13,9 @@ from rosorin_compile.frontend.expand.placing import AXES
 Schema = dict[str, Any]
 
 # A name that an expression can use: letters of any script, digits, underscores. \w would be ASCII alone in an editor.
-_IDENTIFIER = r"^[^\s!-/0-9:-@\[-^`{-~][^\s!-/:-@\[-^`{-~]*$"
+_NAME = r"[^\s!-/0-9:-@\[-^`{-~][^\s!-/:-@\[-^`{-~]*"
+_IDENTIFIER = f"^{_NAME}$"
+_CALLED = rf"^{_NAME}(\(({_NAME}(, *{_NAME})*)?\))?$"  # name, or name(first, second)
 _BOUNDS = {
     "min": {"description": "The smallest value that is allowed."},
     "max": {"description": "The largest value that is allowed."},
@@ -139,8 +141,9 @@ def added_definitions(sections: Schema, arg: Schema) -> Schema:
         **_CONTROLS,
         "let": {
             "type": "object",
-            "description": "Named values for expressions: ${name}. Numbers, texts, lists, whole entries; any order.",
-            "propertyNames": {"pattern": _IDENTIFIER},
+            "description": "Named values for expressions: ${name}, or ${name(x)} of name(x): VALUE. Numbers, texts, "
+            "lists, whole entries; any order.",
+            "propertyNames": {"pattern": _CALLED},
         },
         "params": _params("arg", "What a use may say: name: {type, default, help}, or name: DEFAULT."),
         "bounded_params": _params(

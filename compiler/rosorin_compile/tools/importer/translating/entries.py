@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ....xml.markup import Element
 from .pieces import Call, Entry, Given, Handed, Item, Macro, Whens, Xml
-from .scopes import FILE, NAME, Scope, Value, is_plain, literal
+from .scopes import FILE, FREE, NAME, Scope, Value, is_plain, literal, note
 from .texts import Unsupported
 
 if TYPE_CHECKING:
@@ -218,7 +218,7 @@ def joint_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
     made.items = [item for item in made.items if item.key not in _WITHOUT_EFFECT.get(word, ())]
     for item in made.items:
         if item.key in ("limit", "mimic", "dynamics", "safety_controller", "calibration"):
-            _units(item.value, word)
+            units_of(item.value, word)
         if item.key == "limit" and word == "continuous" and isinstance(item.value, Entry):
             item.value.items = [one for one in item.value.items if one.key not in ("lower", "upper")]
     return made
@@ -228,16 +228,15 @@ def _type(kind: Value) -> Item:
     return Item("type", kind)
 
 
-def _units(entry: Entry, kind: str) -> None:
-    """Say of the numbers of a joint whether they are angles or lengths."""
+def units_of(entry: object, kind: str) -> None:
+    """Say of the numbers of a joint of a type whether they are angles or lengths."""
     sink = "angle" if kind in _ROTATING else "length" if kind == "prismatic" else "number"
-    if not isinstance(entry, Entry):
-        return
-    for item in entry.items:
-        if item.key in _OF_DIMENSION and isinstance(item.value, Value):
-            item.value.sink = sink
-        elif item.key == "velocity" and isinstance(item.value, Value) and kind in _ROTATING:
-            item.value.sink = "speed"
+    for item in entry.items if isinstance(entry, Entry) else ():
+        if not isinstance(item.value, Value) or item.key == "joint":
+            continue
+        turning = "speed" if item.key == "velocity" and kind in _ROTATING else "number"
+        item.value.sink = sink if item.key in _OF_DIMENSION else turning
+        note(item.value)
 
 
 _NUMBERS = {
@@ -260,15 +259,15 @@ def _in_joint(walker: Walker, child: Element, scope: Scope, when: Whens, entry: 
         made.put("joint", walker.value(child, "joint", scope, NAME))
         for name in ("multiplier", "offset"):
             if name in child.attributes:
-                made.put(name, walker.value(child, name, scope, "number"))
+                made.put(name, walker.value(child, name, scope, FREE))
         entry.put("mimic", made, when)
     elif child.tag in _NUMBERS:
         made = Entry()
         for name in _NUMBERS[child.tag]:
             if name in child.attributes:
-                made.put(name, walker.value(child, name, scope, "number"))
+                made.put(name, walker.value(child, name, scope, FREE))
             elif child.tag == "limit" and name in ("lower", "upper"):
-                made.put(name, Value("0", scope, "number"))
+                made.put(name, Value("0", scope, FREE))
         entry.put(child.tag, made, when)
     else:
         return False

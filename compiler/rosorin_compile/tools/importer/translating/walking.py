@@ -11,7 +11,7 @@ from typing import Any
 
 from ....frontend.tree import Map
 from ....xml.markup import Element, Remark
-from .entries import joint_entry, link_entry, material_entry, one_of_level, reads
+from .entries import joint_entry, link_entry, material_entry, one_of_level, reads, units_of
 from .flattened import Place, flat_entries, place_of
 from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Program, with_comments
@@ -364,6 +364,8 @@ class Walker:
         if level is None:
             raise Unsupported(f'the block "{name}" of the macro "{macro.name}" is inserted among links', block.span)
         made = one_of_level(self, block, scope, level)
+        for item in made.items if level == "joint" else ():
+            units_of(item.value, "")
         known = macro.block_keys.setdefault(name, [])
         known += [key for key in made.known() if key not in known]
         return made
@@ -508,6 +510,8 @@ class Walker:
                 return self.not_a_value(macro)
         try:
             entry = reads(self, macro.element, macro.scope, level)
+            for item in entry.items if level == "joint" else ():
+                units_of(item.value, "")
         except Unsupported:
             return self.not_a_value(macro)
         keys = entry.known()

@@ -27,6 +27,7 @@ OTHER_VALUES = {
     "--json": "with --format, or without",
     "--frame": "a frame; extract says that it is a link",
     "--link": "one, or several",
+    "--into": "a file of the description; of import the folder of a package",
     "--robot": "of extract factory the file in the package",
     "--from": "the shapes that extract reads; where the camera of picture stands",
     "--frames": "the two that verify is told of; whether picture shows them",

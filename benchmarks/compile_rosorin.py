@@ -1,10 +1,10 @@
 """How long ``rosorin-compile`` takes on the reference robot, against xacro.
 
 Whole processes in pairs. ``all`` writes and proves all 16 artifacts, ``print urdf`` proves one and prints it, as a
-launch file has it done; xacro makes one file and checks nothing. ``rosorin.xacro`` has the robot of ``rosorin.urdf`` (11
-links), ``rosorin_wheels.xacro`` stands it on its wheels (51 of 60 links). ``all`` is held against the second alone, and
-against a xacro for each XML file that xacro could make: three URDFs and an SRDF, of which one has the wheels. Run with
-the environment's Python: ``python benchmarks/compile_rosorin.py [PAIRS]``.
+launch file has it done; xacro makes one file and checks nothing. ``rosorin.xacro`` has the robot of ``rosorin.urdf``
+(11 links), ``rosorin_wheels.xacro`` stands it on its wheels (51 of 60 links). ``all`` is held against the second alone,
+and against a xacro for each XML file that xacro could make: three URDFs and an SRDF, of which one has the wheels. Run
+with the environment's Python: ``python benchmarks/compile_rosorin.py [PAIRS]``.
 """
 
 from __future__ import annotations

@@ -123,11 +123,22 @@ def read(entry: Mapping[str, Any]) -> Diagnostic:
 def _span(entry: Mapping[str, Any]) -> Span | None:
     if "file" not in entry:
         return None
-    return Span(_line(entry["file"], entry["line"]), entry["line"], entry["column"], entry["length"])
+    return Span(
+        _line(entry["file"], entry["line"], _mark(entry["file"])), entry["line"], entry["column"], entry["length"]
+    )
+
+
+def _mark(path: str) -> tuple[int, int]:
+    """Return the size and the time of a file (ns); zeros of one that is not there."""
+    try:
+        status = Path(path).stat()
+    except (OSError, ValueError):
+        return 0, 0
+    return status.st_size, status.st_mtime_ns
 
 
 @lru_cache(maxsize=1_000)
-def _line(path: str, number: int) -> Source:
+def _line(path: str, number: int, mark: tuple[int, int]) -> Source:  # noqa: ARG001 - tells it from its next version
     """Return one line of a file; an empty one of a file that is not there any more."""
     text = ""
     try:

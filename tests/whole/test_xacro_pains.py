@@ -239,19 +239,8 @@ def test_number_is_printed_in_one_form(make: Make, written: str, exact: str, six
 
 
 CORE = {"jinja2", "markupsafe", "yaml", "jsonschema_rs", "rosorin_compile"}
-EXTRAS = {
-    "collada",
-    "dask",
-    "distributed",
-    "fsspec",
-    "mujoco",
-    "numpy",
-    "pydrake",
-    "rosbags",
-    "scipy",
-    "trimesh",
-    "xacro",
-}
+EXTRAS = {"collada", "mujoco", "numpy", "pydrake", "rosbags", "scipy", "trimesh", "xacro"}
+EXTRAS |= {"dask", "distributed", "fsspec"}
 EXTRAS |= {"backports", "compression", "lz4"}  # what rosbags decompresses with
 
 

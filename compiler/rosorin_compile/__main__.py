@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-import signal
 import sys
+
+try:
+    # It is in the interpreter; a Ctrl-C can come while the other one imports enum.
+    import _signal as signal  # type: ignore[import-not-found]
+except ImportError:
+    import signal
 
 
 def main() -> int:

@@ -64,6 +64,11 @@ def test_what_is_printed_is_the_same(shell: Shell) -> None:
     assert shell.run("print", "urdf") == (False, *first[1:])
 
 
+def test_a_run_that_says_nothing_is_left_out_too(shell: Shell) -> None:
+    assert shell.run("all", "-q") == (True, "", "")
+    assert shell.run("all", "-q") == (False, "", "")
+
+
 def test_all_says_unchanged_and_the_same_diagnostics(shell: Shell) -> None:
     ran, written, said = shell.run("all")
     assert ran

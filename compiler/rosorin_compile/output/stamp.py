@@ -17,7 +17,7 @@ from typing import Any
 
 from .. import __version__, plugins
 from ..project import DATA, Resolved, data_folder
-from ..startup.again import changed, contents, marks
+from ..startup.again import changed, contents, mark
 from ..startup.cache import cache_folder, digest, keep, recalled
 
 
@@ -99,5 +99,5 @@ def tool_folders() -> list[str]:
 
 def tool_mark() -> str:
     """Return what tells this very tool from another one: versions, and size and time of its files and its plug-ins'."""
-    parts = [f"{__version__} {sys.version}", *(mark for folder in tool_folders() for mark in marks(folder))]
+    parts = [f"{__version__} {sys.version}", *map(mark, tool_folders())]
     return digest("\n".join([*parts, *plugins.mark()]).encode("utf-8", "surrogateescape"))

@@ -27,6 +27,7 @@ _TOOL, _FOLDER, _READ, _MADE, _HELD = "t", "d", "i", "o", "f"
 _END, _PART = "\0", "\x1f"  # none of them is in a text that is kept
 
 _called: list[tuple[list[str], int]] = []  # the words of this process, and when it began
+_marked: dict[str, str] = {}  # what ``mark`` said of folders
 
 
 def now() -> int:
@@ -44,14 +45,14 @@ def said_again(words: Sequence[str]) -> bool:
     try:
         file = _file(words)
         kept = recalled(file) if file else None
-        said = _still_true(kept.decode()) if kept is not None else []
-        for kind, text in said:
+        said = _still_true(kept.decode()) if kept is not None else None
+        for kind, text in said or ():
             stream = sys.stderr if kind == ERR else sys.stdout
             stream.buffer.write(text.encode("utf-8" if kind == RAW else stream.encoding, "backslashreplace"))
             stream.flush()
     except Exception:  # a record that is damaged in whatever way is none; a run says what is wrong with a pipe
         return False
-    return bool(said)
+    return said is not None
 
 
 def remember(
@@ -71,14 +72,8 @@ def remember(
     words, begun = _called[0]
     try:
         file = _file(words)
-        rows = list(
-            _rows(
-                sorted({os.path.abspath(one) for one in inputs}),
-                outputs,
-                [*sys.path, *map(os.path.abspath, lookups)],
-                begun,
-            )
-        )
+        read = sorted({os.path.abspath(one) for one in inputs})
+        rows = list(_rows(read, outputs, [*sys.path, *map(os.path.abspath, lookups)], begun))
         rows += [[_TOOL, folder, _state(_TOOL, folder)] for folder in tool]
         if file and not any(_END in text or _PART in text for _, text in said):
             rows += [list(one) for one in said]
@@ -96,8 +91,8 @@ def _file(words: Sequence[str]) -> str:
     return os.path.join(folder, digest(_END.join(key).encode("utf-8", "surrogateescape"))) if folder else ""
 
 
-def _still_true(kept: str) -> list[tuple[str, str]]:
-    """Return what was said, if everything is as it was; else nothing. Raises OSError, ValueError."""
+def _still_true(kept: str) -> list[tuple[str, str]] | None:
+    """Return what was said, if everything is as it was; else None. Raises OSError, ValueError."""
     said = []
     held: dict[str, dict[str, str]] = {}
     for row in kept.split(_END):
@@ -109,8 +104,8 @@ def _still_true(kept: str) -> list[tuple[str, str]]:
         elif kind == _HELD:
             folder[name] = more[0]
         elif more[0] != _state(kind, name):
-            return []
-    return said if all(contents(folder) == files for folder, files in held.items()) else []
+            return None
+    return said if all(contents(folder) == files for folder, files in held.items()) else None
 
 
 def _rows(
@@ -134,7 +129,7 @@ def _rows(
 def _state(kind: str, name: str) -> str:
     """Return how a thing is that a run depends on. Raises OSError."""
     if kind == _TOOL:
-        return digest("\n".join(marks(name)).encode("utf-8", "surrogateescape"))
+        return mark(name)
     if kind == _READ:
         with open(name, "rb") as opened:
             return digest(opened.read())
@@ -144,8 +139,15 @@ def _state(kind: str, name: str) -> str:
         return ""
 
 
-def marks(folder: str) -> list[str]:
-    """Return the name, size and time of each file below a folder of the tool; this is most of what looking takes."""
+def mark(folder: str) -> str:
+    """Return what tells the files of the tool in a folder from others; a process for one line works it out once."""
+    if not _called or folder not in _marked:
+        _marked[folder] = digest("\n".join(_marks(folder)).encode("utf-8", "surrogateescape"))
+    return _marked[folder]
+
+
+def _marks(folder: str) -> list[str]:
+    """Return the name, size and time of each file below a folder; this is most of what looking takes."""
     found = []
     folders = [(folder, "")]
     while folders:

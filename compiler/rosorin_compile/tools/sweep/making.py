@@ -189,7 +189,7 @@ class Maker:
         try:
             if lacks_meshes(compiled) or any(changed(str(path)) >= begun for path in inputs):
                 return {}
-            return {str(path): _digest_of(path, _mark(path)) for path in inputs}
+            return {str(path): _digest_of(path, mark_of(path)) for path in inputs}
         except OSError:
             return {}
 
@@ -202,7 +202,7 @@ class Maker:
             if known is None or any(leads({}, Resolved(*one)) != one[-1] for one in known["resolved"]):
                 return False
             inputs = {self.folder.base / name: kept for name, kept in known["inputs"].items()}
-            return all(_digest_of(path, _mark(path)) == kept for path, kept in inputs.items())
+            return all(_digest_of(path, mark_of(path)) == kept for path, kept in inputs.items())
         except (OSError, KeyError, TypeError, ValueError):
             return False
 
@@ -311,7 +311,8 @@ def _silent(_: Diagnostic) -> None:
 Mark = tuple[int, int, int, int]
 
 
-def _mark(path: Path) -> Mark:
+def mark_of(path: Path) -> Mark:
+    """Return what tells a file from its next version. Raises OSError."""
     status = path.stat()
     return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
 

@@ -20,7 +20,7 @@ from ...diagnostics.wording import and_more, counted
 from ...frontend.variants import Row
 from ...output.variants import Stored
 from ...startup.records import NamedTuple
-from .making import ERROR, MADE, UNCHANGED, Made
+from .making import ERROR, MADE, UNCHANGED, Made, Mark, mark_of
 from .running import Counts, duration
 
 MAX_FAILED = 20  # variants whose errors are shown
@@ -123,22 +123,16 @@ def read(entry: Mapping[str, Any]) -> Diagnostic:
 def _span(entry: Mapping[str, Any]) -> Span | None:
     if "file" not in entry:
         return None
-    return Span(
-        _line(entry["file"], entry["line"], _mark(entry["file"])), entry["line"], entry["column"], entry["length"]
-    )
-
-
-def _mark(path: str) -> tuple[int, int]:
-    """Return the size and the time of a file (ns); zeros of one that is not there."""
     try:
-        status = Path(path).stat()
+        mark = mark_of(Path(entry["file"]))
     except (OSError, ValueError):
-        return 0, 0
-    return status.st_size, status.st_mtime_ns
+        mark = None
+    source = _line(entry["file"], entry["line"], mark)
+    return Span(source, entry["line"], entry["column"], entry["length"])
 
 
 @lru_cache(maxsize=1_000)
-def _line(path: str, number: int, mark: tuple[int, int]) -> Source:  # noqa: ARG001 - tells it from its next version
+def _line(path: str, number: int, mark: Mark | None) -> Source:  # noqa: ARG001 - of a file as it is now
     """Return one line of a file; an empty one of a file that is not there any more."""
     text = ""
     try:

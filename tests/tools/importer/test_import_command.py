@@ -82,7 +82,10 @@ def test_what_it_says_next_works(here: Path, capsys: pytest.CaptureFixture[str])
 def test_a_long_robot_becomes_several_files(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(str(ROVER), "--no-parts", "-o", "robots/rover") == 0
     first = capsys.readouterr().out.splitlines()[0]
-    assert first == "robots/rover: 10 links, 9 joints in robot.yaml, links.yaml, joints.yaml, extensions.yaml"
+    assert first == (
+        "robots/rover: 10 links, 9 joints in robot.yaml, links.yaml, joints.yaml, sensors.yaml, control.yaml, "
+        "extensions.yaml"
+    )
     assert files(here / "robots" / "rover") == files(ROVER.parent / "flat")
 
 

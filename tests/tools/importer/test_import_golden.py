@@ -16,6 +16,7 @@ import pytest
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.tools.importer.layout import WIDTH
 from rosorin_compile.tools.importer.round_trip import check_round_trip
+from rosorin_compile.tools.importer.words import worded
 from support.paths import IMPORTED
 
 FOLDER = IMPORTED
@@ -28,7 +29,8 @@ def imported(name: str, folder: str = EXPECTED) -> dict[str, str]:
     """Return the files that import makes of a robot of this folder."""
     made = read_robot(FOLDER / name / f"{name}.urdf")
     assert made.tree is not None, made.diagnostics
-    trip = check_round_trip(made, FOLDER / name / folder, parts=folder == EXPECTED)
+    said = worded(made)
+    trip = check_round_trip(said.imported, FOLDER / name / folder, made, parts=folder == EXPECTED, plain=said.plain)
     assert trip.diagnostics == []
     assert trip.frames == len(made.tree["links"])
     assert trip.largest == 0

@@ -144,10 +144,15 @@ def test_a_matrix_is_of_one_robot(capsys: Shown) -> None:
         assert "warning[collisions-stale]: the collision matrix was computed of other shapes" in said
         assert "rosorin-compile collisions computes it anew" in said
         assert "disable_collisions" not in Path("outputs/reach/reach.srdf").read_text("utf-8")
-    included(ROBOT.replace("robot: reach\n", "# a comment\nrobot: reach\n"))
-    assert main(["all", "reach"]) == 0
-    assert "collisions-stale" not in capsys.readouterr().err
-    assert "disable_collisions" in Path("outputs/reach/reach.srdf").read_text("utf-8")
+    joint = "base_lidar: {type: fixed, parent: base, child: lidar, xyz: [0.1, 0, 0.2]}"
+    for text in (
+        ROBOT.replace("robot: reach\n", "# a comment\nrobot: reach\n"),
+        ROBOT.replace("joints:\n", f"  lidar: {{}}\njoints:\n  {joint}\n"),  # a frame that has no shape touches nothing
+    ):
+        included(text)
+        assert main(["all", "reach"]) == 0
+        assert "collisions-stale" not in capsys.readouterr().err
+        assert "disable_collisions" in Path("outputs/reach/reach.srdf").read_text("utf-8")
 
 
 STONES = """\

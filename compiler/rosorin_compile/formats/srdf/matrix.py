@@ -1,7 +1,8 @@
 """The collision matrix: what it was computed of, as a digest, and whether that is still the robot.
 
 Numbers go into the digest to nine decimals (1 nm, 1e-9 of a turn), so that the last digit of a sine, which is not the
-same on every machine, does not make a matrix stale.
+same on every machine, does not make a matrix stale. Joints that carry no shape are not in it: a new frame of a sensor
+touches nothing.
 """
 
 from __future__ import annotations
@@ -22,12 +23,27 @@ def digest(planning: Planning) -> str:
     """Return what tells the shapes, joints and limits of a URDF, and how it is searched, from any other."""
     said = {
         "form": _FORM,
-        "links": {name: [_solid(one) for one in solids] for name, solids in planning.solids.items()},
-        "joints": [_joint(planning, name) for name in sorted(planning.joints)],
+        "links": {name: [_solid(one) for one in solids] for name, solids in planning.solids.items() if solids},
+        "joints": [_joint(planning, name) for name in sorted(_carrying(planning))],
         "search": vars(planning.said.search),
     }
     text = json.dumps(said, sort_keys=True, separators=(",", ":"))
     return _hash(text.encode())
+
+
+def _carrying(planning: Planning) -> set[str]:
+    """Return the joints that place a shape, and those that such a joint mimics."""
+    found: set[str] = set()
+    for link, solids in planning.solids.items():
+        if solids:
+            found.update(joint.name for joint in planning.chain(link))
+    open_ends = list(found)
+    while open_ends:
+        mimic = planning.joints[open_ends.pop()].mimic
+        if mimic and mimic.joint in planning.joints and mimic.joint not in found:
+            found.add(mimic.joint)
+            open_ends.append(mimic.joint)
+    return found
 
 
 def _hash(data: bytes) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -170,6 +171,12 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     empty = tree is None and stdin_of(path) is not None
     help = "did the program before the pipe say why?" if empty else "start from docs/tutorial.md"
     raise LoadError(error("not-a-mapping", message, first_line(source), help))
+
+
+@cache
+def load_own(path: Path, shown: str) -> Map:
+    """Read a file that ships with the tool, once a process; nobody may change the tree. Raises LoadError."""
+    return load_mapping(path, shown)
 
 
 def _markup(text: str) -> tuple[str, str]:

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import rosorin_compile
+from rosorin_compile.frontend import load
 from rosorin_compile.frontend.expand import files
 from rosorin_compile.frontend.expand.files import Kept
 from rosorin_compile.frontend.tree import Kept as KeptText
@@ -108,9 +109,9 @@ def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.M
 
     def counted(path: Path, *words: Any) -> Any:
         parsed.append(path.name)
-        return load(path, *words)
+        return reading(path, *words)
 
-    load = files.load_mapping
+    reading = files.load_mapping
     monkeypatch.setattr(files, "load_mapping", counted)
     first, kept = Path("descriptions/handy/robot.yaml"), Kept()
     made = [compile_robot(first, {"scale": str(scale)}, kept=kept) for scale in (1, 2, 1)]
@@ -126,3 +127,10 @@ def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.M
     assert compile_robot(first, {}, kept=kept).robot is None
     edit(first, "robot: [", "robot: handy")
     assert compile_robot(first, {}, kept=kept)[:5] == compile_robot(first, {})[:5]
+
+
+def test_a_second_variant_parses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, kept = ROOT / "descriptions" / "rosorin" / "robot.yaml", Kept()
+    first = compile_robot(robot, kept=kept)
+    monkeypatch.setattr(load, "parse_yaml", lambda source, *_: pytest.fail(f"{source.path} is parsed again"))
+    assert compile_robot(robot, kept=kept)[:5] == first[:5]

@@ -21,7 +21,7 @@ from ...startup.records import NamedTuple
 from ...units import Quantity
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
-from ..load import LoadError, load_mapping
+from ..load import LoadError, load_mapping, load_own
 from ..schema import MANY_INSIDE, ONE_ENTRY
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use
@@ -318,7 +318,8 @@ class Parts:
             self.files[path] = None
             try:
                 package, _, name = file.rpartition(":")
-                tree = load_mapping(path, f"{package or 'parts'}/{name}.yaml", asked)
+                said = f"{package or 'parts'}/{name}.yaml"
+                tree = load_mapping(path, said, asked) if package else load_own(path, said)
             except LoadError as problem:
                 self.ledger.diagnostics.append(problem.diagnostic)
                 raise Failed from None

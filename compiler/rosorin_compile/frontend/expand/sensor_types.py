@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...diagnostics.registry import ARGUMENTS, Rule
-from ..load import LoadError, load_mapping
+from ..load import LoadError, load_own
 from ..tree import Instance, Map, Place, Seq
 from .forms import KEPT, check_sensor_type
 from .ledger import Failed
@@ -72,7 +72,7 @@ def _via(kind: str, name: str, sensor: Map) -> Instance:
 
 def _library(path: Path) -> Map:
     try:
-        types = load_mapping(path, f"parts/{path.name}").get("sensor_types")
+        types = load_own(path, f"parts/{path.name}").get("sensor_types")
     except LoadError as problem:
         raise RuntimeError(f"the library of sensor types is damaged: {problem}") from problem
     assert isinstance(types, Map)  # noqa: S101 - ships with the tool

@@ -237,7 +237,7 @@ def _describe(
     errors = sum(diagnostic.severity == ERROR for diagnostic in told)
     if errors:
         return _refused(console, source, errors)
-    lines = [*repeated(tree_of(trip.shown)), *told_words(in_words)]
+    lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
     translation = _translated(options, source, read._replace(tree=named.tree), trip, folder, how)
     if translation is not None and translation.files:  # its macros have the elements as they stand in the source
         imported, lines = read._replace(tree=named.tree), []

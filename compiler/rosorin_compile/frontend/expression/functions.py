@@ -181,6 +181,10 @@ def _text(value: Any) -> str:
     raise ExpressionError(f"{kind_of(value)} cannot stand inside text", help="use it as the whole value")
 
 
+def _numbers(text: Any) -> list[Any]:
+    return [float(word) for word in text.split()] if isinstance(text, str) else list(text)
+
+
 def _replace(text: str, old: str, new: str) -> str:
     if not old:
         raise ExpressionError("replace needs a text to look for")
@@ -307,6 +311,7 @@ BUILT_IN: tuple[Function, ...] = (
         "`split(text, ',')`: a text as a list of texts; without a separator at blanks",
         lambda text, separator=None: text.split(separator),
     ),
+    Function("numbers", "`numbers('0 0 1')`: the numbers of a text, as a list; a list stays what it is", _numbers),
     Function("join", "`join(', ', list)`: a list as one text", _join),
     Function("replace", "`replace(text, old, new)`", _replace),
     *_each(

@@ -7,6 +7,7 @@ are), ``walking`` with ``entries`` (what is made), ``naming`` (short names and m
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,7 @@ from .values import Documents
 from .walking import AtTop, InMacro, InProperty, Walker
 
 MAX_ATTEMPTS = 40
+_NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 
 
@@ -99,6 +101,7 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     flat: dict[Place, WrittenOut] = {}
     unsaid: dict[str, str] = {}
     explicit: set[str] = set()
+    texts = False
     last: list[Fault] = []
     for _ in range(MAX_ATTEMPTS):
         try:
@@ -114,6 +117,7 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
                 frozenset(flat),
                 trees,
                 unsaid,
+                texts,
             )
             made = _attempt(path, options, how)
         except InMacro as problem:
@@ -141,6 +145,9 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
         last, refused = faults(made.files, source, rows, made.packages, made.elements)
         if not last:
             return _translation(made, out, flat, rows, possible, refused)
+        if not texts and any(_NO_LIST.search(one.text) for one in last):
+            texts = True
+            continue
         if len(_accepted(source)) > len(accepts):  # other arguments break other rules
             continue
         if flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
@@ -251,7 +258,10 @@ def _demote(macro: Macro, fault: Fault, out: dict[str, WrittenOut], explicit: se
 
 
 class _How(NamedTuple):
-    """How one attempt is made: with which macros written out, and with which in long names."""
+    """How one attempt is made: with which macros written out, and with which in long names.
+
+    ``texts``: vectors may be texts in tables.
+    """
 
     imported: Imported
     wanted: Outputs
@@ -262,6 +272,7 @@ class _How(NamedTuple):
     flat: frozenset[Place]
     trees: list[Map]
     unsaid: Mapping[str, str]
+    texts: bool
 
 
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
@@ -275,6 +286,7 @@ def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     choices = choices_of(program.arguments, options.arguments)
     data = Data(program, how.changed.folder)
     renderer = Renderer(program, walker.seen, choices, data)
+    renderer.vectors_are_texts = how.texts
     renderer.meshes = how.changed.meshes or ""
     documents = renderer.render()
     for variable in renderer.used:

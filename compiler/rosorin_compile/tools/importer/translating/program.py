@@ -222,6 +222,8 @@ class Program:
         for inner in element.iter():  # macros within macros are known once those are called
             if inner.tag == "xacro:macro" and inner is not element:
                 self._macro(inner, file, ())
+            elif inner.tag == "xacro:arg":
+                self._argument(inner, file)
             elif inner.tag == "xacro:include" and id(inner) not in self.tops:
                 self._include(inner, file, (), ())
 

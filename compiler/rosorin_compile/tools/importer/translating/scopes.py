@@ -120,6 +120,31 @@ class Scope:
         self.names: dict[str, Variable | Bound | Unsaid] = {}
         self.blocks: dict[str, Any] = {}
         self.package_of: Any = parent.package_of if parent else None
+        self.later: Later | None = None
+
+    def latest(self) -> Scope:
+        """Return the scope as it is by now: with what was set within elements so far."""
+        scope: Scope = self
+        while scope.later is not None:
+            scope = scope.later
+        return scope
+
+    def begun(self) -> Scope:
+        """Return the scope as it was before anything was set within elements."""
+        return self
+
+    def set_later(self, name: str) -> bool:
+        """Say whether a name was set within an element."""
+        later = self.later
+        while later is not None and name not in later.names:
+            later = later.later
+        return later is not None
+
+    def set_from_here(self, name: str, value: Variable | Bound) -> None:
+        """Set a name for what comes after this; what was read before keeps what it was then."""
+        now = self.latest()
+        now.later = Later(now)
+        now.later.names[name] = value
 
     def find(self, name: str) -> Variable | Bound | Unsaid | None:
         """Return what a name means here."""
@@ -145,6 +170,16 @@ class Scope:
         while scope.parent is not None:
             scope = scope.parent
         return scope
+
+
+class Later(Scope):
+    """A scope after a property was set within an element of it."""
+
+    def __init__(self, before: Scope) -> None:
+        super().__init__(before, before.owner)
+
+    def begun(self) -> Scope:
+        return self.parent.begun() if self.parent is not None else self
 
 
 def is_plain(text: str) -> bool:

@@ -80,6 +80,7 @@ class Values:
         self.documents = Documents()
         self.macro: Macro | None = None
         self.shares: dict[str, str] = {}
+        self.vectors_are_texts = False  # of tables: "0 0 1" in YAML
         self.meshes = ""  # put before relative names of meshes
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
@@ -170,10 +171,11 @@ class Values:
             raise Unsupported(f'"{value.text}" is {len(parts)} numbers, not {count}', value.span)
         node = self.node_of(parts[0], value)
         if getattr(node, "kind", "") == WORDS or _is_words(node):
-            text = written(node)
-            return Expression(f"${{[float(word) for word in split({text})]}}")
+            return Expression(f"${{numbers({written(node)})}}")
         if isinstance(node, ast.List):
             return [self.item(item, value) for item in node.elts]
+        if self.vectors_are_texts and getattr(node, "kind", "") != LIST:
+            return Expression(f"${{numbers({written(node)})}}")
         return Expression(f"${{{written(node)}}}")
 
     def item(self, node: ast.expr, value: Value) -> Any:
@@ -376,6 +378,9 @@ class Values:
     def of_variable(self, value: Value, variable: Variable, kind: str = "") -> Any:
         """Return a value of a variable as ``layout`` takes it."""
         kind = kind or variable.kind()
+        table = self.mapping_of(value) if kind in (TABLE, ANY) else None
+        if table is not None:
+            return table
         evidence = variable.head().evidence
         if (kind == LIST and "angle3" in evidence and not evidence & {"length3", "number3", "number4", "indexed"}) or (
             kind == NUMBER and declared_type(variable) == "angle"
@@ -404,7 +409,7 @@ class Values:
             return self.joined(pieces, value)
         node = self.node_of(pieces, value)
         if kind == LIST and getattr(node, "kind", "") == WORDS:
-            return Expression(f"${{[float(word) for word in split({written(node)})]}}")
+            return Expression(f"${{numbers({written(node)})}}")
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
         if kind == NUMBER and value.sink != "angle":

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from ....xml.markup import Element, MarkupError, parse
 from ..description import Outputs, tree_of
 from ..layout import Remarks, Verbatim, cleaned, layout
 from .data import Data
+from .fixing import MOST_SWITCHES, pins, reached, switches_of, undecided
 from .flattened import Place, place_of
 from .naming import name_parts
 from .pieces import Macro
@@ -52,7 +54,8 @@ class Translation(NamedTuple):
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro itself cannot expand. ``reason`` says why there are no files.
+    that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here. ``reason`` says why
+    there are no files.
     """
 
     files: dict[str, str]
@@ -64,6 +67,7 @@ class Translation(NamedTuple):
     refused: tuple[Combination, ...] = ()
     idle: tuple[str, ...] = ()
     unused: tuple[str, ...] = ()
+    fixed: tuple[tuple[str, str], ...] = ()
     reason: str = ""
     span: Span | None = None
 
@@ -93,69 +97,146 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     """Return the description of a xacro, proven; without files, and with a reason, where it cannot be translated.
 
     ``imported`` is the robot that the xacro expands to with the arguments that are given, ``wanted`` the artifacts
-    that its description asks for, ``changed`` what is to be otherwise than in the xacro.
+    that its description asks for, ``changed`` what is to be otherwise than in the xacro. Where a part of it is flat, it
+    is tried without the arguments that choose; of these come back all that cost nothing.
     """
     source = Source(path, options, changed.name, changed.meshes)
     source.known[()] = imported
-    out: dict[str, WrittenOut] = {}
-    flat: dict[Place, WrittenOut] = {}
-    unsaid: dict[str, str] = {}
-    explicit: set[str] = set()
-    texts = False
-    last: list[Fault] = []
-    for _ in range(MAX_ATTEMPTS):
-        try:
-            accepts = _accepted(source)
-            trees = [one.tree for one in source.known.values() if one.tree is not None]
-            how = _How(
-                imported,
-                wanted,
-                changed,
-                frozenset(out),
-                frozenset(explicit),
-                accepts,
-                frozenset(flat),
-                trees,
-                unsaid,
-                texts,
-            )
-            made = _attempt(path, options, how)
-        except InMacro as problem:
-            name = problem.macro.name
-            if name in out:
-                return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
-            out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
-            continue
-        except InProperty as problem:
-            if problem.name in unsaid:
-                return Translation({}, reason=problem.reason)
-            unsaid[problem.name] = problem.reason
-            continue
-        except AtTop as problem:
-            if place_of(problem.element.span) in flat:
-                return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
-            flat[place_of(problem.element.span)] = _flat(problem.element, problem.problem)
-            continue
-        except Unsupported as problem:
-            return Translation({}, reason=problem.reason, span=problem.span)
-        except MarkupError as problem:
-            return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
+
+    def tried(fixed: Mapping[str, str]) -> Translation:
+        return _Mending(source, imported, wanted, changed, fixed).translated()
+
+    best = tried({})
+    if best.files and not _flats(best):
+        return best
+    fixed = _switches(path, options)
+    other = tried(fixed) if fixed else best
+    if not other.files or (best.files and _worth(other) <= _worth(best)):
+        return best
+    best = other
+    for name in list(fixed)[:MOST_SWITCHES]:
+        less = {one: text for one, text in fixed.items() if one != name}
+        other = tried(less)
+        if other.files and _worth(other) >= _worth(best):
+            best, fixed = other, less
+    return best
+
+
+def _worth(translation: Translation) -> tuple[int, int]:
+    return len(translation.kept), -_flats(translation)
+
+
+def _flats(translation: Translation) -> int:
+    return sum(one.flat for one in translation.written_out)
+
+
+def _switches(path: Path, options: ReadOptions) -> dict[str, str]:
+    """Return the arguments of a xacro that choose, with their texts."""
+    try:
+        program = Program(path, parse(read_source(path)), options.packages, options.arguments)
+        with suppress(InMacro, InProperty, AtTop):
+            Walker(program, frozenset()).walk()
+    except (Unsupported, MarkupError):
+        return {}
+    return switches_of(program)
+
+
+class _Mending:
+    """Attempts at one translation, each without what was wrong with the one before."""
+
+    def __init__(
+        self, source: Source, imported: Imported, wanted: Outputs, changed: Changed, fixed: Mapping[str, str]
+    ) -> None:
+        self.source = source
+        self.imported = imported
+        self.wanted = wanted
+        self.changed = changed
+        self.fixed = dict(fixed)
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget what was found to be wrong."""
+        self.out: dict[str, WrittenOut] = {}
+        self.flat: dict[Place, WrittenOut] = {}
+        self.unsaid: dict[str, str] = {}
+        self.explicit: set[str] = set()
+        self.texts = False
+        self.last: list[Fault] = []
+
+    def translated(self) -> Translation:
+        """Return the translation, or why there is none."""
+        for _ in range(MAX_ATTEMPTS):
+            try:
+                found = self.attempt()
+            except InMacro as problem:
+                found = self.in_macro(problem)
+            except InProperty as problem:
+                found = Translation({}, reason=problem.reason) if problem.name in self.unsaid else None
+                self.unsaid[problem.name] = problem.reason
+            except AtTop as problem:
+                place = place_of(problem.element.span)
+                found = _nothing(problem.problem) if place in self.flat else None
+                self.flat[place] = _flat(problem.element, problem.problem)
+            except Unsupported as problem:
+                found = _nothing(problem)
+            except MarkupError as problem:
+                found = Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
+            if found is not None:
+                return found
+        return Translation({}, reason=self.last[0].text if self.last else "no end of mending")
+
+    def in_macro(self, problem: InMacro) -> Translation | None:
+        """Write a macro out; say so if that was done already."""
+        name = problem.macro.name
+        if name in self.out:
+            return _nothing(problem.problem)
+        self.out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
+        return None
+
+    def attempt(self) -> Translation | None:
+        """Return the translation if it is proven, or if nothing is left to be mended; None to try again."""
+        source, options = self.source, self.source.options
+        accepts = _accepted(source)
+        trees = [one.tree for one in source.known.values() if one.tree is not None]
+        how = _How(
+            self.imported,
+            self.wanted,
+            self.changed,
+            frozenset(self.out),
+            frozenset(self.explicit),
+            accepts,
+            frozenset(self.flat),
+            trees,
+            self.unsaid,
+            self.texts,
+            self.fixed,
+        )
+        made = _attempt(source.path, options, how)
         used = {name: one for name, one in made.program.arguments.items() if one.used}
-        rows, possible = combinations(choices_of(used, options.arguments))
-        last, refused = faults(made.files, source, rows, made.packages, made.elements)
-        if not last:
-            return _translation(made, out, flat, rows, possible, refused)
-        if not texts and any(_NO_LIST.search(one.text) for one in last):
-            texts = True
-            continue
+        choices = choices_of(used, options.arguments)
+        rows, possible = combinations(choices)
+        self.last, refused = faults(made.files, source, rows, made.packages, made.elements)
+        if not self.last:
+            more = undecided(reached(made.program, self.flat), choices)
+            if more:  # what is flat would not follow them
+                self.fixed |= more
+                self.begin()
+                return None
+            return _translation(made, self.out, self.flat, rows, possible, refused)
+        if not self.texts and any(_NO_LIST.search(one.text) for one in self.last):
+            self.texts = True
+            return None
         if len(_accepted(source)) > len(accepts):  # other arguments break other rules
-            continue
-        if flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
-            continue
-        if not _blame(last, made, out, explicit, flat, unsaid):
-            break
-    reason = last[0].text if last else "no end of mending"
-    return Translation({}, reason=reason)
+            return None
+        if self.flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
+            return None
+        if not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
+            return Translation({}, reason=self.last[0].text)
+        return None
+
+
+def _nothing(problem: Unsupported) -> Translation:
+    return Translation({}, reason=problem.reason, span=problem.span)
 
 
 def _flat(element: Element, problem: Unsupported) -> WrittenOut:
@@ -204,6 +285,7 @@ def _translation(
         tuple(refused),
         tuple(idle),
         tuple(unused),
+        tuple(made.program.fixed.items()),
     )
 
 
@@ -273,13 +355,19 @@ class _How(NamedTuple):
     trees: list[Map]
     unsaid: Mapping[str, str]
     texts: bool
+    fixed: Mapping[str, str]
 
 
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
-    program = Program(path, parse(read_source(path)), options.packages, options.arguments, how.unsaid)
+    program = Program(path, parse(read_source(path)), options.packages, options.arguments, how.unsaid, how.fixed)
     walker = Walker(program, how.inlined, how.flat, how.trees)
     walker.walk()
+    pinned = pins([macro for macro in program.macros.values() if macro.level]) if how.fixed else {}
+    if pinned:
+        program = Program(path, parse(read_source(path)), options.packages, options.arguments, how.unsaid, how.fixed)
+        walker = Walker(program, how.inlined, how.flat, how.trees, pinned)
+        walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
     _name_macros(program, walker.seen)
     name_parts(walker.seen, how.explicit)

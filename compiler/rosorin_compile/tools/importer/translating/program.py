@@ -17,7 +17,7 @@ from ....frontend.packages import Packages
 from ....xml.files import read_source
 from ....xml.markup import Document, Element, MarkupError, Remark, parse
 from .pieces import Body, File, Macro, When, Whens
-from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Scope, Unsaid, Value, Variable
+from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Bound, Scope, Unsaid, Value, Variable
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens
 
 MAX_CHOICES = 20
@@ -43,9 +43,11 @@ class Program:
         packages: Mapping[str, Path],
         given: Mapping[str, str],
         unsaid: Mapping[str, str] | None = None,
+        fixed: Mapping[str, str] | None = None,
     ) -> None:
         self.scope = Scope()
         self.unsaid = unsaid or {}
+        self.fixed = fixed or {}
         self.packages = Packages(packages, os.environ, path)
         self.given = given
         self.files: dict[str, File] = {}
@@ -179,8 +181,11 @@ class Program:
         for piece in tokens(text):
             name = piece.text.strip() if piece.kind == EXPRESSION else ""
             known = self.properties.get(name, [])
+            argument = piece.text.split()[1:] if piece.kind == EXTENSION and piece.text.split()[:1] == ["arg"] else []
             if name and len(known) == 1 and not known[0].when and depth < 10:
                 made += self.spelt(known[0].value.text, depth + 1)
+            elif argument and argument[0] in self.fixed and depth < 10:
+                made += self.spelt(self.fixed[argument[0]], depth + 1)
             elif piece.kind == EXPRESSION or (
                 piece.kind == EXTENSION and piece.text.split()[:1] not in (["find"], ["arg"])
             ):
@@ -229,7 +234,9 @@ class Program:
 
     def _argument(self, element: Element, file: File) -> None:
         name = element.get("name")
-        if name in self.arguments:
+        if name in self.fixed:
+            self.scope.names[f"arg {name}"] = Bound(self.fixed[name], self.scope)
+        if name in self.arguments or name in self.fixed:
             return
         made = Variable(name, ARGUMENT, span=element.span)
         if "default" in element.attributes:

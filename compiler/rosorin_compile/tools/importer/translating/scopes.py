@@ -41,7 +41,10 @@ class Value:
 
 @dataclass(eq=False)
 class Variable:
-    """A named value of the source. ``values`` are what it is given, by definitions, calls and defaults."""
+    """A named value of the source. ``values`` are what it is given, by definitions, calls and defaults.
+
+    ``calls`` are those of the calls of its macro alone.
+    """
 
     name: str
     where: str
@@ -51,6 +54,7 @@ class Variable:
     used: bool = False
     span: Span | None = None
     definitions: list[tuple[Value, Any]] = field(default_factory=list)
+    calls: list[Value] = field(default_factory=list)
     _group: Variable | None = None
 
     def __post_init__(self) -> None:

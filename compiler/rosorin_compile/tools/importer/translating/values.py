@@ -174,7 +174,7 @@ class Values:
             return Expression(f"${{numbers({written(node)})}}")
         if isinstance(node, ast.List):
             return [self.item(item, value) for item in node.elts]
-        if self.vectors_are_texts and getattr(node, "kind", "") != LIST:
+        if self.vectors_are_texts:
             return Expression(f"${{numbers({written(node)})}}")
         return Expression(f"${{{written(node)}}}")
 

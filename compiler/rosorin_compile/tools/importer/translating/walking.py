@@ -6,7 +6,8 @@ a link or a joint a named value with parameters. ``inlined`` are macros that are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import ast
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ....frontend.tree import Map
@@ -65,9 +66,15 @@ class Walker:
     """One walk over a program, with some macros written out."""
 
     def __init__(
-        self, program: Program, inlined: frozenset[str], flat: frozenset[Place] = frozenset(), trees: Sequence[Map] = ()
+        self,
+        program: Program,
+        inlined: frozenset[str],
+        flat: frozenset[Place] = frozenset(),
+        trees: Sequence[Map] = (),
+        pins: Mapping[tuple[str, str], str] | None = None,
     ) -> None:
         self.program = program
+        self.pins = pins or {}
         self.inlined = inlined
         self.flat = flat
         self.trees = trees
@@ -386,9 +393,12 @@ class Walker:
         """Take down that what a call gives is a value of the macro's parameters."""
         for name, value in given.items():
             variable = macro.variables.get(name)
+            if variable is None and (macro.name, name) in self.pins:
+                continue
             if variable is None:
                 raise Unsupported(f'the macro "{macro.name}" has no parameter {name}', value.span)
             variable.head().values.append(value)
+            variable.calls.append(value)
             self.hand(value, variable)
 
     def hand(self, value: Value, variable: Variable) -> None:
@@ -461,6 +471,10 @@ class Walker:
         for parameter in macro.parameters:
             if parameter.block:
                 continue
+            if (macro.name, parameter.name) in self.pins:
+                text = self.pins[macro.name, parameter.name]
+                macro.scope.names[parameter.name] = Bound(text, self.program.scope)
+                continue
             made = Variable(parameter.name, PARAMETER, span=macro.place)
             if parameter.default is not None:
                 value = Value(parameter.default, self.program.scope, FREE, macro.place)
@@ -519,8 +533,8 @@ class Walker:
         if "$" in name or "value" not in element.attributes or element.get("remove"):
             raise Unsupported(f'the property "{name}" stands inside of an element', element.span)
         target, here = self.target(element, scope), scope.begun()
-        if target is not here and (isinstance(here, MacroScope) or target.parent is None):
-            raise Unsupported("it sets properties of whoever calls it", element.span)
+        if isinstance(here, MacroScope):
+            target = here  # what a part sets for its caller within an element, it reads itself
         open_ends = [(one, decided(one)) for one in when]
         if any(holds is False for _, holds in open_ends):
             return
@@ -679,8 +693,13 @@ def decided(when: When) -> bool | None:
     """Return whether a condition holds wherever it is asked; None if that depends on an argument or a parameter."""
     from .expressions import Rendering, folded
 
+    def of_local(variable: Variable) -> ast.expr | None:
+        plain = variable.where == LOCAL and [one for one, on in variable.definitions if not on]
+        return rendering.value(plain[0]) if plain and len(variable.definitions) == 1 else None
+
+    rendering = Rendering(lambda _: None, of_local)
     try:
-        holds = folded(Rendering(lambda _: None).condition(when.value))
+        holds = folded(rendering.condition(when.value))
     except Unsupported:
         return None
     return None if holds is None else bool(holds) == when.holds
@@ -717,8 +736,6 @@ def _variables(scope: Scope) -> Iterator[Variable]:
 
 def _sources(value: Value) -> list[str]:
     """Return the names that a value may be as it is: of a name, of a choice between names."""
-    import ast
-
     from .expressions import source_tree
 
     pieces = tokens(value.text)

@@ -31,7 +31,7 @@ from .scopes import (
     is_plain,
     literal,
 )
-from .texts import EXPRESSION, TEXT, Token, Unsupported, tokens, words
+from .texts import EXPRESSION, TEXT, Token, Unsupported, signed, tokens, words
 
 _MODULES = ("math", "python")
 _SAME = frozenset(
@@ -151,14 +151,38 @@ class Rendering:
         parts = words(pieces)
         if len(parts) > 1 and all(self.is_number(part, scope) for part in parts):
             return ast.List([self.tree(_spelt(part), scope, depth + 1) for part in parts], ast.Load())
+        if signed(pieces):
+            whole = self.number([(piece, scope) for piece in pieces], depth)
+            if whole is not None:
+                return whole
+        return self.put_together([(piece, scope) for piece in pieces], depth)
+
+    def put_together(self, pieces: list[tuple[Token, Scope]], depth: int) -> ast.expr:
+        """Return a text of several pieces."""
         made: ast.expr | None = None
-        for piece in pieces:
+        for piece, scope in pieces:
             item = ast.Constant(piece.text) if piece.kind == TEXT else self.as_text(self.piece(piece, scope, depth))
             made = item if made is None else _plus(made, item)
         return made if made is not None else ast.Constant("")
 
+    def number(self, pieces: list[tuple[Token, Scope]], depth: int) -> ast.expr | None:
+        """Return a number that is put together from a sign, one value and an exponent; None where it is none."""
+        parts = signed([piece for piece, _ in pieces])
+        if parts is None:
+            return None
+        sign, piece, exponent = parts
+        node = self.piece(piece, next(scope for one, scope in pieces if one is piece), depth)
+        if _is_text(node) or _is_text_or_flag(node):
+            return None
+        if exponent:
+            node = ast.BinOp(bare(node), ast.Mult(), ast.Constant(float(f"1{exponent}")))
+        return ast.UnaryOp(ast.USub(), node) if sign == "-" else node
+
     def is_number(self, part: list[Token], scope: Scope) -> bool:
         """Say whether a word of several is a number, as far as one can see."""
+        parts = signed(part)
+        if parts is not None:
+            return self.is_number([parts[1]], scope)
         if len(part) != 1:
             return False
         if part[0].kind == TEXT:
@@ -433,6 +457,10 @@ def _is_boolean(node: ast.expr) -> bool:
 
 def _kind_of(node: ast.expr) -> str:
     return str(getattr(node, "kind", ""))
+
+
+def _is_text_or_flag(node: ast.expr) -> bool:
+    return _kind_of(node) in (WORDS, FLAG, LIST, TABLE) or isinstance(node, (ast.Compare, ast.List))
 
 
 def _is_text(node: ast.expr) -> bool:

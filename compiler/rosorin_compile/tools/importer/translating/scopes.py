@@ -14,7 +14,7 @@ from typing import Any
 
 from ....diagnostics import Span
 from ....startup.records import dataclass, field
-from .texts import EXPRESSION, EXTENSION, TEXT, Token, tokens
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, signed, tokens
 
 ARGUMENT, GLOBAL, PARAMETER, LOCAL = "argument", "global", "parameter", "local"
 # Kinds of variables.
@@ -205,6 +205,8 @@ def _note_pieces(pieces: list[Token], scope: Scope, sink: str) -> None:
         return
     whole = len(pieces) == 1
     inside = sink if sink in (NAME, FILE) else XML
+    if sink in NUMBERS and signed(pieces):
+        inside = "reckoned"
     for kind, text in pieces:
         if kind == EXTENSION:
             words = text.split()

@@ -31,7 +31,7 @@ from .scopes import (
     note,
     sole_name,
 )
-from .texts import TEXT, Parameter, Unsupported, tokens
+from .texts import TEXT, Parameter, Unsupported, signed, tokens
 
 MAX_DEPTH = 60
 
@@ -643,6 +643,9 @@ def _sources(value: Value) -> list[str]:
     name = sole_name(pieces)
     if name:
         return [name]
+    parts = signed(pieces)
+    if parts is not None:  # it is a number where that is one
+        return [one] if (one := sole_name([parts[1]])) else []
     if len(pieces) == 1 and pieces[0].kind == "expression":
         try:
             tree = source_tree(pieces[0].text)

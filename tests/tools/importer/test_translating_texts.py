@@ -42,7 +42,8 @@ def joint(origin: str) -> str:
 W = '<xacro:property name="w" value="0.2"/>'
 ARM = (
     '<xacro:macro name="arm" params="p x h:=0"><link name="${p}a"/><link name="${p}b"/>'
-    '<joint name="${p}j" type="fixed"><parent link="${p}a"/><child link="${p}b"/><origin xyz="-${x} ${h} 0"/></joint></xacro:macro>'
+    '<joint name="${p}j" type="fixed"><parent link="${p}a"/><child link="${p}b"/>'
+    '<origin xyz="-${x} ${h} 0"/></joint></xacro:macro>'
 )
 MASS = '<xacro:macro name="m" params="g"><inertial><mass value="${g}e-3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" '
 MASS += 'iyz="0" izz="1"/></inertial></xacro:macro>'
@@ -80,3 +81,45 @@ def test_a_number_that_is_put_together_is_a_number(tmp_path: Path, case: str) ->
 def test_a_text_with_a_dash_stays_a_text(tmp_path: Path) -> None:
     body = '<xacro:arg name="tag" default="x"/><xacro:property name="side" value="-$(arg tag)"/><link name="a${side}"/>'
     assert '  side: "-${tag}"\n' in kept(tmp_path, body)
+
+
+def plugin(text: str) -> str:
+    return f'<gazebo><plugin name="q" filename="q.so"><on>{text}</on></plugin></gazebo>'
+
+
+def switch(params: str) -> str:
+    return f'<xacro:macro name="m" params="{params}"><link name="a"/>{plugin("${s}")}</xacro:macro>'
+
+
+ARG = '<xacro:arg name="s" default="false"/>'
+LINK = '<link name="a"/>'
+WHEEL = '<xacro:if value="${s}"><link name="b"/><joint name="j" type="fixed"><parent link="a"/><child link="b"/>'
+WHEEL += "</joint></xacro:if>"
+WORD = "<on>${'True' if s else 'False'}</on>"
+FLAGS = {
+    "parameter": (switch("s:=false") + "<xacro:m/>", WORD),
+    "argument given": (ARG + switch("s:=false") + '<xacro:m s="$(arg s)"/>', WORD),
+    "no default": (ARG + switch("s") + '<xacro:m s="$(arg s)"/>', WORD),
+    "true given": (switch("s") + '<xacro:m s="true"/>', WORD),
+    "property": ('<xacro:property name="s" value="true"/>' + LINK + plugin("${s}"), WORD),
+    "argument": (ARG + LINK + plugin("$(arg s)"), "<on>${s}</on>"),
+    "property of an argument": (ARG + '<xacro:property name="s" value="$(arg s)"/>' + LINK + plugin("${s}"), WORD),
+    "comparison": (
+        '<xacro:property name="n" value="2"/>' + LINK + plugin("${n > 1}"),
+        "<on>${'True' if n > 1 else 'False'}</on>",
+    ),
+    "opposite": (ARG + switch("s:=false").replace("${s}", "${not s}") + "<xacro:m/>", "<on>${'True' if not s else "),
+    "constant": (LINK + plugin("${True}"), "<on>True</on>"),
+    "text": (
+        switch("s:=false").replace("${s}", "x_${str(s)}") + "<xacro:m/>",
+        "<on>x_${'True' if s else 'False'}</on>",
+    ),
+    "number": (switch("s:=2").replace("${s}", "${s} ${s/2}") + "<xacro:m/>", "<on>${s} ${s / 2}</on>"),
+    "condition, too": (ARG + switch("s:=false").replace(LINK, LINK + WHEEL) + '<xacro:m s="$(arg s)"/>', WORD),
+}
+
+
+@pytest.mark.parametrize("case", FLAGS)
+def test_true_and_false_are_printed_as_xacro_prints_them(tmp_path: Path, case: str) -> None:
+    body, line = FLAGS[case]
+    assert line in kept(tmp_path, body)

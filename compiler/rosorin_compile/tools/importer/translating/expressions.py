@@ -161,7 +161,10 @@ class Rendering:
         """Return a text of several pieces."""
         made: ast.expr | None = None
         for piece, scope in pieces:
-            item = ast.Constant(piece.text) if piece.kind == TEXT else self.as_text(self.piece(piece, scope, depth))
+            item: ast.expr = ast.Constant(piece.text)
+            if piece.kind != TEXT:
+                node = self.piece(piece, scope, depth)
+                item = self.as_text(printed(node) if piece.kind == EXPRESSION else node)
             made = item if made is None else _plus(made, item)
         return made if made is not None else ast.Constant("")
 
@@ -199,7 +202,7 @@ class Rendering:
         """Return what is to stand in a text."""
         if isinstance(node, ast.Constant):
             return ast.Constant(_worded(node.value))
-        if isinstance(node, ast.BinOp) and _is_text(node):
+        if isinstance(node, (ast.BinOp, ast.IfExp)) and _is_text(node):
             return node
         if isinstance(node, ast.Name) and getattr(node, "kind", "") == WORDS:
             return node
@@ -404,7 +407,7 @@ class Rendering:
         if ours not in _SAME:
             raise Unsupported(f"{name}() has no word here")
         if ours == "str" and len(given) == 1:
-            return self.as_text(given[0])
+            return self.as_text(printed(given[0]))
         if ours in _OF_ANGLES and len(given) == 1:
             return ast.Call(ast.Name(ours, ast.Load()), given, [])
         return ast.Call(ast.Name(ours, ast.Load()), [bare(item) for item in given], [])
@@ -463,7 +466,35 @@ def _is_text_or_flag(node: ast.expr) -> bool:
     return _kind_of(node) in (WORDS, FLAG, LIST, TABLE) or isinstance(node, (ast.Compare, ast.List))
 
 
+def printed(node: ast.expr) -> ast.expr:
+    """Return what is true or false as xacro prints it, ``True`` or ``False``; anything else as it is.
+
+    Readers of SDF and of ros2_control take both spellings where they read a boolean; a plug-in that compares the text of
+    its parameter by itself does not. So the two are not the same to the proof, and the spelling is kept.
+    """
+    if isinstance(node, ast.Constant) and isinstance(node.value, bool):
+        return ast.Constant(str(node.value))
+    if isinstance(node, ast.Name) and node.id in ("true", "false"):
+        return ast.Constant(node.id.capitalize())
+    if not _is_true_or_false(node):
+        return node
+    return ast.IfExp(node, ast.Constant("True"), ast.Constant("False"))
+
+
+def _is_true_or_false(node: ast.expr) -> bool:
+    if isinstance(node, ast.BoolOp):
+        return all(map(_is_true_or_false, node.values))
+    return (
+        _kind_of(node) == FLAG
+        or isinstance(node, ast.Compare)
+        or _is_boolean(node)
+        or (isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not))
+    )
+
+
 def _is_text(node: ast.expr) -> bool:
+    if isinstance(node, ast.IfExp):
+        return _is_text(node.body) and _is_text(node.orelse)
     if isinstance(node, ast.BinOp):
         return isinstance(node.op, ast.Add) and (_is_text(node.left) or _is_text(node.right))
     if isinstance(node, ast.Call):

@@ -175,11 +175,18 @@ def sole_name(pieces: list[Token]) -> str | None:
     if len(pieces) != 1:
         return None
     (kind, text), *_ = pieces
+    if kind == EXPRESSION and is_argument(text):  # that of a parameter, in its place
+        return sole_name(tokens(text))
     if kind == EXPRESSION and text.strip().isidentifier():
         return text.strip()
     if kind == EXTENSION and text.split()[:1] == ["arg"] and len(text.split()) == 2:
         return f"arg {text.split()[1]}"
     return None
+
+
+def is_argument(text: str) -> bool:
+    """Say whether a text is an argument and nothing else."""
+    return re.fullmatch(r"\$\(arg\s+\w+\s*\)", text) is not None
 
 
 def note(value: Value) -> None:

@@ -11,7 +11,7 @@ from ....numbers import exact
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .data import Data
-from .expressions import Rendering, all_of, bare, folded, negated, usable, written
+from .expressions import Rendering, all_of, bare, folded, negated, printed, usable, written
 from .flattened import Place
 from .naming import Scoped, expanded, sole_variable, without_prefix
 from .pieces import Call, Entry, Given, Handed, Item, Listed, Macro, Whens, Xml
@@ -256,6 +256,8 @@ class Values:
                 made, plain = f"{made}${{prefix}}", False
                 continue
             node = self.node_of([(piece, scope)], value)
+            if piece.kind == EXPRESSION:
+                node = printed(node)
             constant = folded(node)
             if isinstance(constant, str) or (isinstance(constant, int) and not isinstance(constant, bool)):
                 made += spelt(str(constant)).replace("${", "$${")

@@ -16,6 +16,7 @@ from .flattened import Place, flat_entries, place_of
 from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Program, with_comments
 from .scopes import (
+    ARGUMENT,
     CONDITION,
     FREE,
     LOCAL,
@@ -28,6 +29,7 @@ from .scopes import (
     Unsaid,
     Value,
     Variable,
+    is_plain,
     note,
     sole_name,
 )
@@ -402,6 +404,9 @@ class Walker:
                 more = variable.head().evidence - argument.head().evidence
                 argument.head().evidence |= more
                 changed = changed or bool(more)
+        for argument, variable in self.flows:  # what is given nothing else is of the kind of the argument
+            if variable.where != ARGUMENT and not any(is_plain(one.text) for one in variable.head().values):
+                variable.head().values += [one for one in argument.values if is_plain(one.text)]
 
     def write_out(self, macro: Macro, element: Element, scope: Scope, then: Callable[[Scope], None]) -> None:
         """Walk over a macro where it is called."""

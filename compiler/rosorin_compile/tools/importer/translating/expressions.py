@@ -469,8 +469,8 @@ def _is_text_or_flag(node: ast.expr) -> bool:
 def printed(node: ast.expr) -> ast.expr:
     """Return what is true or false as xacro prints it, ``True`` or ``False``; anything else as it is.
 
-    Readers of SDF and of ros2_control take both spellings where they read a boolean; a plug-in that compares the text of
-    its parameter by itself does not. So the two are not the same to the proof, and the spelling is kept.
+    Readers of SDF and of ros2_control take both spellings where they read a boolean; a plug-in that compares the text
+    of its parameter by itself does not. So the two are not the same to the proof, and the spelling is kept.
     """
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
         return ast.Constant(str(node.value))

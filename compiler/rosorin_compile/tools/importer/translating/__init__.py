@@ -156,7 +156,9 @@ def _flat(element: Element, problem: Unsupported) -> WrittenOut:
     called = element.get("macro") if element.tag == "xacro:call" else element.tag.removeprefix("xacro:")
     name = element.get("name")
     what = called
-    if called in (element.tag, "element", "attribute", "insert_block"):
+    if "$" in called:
+        what = f'<xacro:call macro="{called}">'
+    elif called in (element.tag, "element", "attribute", "insert_block"):
         what = f'<{element.tag} name="{name}">' if name else f"<{element.tag}>"
     return WrittenOut(what, problem.reason, problem.span or element.span, flat=True)
 

@@ -41,12 +41,12 @@ def _several(where: str, source: Sequence[str], again: Sequence[str]) -> Iterato
     for element in mine:
         other = _partner(element, others)
         if other is None:
-            yield f"{where}{_called(element)}: the translation has no such element, or another one"
+            yield f"{where}{_called(element)}: only xacro has it"
             continue
         others.remove(other)
         yield f"{where}{_called(element)}: {difference(element, other)}"
     for element in others:
-        yield f"{where}{_called(element)}: xacro has no such element, or another one"
+        yield f"{where}{_called(element)}: only the translation has it"
 
 
 def _only(some: Sequence[str], others: Sequence[str]) -> list[Element]:

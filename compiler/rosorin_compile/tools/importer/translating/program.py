@@ -232,11 +232,17 @@ class Program:
         while waiting:
             names = set(_calls(waiting.pop()))
             for name, macro in self.macros.items():
-                meant = macro.element.get("name").removeprefix("xacro:")
-                if name not in found and (meant in names or any("$" in one for one in names)):
+                if name not in found and (macro.called or self._meant(macro, names)):
                     found.add(name)
                     waiting.append(macro.element)
         return found
+
+    def _meant(self, macro: Macro, names: set[str]) -> bool:
+        """Say whether calls may mean a macro; of several of one name those that a walk has met."""
+        name = macro.element.get("name")
+        same = [one for one in self.macros.values() if one.element.get("name") == name and one is not macro]
+        called = name.removeprefix("xacro:") in names or any("$" in one for one in names)
+        return called and not any(one.called for one in same)
 
     def _argument(self, element: Element, file: File) -> None:
         name = element.get("name")

@@ -38,6 +38,7 @@ from .walking import AtTop, InMacro, InProperty, Walker
 
 MAX_ATTEMPTS = 40
 _NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")
+WITHIN = "what calls it is written out"
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 
 
@@ -240,9 +241,13 @@ def _nothing(problem: Unsupported) -> Translation:
 
 
 def _flat(element: Element, problem: Unsupported) -> WrittenOut:
-    called = element.tag.removeprefix("xacro:")
+    called = element.get("macro") if element.tag == "xacro:call" else element.tag.removeprefix("xacro:")
     name = element.get("name")
-    what = called if called != element.tag else f'<{element.tag} name="{name}">' if name else f"<{element.tag}>"
+    what = called
+    if "$" in called:
+        what = f'<xacro:call macro="{called}">'
+    elif called in (element.tag, "element", "attribute", "insert_block"):
+        what = f'<{element.tag} name="{name}">' if name else f"<{element.tag}>"
     return WrittenOut(what, problem.reason, problem.span or element.span, flat=True)
 
 
@@ -272,8 +277,11 @@ def _translation(
     lost |= {one.name: one for one in flat.values() if one.name in kept or one.name in lost}
     kept = [name for name in kept if name not in lost]
     others = {(one.name, one.reason): one for one in flat.values() if one.name not in lost}
+    called = made.program.called()
+    told = {*kept, *lost, *(one.name for one in flat.values())}
+    others |= {(name, WITHIN): WrittenOut(name, WITHIN, None) for name in made.program.macros if name in called - told}
     unused = [name for name in made.program.arguments if name not in used]
-    idle = [name for name, macro in made.program.macros.items() if not macro.called]
+    idle = [name for name in made.program.macros if name not in called]
     proven = tuple(row for row in rows if row not in refused)
     return Translation(
         made.files,

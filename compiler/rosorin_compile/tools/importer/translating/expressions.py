@@ -31,7 +31,7 @@ from .scopes import (
     is_plain,
     literal,
 )
-from .texts import EXPRESSION, TEXT, Token, Unsupported, tokens, words
+from .texts import EXPRESSION, TEXT, Token, Unsupported, signed, tokens, words
 
 _MODULES = ("math", "python")
 _SAME = frozenset(
@@ -151,14 +151,41 @@ class Rendering:
         parts = words(pieces)
         if len(parts) > 1 and all(self.is_number(part, scope) for part in parts):
             return ast.List([self.tree(_spelt(part), scope, depth + 1) for part in parts], ast.Load())
+        if signed(pieces):
+            whole = self.number([(piece, scope) for piece in pieces], depth)
+            if whole is not None:
+                return whole
+        return self.put_together([(piece, scope) for piece in pieces], depth)
+
+    def put_together(self, pieces: list[tuple[Token, Scope]], depth: int) -> ast.expr:
+        """Return a text of several pieces."""
         made: ast.expr | None = None
-        for piece in pieces:
-            item = ast.Constant(piece.text) if piece.kind == TEXT else self.as_text(self.piece(piece, scope, depth))
+        for piece, scope in pieces:
+            item: ast.expr = ast.Constant(piece.text)
+            if piece.kind != TEXT:
+                node = self.piece(piece, scope, depth)
+                item = self.as_text(printed(node) if piece.kind == EXPRESSION else node)
             made = item if made is None else _plus(made, item)
         return made if made is not None else ast.Constant("")
 
+    def number(self, pieces: list[tuple[Token, Scope]], depth: int) -> ast.expr | None:
+        """Return a number that is put together from a sign, one value and an exponent; None where it is none."""
+        parts = signed([piece for piece, _ in pieces])
+        if parts is None:
+            return None
+        sign, piece, exponent = parts
+        node = self.piece(piece, next(scope for one, scope in pieces if one is piece), depth)
+        if _is_text(node) or _is_text_or_flag(node):
+            return None
+        if exponent:
+            node = ast.BinOp(bare(node), ast.Mult(), ast.Constant(float(f"1{exponent}")))
+        return ast.UnaryOp(ast.USub(), node) if sign == "-" else node
+
     def is_number(self, part: list[Token], scope: Scope) -> bool:
         """Say whether a word of several is a number, as far as one can see."""
+        parts = signed(part)
+        if parts is not None:
+            return self.is_number([parts[1]], scope)
         if len(part) != 1:
             return False
         if part[0].kind == TEXT:
@@ -175,7 +202,7 @@ class Rendering:
         """Return what is to stand in a text."""
         if isinstance(node, ast.Constant):
             return ast.Constant(_worded(node.value))
-        if isinstance(node, ast.BinOp) and _is_text(node):
+        if isinstance(node, (ast.BinOp, ast.IfExp)) and _is_text(node):
             return node
         if isinstance(node, ast.Name) and getattr(node, "kind", "") == WORDS:
             return node
@@ -380,7 +407,7 @@ class Rendering:
         if ours not in _SAME:
             raise Unsupported(f"{name}() has no word here")
         if ours == "str" and len(given) == 1:
-            return self.as_text(given[0])
+            return self.as_text(printed(given[0]))
         if ours in _OF_ANGLES and len(given) == 1:
             return ast.Call(ast.Name(ours, ast.Load()), given, [])
         return ast.Call(ast.Name(ours, ast.Load()), [bare(item) for item in given], [])
@@ -435,7 +462,39 @@ def _kind_of(node: ast.expr) -> str:
     return str(getattr(node, "kind", ""))
 
 
+def _is_text_or_flag(node: ast.expr) -> bool:
+    return _kind_of(node) in (WORDS, FLAG, LIST, TABLE) or isinstance(node, (ast.Compare, ast.List))
+
+
+def printed(node: ast.expr) -> ast.expr:
+    """Return what is true or false as xacro prints it, ``True`` or ``False``; anything else as it is.
+
+    Readers of SDF and of ros2_control take both spellings where they read a boolean; a plug-in that compares the text
+    of its parameter by itself does not. So the two are not the same to the proof, and the spelling is kept.
+    """
+    if isinstance(node, ast.Constant) and isinstance(node.value, bool):
+        return ast.Constant(str(node.value))
+    if isinstance(node, ast.Name) and node.id in ("true", "false"):
+        return ast.Constant(node.id.capitalize())
+    if not _is_true_or_false(node):
+        return node
+    return ast.IfExp(node, ast.Constant("True"), ast.Constant("False"))
+
+
+def _is_true_or_false(node: ast.expr) -> bool:
+    if isinstance(node, ast.BoolOp):
+        return all(map(_is_true_or_false, node.values))
+    return (
+        _kind_of(node) == FLAG
+        or isinstance(node, ast.Compare)
+        or _is_boolean(node)
+        or (isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not))
+    )
+
+
 def _is_text(node: ast.expr) -> bool:
+    if isinstance(node, ast.IfExp):
+        return _is_text(node.body) and _is_text(node.orelse)
     if isinstance(node, ast.BinOp):
         return isinstance(node.op, ast.Add) and (_is_text(node.left) or _is_text(node.right))
     if isinstance(node, ast.Call):

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 
 from .expressions import source_tree
 from .pieces import Body, Call, Entry, Given, Handed, Listed, Macro, Named, Use, Whens, Xml
-from .scopes import Bound, Scope, Value, Variable, is_plain, names_of, sole_name
+from .scopes import Bound, Scope, Value, Variable, is_argument, is_plain, names_of, sole_name
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, tokens
 
 Scoped = tuple[Token, Scope]
@@ -29,7 +29,10 @@ def expanded(text: str, scope: Scope, depth: int = 0) -> list[Scoped]:
             inner = found.text
             if is_plain(inner) and len(inner) > 1 and inner[0] == "'" == inner[-1]:
                 inner = inner[1:-1]
-            made += expanded(inner, found.scope, depth + 1)
+            elif inner in ("true", "false"):  # it is read before it is printed
+                inner = inner.capitalize()
+            read = is_argument(inner)
+            made += [(Token(EXPRESSION, inner), found.scope)] if read else expanded(inner, found.scope, depth + 1)
         else:
             made.append((piece, scope))
     joined: list[Scoped] = []

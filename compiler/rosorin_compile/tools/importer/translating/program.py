@@ -9,7 +9,7 @@ from __future__ import annotations
 import glob
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from ....diagnostics import Span
@@ -232,6 +232,25 @@ class Program:
             elif inner.tag == "xacro:include" and id(inner) not in self.tops:
                 self._include(inner, file, (), ())
 
+    def called(self) -> set[str]:
+        """Return the macros that are called by what stands outside of macros, or by a macro that is."""
+        waiting = [file.document.root for file in self.files.values()]
+        found: set[str] = set()
+        while waiting:
+            names = set(_calls(waiting.pop()))
+            for name, macro in self.macros.items():
+                if name not in found and (macro.called or self._meant(macro, names)):
+                    found.add(name)
+                    waiting.append(macro.element)
+        return found
+
+    def _meant(self, macro: Macro, names: set[str]) -> bool:
+        """Say whether calls may mean a macro; of several of one name those that a walk has met."""
+        name = macro.element.get("name")
+        same = [one for one in self.macros.values() if one.element.get("name") == name and one is not macro]
+        called = name.removeprefix("xacro:") in names or any("$" in one for one in names)
+        return called and not any(one.called for one in same)
+
     def _argument(self, element: Element, file: File) -> None:
         name = element.get("name")
         if name in self.fixed:
@@ -285,6 +304,17 @@ class Program:
             taken.add(made.ours)
             made.values += [definition.value for definition in definitions]
             self.scope.names[name] = made
+
+
+def _calls(element: Element) -> Iterator[str]:
+    """Yield the names that an element calls; macros that are defined in it call for themselves."""
+    for child in element.children:
+        if child.tag == "xacro:call":
+            yield child.get("macro")
+        elif child.tag.startswith("xacro:"):
+            yield child.tag.removeprefix("xacro:")
+        if child.tag != "xacro:macro":
+            yield from _calls(child)
 
 
 def _fitting(pattern: str) -> list[str]:

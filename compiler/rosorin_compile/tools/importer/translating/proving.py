@@ -28,6 +28,7 @@ from ....pipeline import compile_robot
 from ....project import ROOT_FILE
 from ....startup.records import NamedTuple, replace
 from ....xml.elements import canonical, tree_of
+from .differing import shortened
 from .flattened import Place, outermost
 from .scopes import FLAG, NAME, NUMBER, WORDS, Variable
 
@@ -172,12 +173,13 @@ def _faults(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
     if name is not None:
         source = replace(source, name=name)
-    found = different(_settled(source), _settled(again), TOLERANCE, carried_by_urdf=True)
+    source, again = _settled(source), _settled(again)
+    found = different(source, again, TOLERANCE, carried_by_urdf=True)[:8]
     macros = _macros_of(made)
     tops = _tops_of(made)
     return [
-        Fault(one, _named_in(one, macros), row, tuple(tops[name] for name in sorted(_words(one) & tops.keys())))
-        for one in found[:8]
+        Fault(told, _named_in(one, macros), row, tuple(tops[name] for name in sorted(_words(one) & tops.keys())))
+        for one, told in zip(found, shortened(found, source, again), strict=True)
     ]
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from ....diagnostics import Span
 from ....startup.records import dataclass, field
-from .texts import EXPRESSION, EXTENSION, TEXT, Token, tokens
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, signed, tokens
 
 ARGUMENT, GLOBAL, PARAMETER, LOCAL = "argument", "global", "parameter", "local"
 # Kinds of variables.
@@ -214,11 +214,18 @@ def sole_name(pieces: list[Token]) -> str | None:
     if len(pieces) != 1:
         return None
     (kind, text), *_ = pieces
+    if kind == EXPRESSION and is_argument(text):  # that of a parameter, in its place
+        return sole_name(tokens(text))
     if kind == EXPRESSION and text.strip().isidentifier():
         return text.strip()
     if kind == EXTENSION and text.split()[:1] == ["arg"] and len(text.split()) == 2:
         return f"arg {text.split()[1]}"
     return None
+
+
+def is_argument(text: str) -> bool:
+    """Say whether a text is an argument and nothing else."""
+    return re.fullmatch(r"\$\(arg\s+\w+\s*\)", text) is not None
 
 
 def note(value: Value) -> None:
@@ -244,6 +251,8 @@ def _note_pieces(pieces: list[Token], scope: Scope, sink: str) -> None:
         return
     whole = len(pieces) == 1
     inside = sink if sink in (NAME, FILE) else XML
+    if sink in NUMBERS and signed(pieces):
+        inside = "reckoned"
     for kind, text in pieces:
         if kind == EXTENSION:
             words = text.split()

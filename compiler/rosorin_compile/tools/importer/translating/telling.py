@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ....diagnostics import Span
 from ....diagnostics.wording import counted, listed
-from . import Translation
+from . import WITHIN, Translation, WrittenOut
 
 
 def told(translation: Translation) -> Iterator[str]:
@@ -15,12 +15,16 @@ def told(translation: Translation) -> Iterator[str]:
     if not translation.files:
         yield f"flat, without macros and arguments: {translation.reason}{_at(translation.span)}"
         return
-    kept, lost = len(translation.kept), len(translation.written_out)
+    elements = [one for one in translation.written_out if one.name.startswith("<")]
+    macros = [one for one in translation.written_out if not one.name.startswith("<")]
+    kept, lost = len(translation.kept), len({one.name for one in macros})
     if kept or lost:
         line = f"{kept} of {counted(kept + lost, 'macro')} kept"
         yield f"{line}, {lost} written out where {'it is' if lost == 1 else 'they are'} called" if lost else line
-    for one in translation.written_out:
-        yield f"  {one.name}: {one.reason}{_at(one.span)}"
+    yield from _reasons(macros)
+    if elements:
+        yield f"as xacro expands {'it' if len(elements) == 1 else 'them'}: {counted(len(elements), 'element')}"
+    yield from _reasons(elements)
     if translation.idle:
         them = "it" if len(translation.idle) == 1 else "them"
         yield f"left out, because nothing calls {them}: {listed(translation.idle)}"
@@ -38,6 +42,15 @@ def told(translation: Translation) -> Iterator[str]:
     if translation.refused:
         first = " ".join(f"{name}:={value}" for name, value in translation.refused[0])
         yield f"not compared, because xacro refuses it: {first}"
+
+
+def _reasons(lost: Sequence[WrittenOut]) -> Iterator[str]:
+    within = [one.name for one in lost if one.reason == WITHIN]
+    for one in lost:
+        if one.reason != WITHIN:
+            yield f"  {one.name}: {one.reason}{_at(one.span)}"
+    if within:
+        yield f"  {listed(within)}: {WITHIN if len(within) == 1 else WITHIN.replace(' it ', ' them ')}"
 
 
 def _at(span: Span | None) -> str:

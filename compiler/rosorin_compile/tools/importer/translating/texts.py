@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from ....diagnostics import Span
 from ....startup.records import NamedTuple
@@ -89,6 +90,22 @@ def words(pieces: list[Token]) -> list[list[Token]]:
             made[-1].append(Token(TEXT, part))
             fresh = False
     return made
+
+
+def signed(pieces: Sequence[Token]) -> tuple[str, Token, str] | None:
+    """Return a number that is put together: its sign, its one piece that is evaluated, its exponent; None for others.
+
+    >>> signed(tokens("-${width}"))
+    ('-', Token(kind='expression', text='width'), '')
+    """
+    found = [index for index, piece in enumerate(pieces) if piece.kind != TEXT]
+    if len(found) != 1 or len(pieces) == 1:
+        return None
+    (at,) = found
+    sign = "".join(piece.text for piece in pieces[:at]).lstrip()
+    exponent = "".join(piece.text for piece in pieces[at + 1 :]).rstrip()
+    fits = sign in ("", "+", "-") and re.fullmatch(r"([eE][-+]?[0-9]+)?", exponent) and (sign or exponent)
+    return (sign, pieces[at], exponent) if fits else None
 
 
 def parameters(text: str) -> list[Parameter]:

@@ -11,7 +11,7 @@ from ....numbers import exact
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .data import Data
-from .expressions import Rendering, all_of, bare, folded, negated, usable, written
+from .expressions import Rendering, all_of, bare, folded, negated, printed, usable, written
 from .flattened import Place
 from .naming import Scoped, expanded, sole_variable, without_prefix
 from .pieces import Call, Entry, Given, Handed, Item, Listed, Macro, Whens, Xml
@@ -136,7 +136,7 @@ class Values:
         sink = value.sink[:-1] if value.sink in LISTS else value.sink
         if all(piece.kind == TEXT for piece, _ in pieces):
             return number_text("".join(piece.text for piece, _ in pieces), sink, value)
-        node = self.node_of(pieces, value)
+        node = self.node_of(pieces, value) if len(pieces) == 1 else self.glued(pieces, value)
         if sink in _DEGREES:
             constant = folded(node)
             degrees = in_degrees(constant, _DEGREES[sink]) if isinstance(constant, (int, float)) else ""
@@ -160,6 +160,18 @@ class Values:
         except Unsupported as problem:
             problem.span = problem.span or value.span
             raise
+
+    def glued(self, pieces: list[Scoped], value: Value) -> ast.expr:
+        """Return a number that is put together from several pieces, as ``-${width / 2}`` is."""
+        try:
+            number = self.expressions().number(pieces, 0)
+            if number is not None:
+                return number
+            text = self.expressions().put_together(pieces, 0)
+        except Unsupported as problem:
+            problem.span = problem.span or value.span
+            raise
+        return ast.Call(ast.Name("float", ast.Load()), [text], [])
 
     def list_of(self, value: Value) -> Any:
         """Return several numbers."""
@@ -246,6 +258,8 @@ class Values:
                 made, plain = f"{made}${{prefix}}", False
                 continue
             node = self.node_of([(piece, scope)], value)
+            if piece.kind == EXPRESSION:
+                node = printed(node)
             constant = folded(node)
             if isinstance(constant, str) or (isinstance(constant, int) and not isinstance(constant, bool)):
                 made += spelt(str(constant)).replace("${", "$${")
@@ -407,7 +421,7 @@ class Values:
             return [self.number(part, Value(value.text, value.scope, sink, value.span)) for part in parts]
         if kind in (WORDS, ANY) and len(pieces) > 1:
             return self.joined(pieces, value)
-        node = self.node_of(pieces, value)
+        node = self.glued(pieces, value) if kind == NUMBER and len(pieces) > 1 else self.node_of(pieces, value)
         if kind == LIST and getattr(node, "kind", "") == WORDS:
             return Expression(f"${{numbers({written(node)})}}")
         if isinstance(node, ast.Constant) and isinstance(node.value, str):

@@ -17,6 +17,7 @@ from .flattened import Place, flat_entries, place_of
 from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Program, with_comments
 from .scopes import (
+    ARGUMENT,
     CONDITION,
     FREE,
     LOCAL,
@@ -29,11 +30,12 @@ from .scopes import (
     Unsaid,
     Value,
     Variable,
+    is_plain,
     names_of,
     note,
     sole_name,
 )
-from .texts import EXPRESSION, TEXT, Parameter, Unsupported, tokens
+from .texts import EXPRESSION, TEXT, Parameter, Unsupported, signed, tokens
 
 MAX_DEPTH = 60
 
@@ -424,6 +426,9 @@ class Walker:
                 more = variable.head().evidence - argument.head().evidence
                 argument.head().evidence |= more
                 changed = changed or bool(more)
+        for argument, variable in self.flows:  # what is given nothing else is of the kind of the argument
+            if variable.where != ARGUMENT and not any(is_plain(one.text) for one in variable.head().values):
+                variable.head().values += [one for one in argument.values if is_plain(one.text)]
 
     def write_out(self, macro: Macro, element: Element, scope: Scope, then: Callable[[Scope], None]) -> None:
         """Walk over a macro where it is called."""
@@ -742,6 +747,9 @@ def _sources(value: Value) -> list[str]:
     name = sole_name(pieces)
     if name:
         return [name]
+    parts = signed(pieces)
+    if parts is not None:  # it is a number where that is one
+        return [one] if (one := sole_name([parts[1]])) else []
     if len(pieces) == 1 and pieces[0].kind == "expression":
         try:
             tree = source_tree(pieces[0].text)

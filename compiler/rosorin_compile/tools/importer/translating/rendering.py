@@ -14,6 +14,7 @@ from typing import Any
 from ....frontend.load import plain_scalar
 from ....xml.markup import Element
 from ..layout import Expression
+from .blocks import inserted, leaves, type_of
 from .expressions import all_of, negated, written
 from .flattened import Flat, place_of
 from .kept import Elements
@@ -37,7 +38,7 @@ from .scopes import (
     is_plain,
 )
 from .texts import TEXT, Unsupported
-from .values import Documents, conditional, declared_type, has_expression
+from .values import Documents, conditional, declared_type, default_of, has_expression
 from .walking import AtTop, InMacro, InProperty
 
 
@@ -117,7 +118,10 @@ class Renderer(Elements):
         value: Any = self.entry(macro.entry or Entry(), path) if macro.text is None else self.text_of(macro)
         if len(keys) == 1 and isinstance(value, dict):
             value = value.get(keys[0], next(iter(value.values()), {}))
-        names = ", ".join(variable.ours for _, variable in self.parameters(macro))
+        given = [variable.ours for _, variable in self.parameters(macro)]
+        for block in inserted(macro):
+            given += [leaf.name for leaf in self.leaves_of(macro, block)]
+        names = ", ".join(given)
         key = f"{macro.ours}({names})"
         self.documents.section(macro.file.name, "let")[key] = value
         self.documents.remark(macro.file.name, ("let", key), macro.comments)
@@ -358,8 +362,16 @@ class Renderer(Elements):
                     made[variable.ours] = found
         for name, entry in use.blocks.items():
             if name != macro.origin:
-                made[self.block_name(name)] = self.entry(entry)
+                made |= self.block_of(use, name, entry)
         return made
+
+    def block_of(self, use: Use, name: str, entry: Entry) -> dict[str, Any]:
+        """Return what a use hands over of a block: value by value, or as a table."""
+        known = leaves(use.macro, name, self.program.scope)
+        if known is None:
+            return {self.block_name(name): self.entry(entry)}
+        found = {leaf: self.leaf(entry, leaf) for leaf in known}
+        return {leaf.name: value for leaf, value in found.items() if leaf.always or value != default_of(leaf)}
 
     def is_own_prefix(self, macro: Macro, variable: Variable) -> bool:
         """Say whether a parameter is what a part knows anyway: all that stands before its names."""
@@ -401,9 +413,22 @@ class Renderer(Elements):
                     Value(default, self.program.scope, "free", macro.place), variable
                 )
             made[variable.ours] = declared
-        for parameter in macro.parameters:
-            if parameter.block and parameter.name != macro.origin and parameter.name in macro.block_levels:
-                made[self.block_name(parameter.name)] = {"type": "table"}
+        for block in inserted(macro):
+            if block != macro.origin:
+                made |= self.block_params(macro, block)
+        return made
+
+    def block_params(self, macro: Macro, name: str) -> dict[str, Any]:
+        """Return the parameters of a part that stand for a block."""
+        known = leaves(macro, name, self.program.scope)
+        if known is None:
+            return {self.block_name(name): {"type": "table"}}
+        made: dict[str, Any] = {}
+        for leaf in known:
+            kind = type_of(leaf)
+            made[leaf.name] = {"type": kind} if kind else {}
+            if not leaf.always:
+                made[leaf.name]["default"] = default_of(leaf)
         return made
 
     def locals(self, body: Body) -> dict[str, Any]:

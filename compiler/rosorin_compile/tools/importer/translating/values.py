@@ -10,6 +10,7 @@ from ....frontend.load import plain_scalar
 from ....numbers import exact
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
+from .blocks import DEFAULTS, Leaf, inserted, leaves, owner, value_at
 from .data import Data
 from .expressions import Rendering, all_of, bare, folded, negated, printed, usable, written
 from .flattened import Place
@@ -36,6 +37,7 @@ from .scopes import (
     sole_name,
 )
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, tokens
+from .walking import InMacro
 
 IF = Verbatim("if")
 OWN = "own prefix"
@@ -300,6 +302,9 @@ class Values:
             return [(item.key, self.given(item.value), when)]
         if item.key == "&":
             return self.handed(item.value, when)
+        whole = _whole_list(item)
+        if whole is not None:
+            return [(item.key, self.given(whole), when)]
         if isinstance(item.value, list):
             found = self.listed(item.value, (*path, item.key), file)
             return [(item.key, found, when)] if found else []
@@ -311,6 +316,9 @@ class Values:
         """Return what is inserted of a block that is handed to a part as a table."""
         macro = self.macro
         name = handed.parameter.name
+        known = leaves(macro, name, self.program.scope) if macro else None
+        if known is not None:
+            return [(key, value, when) for key, value in _by_key(known).items()]
         keys = macro.block_keys.get(name, []) if macro else []
         ours = self.block_name(name)
         return [(key, Expression(f"${{get({ours}, '{key}')}}"), when) for key in keys]
@@ -377,7 +385,35 @@ class Values:
         for name, _ in self.parameters(call.macro):
             value = call.given.get(name) or self.default(call.macro, name, call.scope)
             given.append(written(self.expressions().value(value)))
+        for name in inserted(call.macro):
+            known = self.leaves_of(call.macro, name)
+            given += [written(self.handed_over(call, call.blocks[name], leaf)) for leaf in known]
         return f"{call.macro.ours}({', '.join(given)})"
+
+    def leaves_of(self, macro: Macro, block: str) -> list[Leaf]:
+        """Return the parameters that stand for a block of a named value."""
+        found = leaves(macro, block, self.program.scope)
+        if found is None:
+            raise InMacro(macro, Unsupported(f'what is handed over as "{block}" has no word as a value', macro.place))
+        return found
+
+    def handed_over(self, call: Call, entry: Entry, leaf: Leaf) -> ast.expr:
+        """Return what a call of a named value gives for a parameter that is of a block."""
+        node = _node(self.leaf(entry, leaf))
+        if node is None:
+            reason = f'what is handed over as "{leaf.name}" has no word as a value'
+            raise InMacro(call.macro, Unsupported(reason, call.element.span))
+        return node
+
+    def leaf(self, entry: Entry, leaf: Leaf) -> Any:
+        """Return what a block says for a parameter."""
+        found = value_at(entry, leaf.path)
+        if isinstance(found, Handed):
+            outer = owner(found.scope)
+            known = leaves(outer, found.parameter.name, self.program.scope) if outer else None
+            name = next((one.name for one in known or () if one.path == leaf.path), "")
+            return Expression(f"${{{name}}}") if name else default_of(leaf)
+        return self.value(found) if found is not None else default_of(leaf)
 
     def parameters(self, macro: Macro) -> list[tuple[str, Variable]]:
         """Return the parameters that a macro uses."""
@@ -465,6 +501,22 @@ class Values:
         return made
 
 
+def _by_key(known: list[Leaf]) -> dict[str, Any]:
+    """Return the names of parameters where they stand in an entry."""
+    made: dict[str, Any] = {}
+    for leaf in known:
+        inner = made
+        for key in leaf.path[:-1]:
+            inner = inner.setdefault(key, {})
+        inner[leaf.path[-1]] = Expression(f"${{{leaf.name}}}")
+    return made
+
+
+def default_of(leaf: Leaf) -> Any:
+    """Return what a block is taken to say that says nothing."""
+    return [Verbatim(number) for number in DEFAULTS[leaf.path[-1]]]
+
+
 def _sole_call(items: list[Item]) -> Call | None:
     """Return the call that gives all that an entry has, under several keys; None if there is none such."""
     calls: set[Any] = set()
@@ -479,6 +531,18 @@ def _sole_call(items: list[Item]) -> Call | None:
     keys = [item.key for item in items]
     whole = call.macro.entry is not None and keys == call.macro.entry.known() and len(keys) > 1
     return call if whole else None
+
+
+def _whole_list(item: Item) -> Given | None:
+    """Return the call that gives a list, all of it and nothing else; None if there is none such."""
+    if not isinstance(item.value, list) or not isinstance(item.value[0].value, Given):
+        return None
+    first = item.value[0].value
+    entry = first.call.macro.entry
+    made = next((one.value for one in entry.items if one.key == item.key), ()) if entry else ()
+    wanted = [Given(first.call, item.key, index) for index in range(len(made))]
+    found = [one.value for one in item.value if not one.when]
+    return Given(first.call, item.key) if found == wanted and len(found) == len(item.value) else None
 
 
 def _choice_of(found: list[tuple[Any, ast.expr | None]]) -> Expression | None:
@@ -583,7 +647,10 @@ def _node(value: Any) -> ast.expr | None:
         match = re.fullmatch(r"\$\{((?:[^{}'\"]|'[^']*'|\"[^\"]*\")*)\}", value)
         if match is None:
             return None
-        return ast.Name(f"({match[1]})", ast.Load())
+        try:
+            return ast.parse(match[1].strip(), mode="eval").body
+        except SyntaxError:  # it has units
+            return ast.Name(f"({match[1]})", ast.Load())
     if isinstance(value, Verbatim):
         return ast.Name(str(value), ast.Load())
     if isinstance(value, str):

@@ -384,7 +384,9 @@ class Walker:
         level = macro.block_levels.get(name)
         if level is None:
             raise Unsupported(f'the block "{name}" of the macro "{macro.name}" is inserted among links', block.span)
-        made = one_of_level(self, block, scope, level)
+        whole = next(one.block for one in macro.parameters if one.name == name) == "**"
+        made = (reads if whole else one_of_level)(self, block, scope, level)
+        macro.blocks_given.setdefault(name, []).append(made)
         for item in made.items if level == "joint" else ():
             units_of(item.value, "")
         known = macro.block_keys.setdefault(name, [])
@@ -576,7 +578,7 @@ class Walker:
         self.begin(macro)
         for parameter in macro.parameters:
             if parameter.block:
-                return self.not_a_value(macro)
+                macro.scope.blocks[parameter.name] = parameter
         try:
             entry = reads(self, macro.element, macro.scope, level)
             for item in entry.items if level == "joint" else ():
@@ -584,7 +586,7 @@ class Walker:
         except Unsupported:
             return self.not_a_value(macro)
         keys = entry.known()
-        if not keys or any(item.when or item.key == "*" for item in entry.items) or len(keys) != len(entry.items):
+        if not keys or any(item.when or item.key == "&" for item in entry.items) or len(keys) != len(entry.items):
             return self.not_a_value(macro)
         macro.entry = entry
         self.seen.append(macro)
@@ -618,8 +620,12 @@ class Walker:
 
     def value_call(self, macro: Macro, element: Element, scope: Scope) -> Call:
         given = self.given(macro, element, scope)
+        made = Call(macro, given, {}, scope, element)
+        for name, (block, inner) in self.blocks(macro, element, scope).items():
+            if name in macro.block_levels:
+                made.blocks[name] = self.block_entry(macro, name, block, inner)
         self.hand_over(macro, given)
-        return Call(macro, given, {}, scope, element)
+        return made
 
     # What is kept as text.
 

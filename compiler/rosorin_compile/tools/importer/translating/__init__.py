@@ -2,7 +2,7 @@
 
 To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
 are), ``walking`` with ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering`` (the files),
-``proving``.
+``proving``, ``wording`` (elements that become words).
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from ....startup.records import NamedTuple
 from ....xml.files import read_source
 from ....xml.markup import Element, MarkupError, parse
 from ..description import Outputs, tree_of
-from ..layout import Remarks, Verbatim, cleaned, layout
+from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .data import Data
+from .expressions import written as spelt
 from .flattened import Place, place_of
 from .naming import name_parts
 from .pieces import Macro
@@ -32,6 +33,8 @@ from .scopes import Variable
 from .texts import Unsupported
 from .values import Documents
 from .walking import AtTop, InMacro, InProperty, Walker
+from .wording import Found, any_of, find, wishes
+from .wording import told as lines
 
 MAX_ATTEMPTS = 40
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
@@ -50,7 +53,8 @@ class Translation(NamedTuple):
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro itself cannot expand. ``reason`` says why there are no files.
+    that xacro itself cannot expand. ``reason`` says why there are no files. ``words`` are the lines about elements that
+    became words, ``plain`` is the robot without those.
     """
 
     files: dict[str, str]
@@ -64,19 +68,22 @@ class Translation(NamedTuple):
     unused: tuple[str, ...] = ()
     reason: str = ""
     span: Span | None = None
+    words: tuple[str, ...] = ()
+    plain: Map | None = None
 
 
 class Changed(NamedTuple):
     """Where a description is going to stand, and what of it is to be otherwise than in the xacro.
 
     ``schema`` is where editors find the schema; ``name`` another name of the robot; ``meshes`` is put before relative
-    names of meshes.
+    names of meshes. ``verbatim`` keeps elements that there are words for as they stand.
     """
 
     folder: Path
     schema: str = ""
     name: str | None = None
     meshes: str | None = None
+    verbatim: bool = False
 
 
 class _Attempt(NamedTuple):
@@ -84,7 +91,7 @@ class _Attempt(NamedTuple):
     program: Program
     macros: list[Macro]
     packages: dict[str, Path]
-    elements: dict[tuple[str, str, str], Place]
+    documents: Documents
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:
@@ -138,9 +145,10 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
             return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
         used = {name: one for name, one in made.program.arguments.items() if one.used}
         rows, possible = combinations(choices_of(used, options.arguments))
-        last, refused = faults(made.files, source, rows, made.packages, made.elements)
+        last, refused = faults(made.files, source, rows, made.packages, made.documents.elements)
         if not last:
-            return _translation(made, out, flat, rows, possible, refused)
+            done = _translation(made, out, flat, rows, possible, refused)
+            return done if changed.verbatim else _in_words(done, path, options, how, made, source, rows)
         if len(_accepted(source)) > len(accepts):  # other arguments break other rules
             continue
         if flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
@@ -149,6 +157,28 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
             break
     reason = last[0].text if last else "no end of mending"
     return Translation({}, reason=reason)
+
+
+def _in_words(
+    done: Translation,
+    path: Path,
+    options: ReadOptions,
+    how: _How,
+    made: _Attempt,
+    source: Source,
+    rows: list[Combination],
+) -> Translation:
+    """Return a translation with what its elements say in words, as far as it is still the same robot with them."""
+    found = find(made.documents.plain, list(source.known.values()))
+    told = found
+    while found.spots:
+        again = _attempt(path, options, how._replace(words=found))
+        wrong, _ = faults(again.files, source, rows, again.packages, again.documents.elements, in_words=True)
+        if not wrong:
+            left = found.left_of(tree_of(how.imported))
+            return done._replace(files=again.files, words=tuple(lines(again.documents.said, told)), plain=left)
+        found = found.without(wrong[0].text)
+    return done._replace(words=tuple(lines({}, told)))
 
 
 def _flat(element: Element, problem: Unsupported) -> WrittenOut:
@@ -262,6 +292,7 @@ class _How(NamedTuple):
     flat: frozenset[Place]
     trees: list[Map]
     unsaid: Mapping[str, str]
+    words: Found = Found()
 
 
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
@@ -276,12 +307,24 @@ def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     data = Data(program, how.changed.folder)
     renderer = Renderer(program, walker.seen, choices, data)
     renderer.meshes = how.changed.meshes or ""
+    renderer.words = how.words.spots
     documents = renderer.render()
     for variable in renderer.used:
         variable.used = True
-    tail = {**_sections(how.imported), **_tail(how.accepts, how.wanted)}
+    wanted = wishes(how.wanted, _asked(documents, how.words))
+    tail = {**_sections(how.imported), **_tail(how.accepts, wanted)}
     files = {**_files(program, documents, how, tail), **data.files}
-    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents.elements)
+    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents)
+
+
+def _asked(documents: Documents, words: Found) -> dict[str, Any]:
+    """Return what the URDF is asked for: for what there are words for, on the conditions on which they are there."""
+    made: dict[str, Any] = {}
+    for option, value in words.options.items():
+        if option in documents.asked:
+            when = any_of(documents.asked[option])
+            made[option] = value if when is None else Expression(f"${{{value!r} if {spelt(when)} else none}}")
+    return made
 
 
 def _name_macros(program: Program, macros: list[Macro]) -> None:

@@ -50,6 +50,9 @@ class Documents:
         self.comments: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         self.elements: dict[tuple[str, str, str], Place] = {}
         self.name: Any = ""
+        self.plain: dict[tuple[str, int], str] = {}  # elements at the top of files without expressions, by place
+        self.said: dict[str, list[str]] = {}  # what became words, by section
+        self.asked: dict[str, list[ast.expr | None]] = {}  # on which conditions outputs are asked for something
 
     def section(self, file: str, key: str) -> dict[str, Any]:
         made: dict[str, Any] = self.files.setdefault(file, {}).setdefault(key, {})

@@ -125,3 +125,36 @@ def test_one_of_some_conditions(conditions: list[str | None], told: str | None) 
     nodes = [None if one is None else ast.parse(one, mode="eval").body for one in conditions]
     made = wording.any_of(nodes)
     assert (None if made is None else ast.unparse(made)) == told
+
+
+PLUGIN = "<gazebo><plugin filename='a.so' name='a'><parameters>$(find tool)/a.yaml</parameters></plugin></gazebo>"
+MESH = '<xacro:macro name="shown" params="file"><link name="${file}"><visual><geometry>'
+MESH += '<mesh filename="file://$(find tool)/meshes/${file}.stl"/></geometry></visual></link>'
+MESH += '<joint name="${file}_j" type="fixed"><parent link="base"/><child link="${file}"/></joint></xacro:macro>'
+
+
+def tool(folder: Path) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>tool</name></package>")
+    return folder
+
+
+def test_a_folder_of_a_package_is_found_on_another_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "here"))
+    tool(tmp_path / "here" / "tool")
+    made = imported(f'{PLUGIN}{MESH}<xacro:shown file="a"/>')
+    assert "<parameters>${find('tool')}/a.yaml</parameters>" in made
+    assert "package://tool/meshes/${file}.stl" in made
+    assert str(tmp_path) not in made
+    there = tool(tmp_path / "there" / "tool")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(there.parent))
+    assert main(["all", "made"]) == 0
+    assert f"<parameters>{there}/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text("utf-8")
+
+
+def test_a_package_that_the_description_does_not_find_keeps_its_place_beside_its_name(tmp_path: Path) -> None:
+    folder = tool(tmp_path / "far" / "away" / "tool")
+    made = imported(PLUGIN, "--package", f"tool={folder}")
+    assert f"  tool_share: ${{find('tool', '{folder}')}}\n" in made
+    assert "<parameters>${tool_share}/a.yaml</parameters>" in made
+    assert f"<parameters>{folder}/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text("utf-8")

@@ -329,7 +329,7 @@ def _asked(documents: Documents, words: Found) -> dict[str, Any]:
 
 def _name_macros(program: Program, macros: list[Macro]) -> None:
     """Give each macro that is kept the name of its part, or of its value."""
-    from ....frontend.expression.functions import functions
+    from ....frontend.expression.functions import OF_DESCRIPTIONS, functions
     from .expressions import usable
 
     taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
@@ -337,7 +337,9 @@ def _name_macros(program: Program, macros: list[Macro]) -> None:
         if macro.body is not None:
             macro.ours = macro.name
         else:
-            macro.ours = usable(macro.name, lambda name: name in taken or name in functions() or name == "load")
+            macro.ours = usable(
+                macro.name, lambda name: name in taken or name in functions() or name in OF_DESCRIPTIONS
+            )
             taken.add(macro.ours)
 
 

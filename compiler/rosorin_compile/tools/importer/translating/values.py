@@ -82,7 +82,7 @@ class Values:
         self.used: set[Variable] = set()
         self.documents = Documents()
         self.macro: Macro | None = None
-        self.shares: dict[str, str] = {}
+        self.shares: dict[str, Expression] = {}
         self.meshes = ""  # put before relative names of meshes
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
@@ -106,15 +106,18 @@ class Values:
         return None
 
     def share(self, package: str) -> ast.expr:
-        """Return the folder of a package on this machine, by a name."""
+        """Return the folder of a package; one that the description will not find has a name, with its place here."""
         folder = self.program.packages.find(package)
         if folder is None:
             raise Unsupported(f'the package "{package}" is not found')
-        name = f"{re.sub(r'[^A-Za-z0-9_]', '_', package)}_share"
-        self.shares[name] = str(folder)
-        made = ast.Name(name, ast.Load())
-        made.kind = WORDS  # type: ignore[attr-defined]
-        return made
+        made: Any = ast.Call(ast.Name("find", ast.Load()), [ast.Constant(package)], [])
+        if not self.data.finds(package):
+            made.args.append(ast.Constant(str(folder)))
+            name = f"{re.sub(r'[^A-Za-z0-9_]', '_', package)}_share"
+            self.shares[name] = Expression(f"${{{written(made)}}}")
+            made = ast.Name(name, ast.Load())
+        made.kind = WORDS
+        return made  # type: ignore[no-any-return]
 
     def condition(self, when: Whens) -> ast.expr | None:
         """Return the conditions of an entry as one; None where it is always there."""

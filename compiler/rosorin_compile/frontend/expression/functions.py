@@ -319,8 +319,8 @@ BUILT_IN: tuple[Function, ...] = (
     ),
     Function(
         "find",
-        "`find('PACKAGE')`: the folder of a ROS package on this machine, as text; `find('PACKAGE', other)`: or the other "
-        "where it is not found",
+        "`find('PACKAGE')`: the folder of a ROS package on this machine; `find('PACKAGE', other)`: the other value "
+        "where there is no such package",
         None,
     ),
 )

@@ -322,10 +322,17 @@ BUILT_IN: tuple[Function, ...] = (
     Function(
         "load", "`load('file.yaml')`: the value of a YAML file in the folder of the description, or of a package", None
     ),
+    Function(
+        "find",
+        "`find('PACKAGE')`: the folder of a ROS package on this machine; `find('PACKAGE', other)`: the other value "
+        "where there is no such package",
+        None,
+    ),
 )
 
 # What the functions do that need nothing but their values, by name.
 FUNCTIONS: dict[str, Callable[..., Any]] = {one.name: one.apply for one in BUILT_IN if one.apply is not None}
+OF_DESCRIPTIONS = frozenset(one.name for one in BUILT_IN if one.apply is None)
 
 CONSTANTS: dict[str, Any] = {"pi": math.pi, "tau": math.tau, "e": math.e}
 CONSTANTS |= {"true": True, "false": False, "none": None}

@@ -2,7 +2,7 @@
 
 To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
 are), ``walking`` with ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering`` (the files),
-``proving``.
+``proving``, ``wording`` (elements that become words).
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from ....startup.records import NamedTuple
 from ....xml.files import read_source
 from ....xml.markup import Element, MarkupError, parse
 from ..description import Outputs, tree_of
-from ..layout import Remarks, Verbatim, cleaned, layout
+from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .data import Data
+from .expressions import written as spelt
 from .fixing import MOST_SWITCHES, pins, reached, switches_of, undecided
 from .flattened import Place, place_of
 from .naming import name_parts
@@ -35,6 +36,8 @@ from .scopes import Variable
 from .texts import Unsupported
 from .values import Documents
 from .walking import AtTop, InMacro, InProperty, Walker
+from .wording import Found, any_of, find, wishes
+from .wording import told as lines
 
 MAX_ATTEMPTS = 40
 _NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")
@@ -56,7 +59,7 @@ class Translation(NamedTuple):
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
     that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here. ``reason`` says why
-    there are no files.
+    there are no files. ``words`` are the lines about elements that became words, ``plain`` is the robot without those.
     """
 
     files: dict[str, str]
@@ -71,19 +74,22 @@ class Translation(NamedTuple):
     fixed: tuple[tuple[str, str], ...] = ()
     reason: str = ""
     span: Span | None = None
+    words: tuple[str, ...] = ()
+    plain: Map | None = None
 
 
 class Changed(NamedTuple):
     """Where a description is going to stand, and what of it is to be otherwise than in the xacro.
 
     ``schema`` is where editors find the schema; ``name`` another name of the robot; ``meshes`` is put before relative
-    names of meshes.
+    names of meshes. ``verbatim`` keeps elements that there are words for as they stand.
     """
 
     folder: Path
     schema: str = ""
     name: str | None = None
     meshes: str | None = None
+    verbatim: bool = False
 
 
 class _Attempt(NamedTuple):
@@ -91,7 +97,7 @@ class _Attempt(NamedTuple):
     program: Program
     macros: list[Macro]
     packages: dict[str, Path]
-    elements: dict[tuple[str, str, str], Place]
+    documents: Documents
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:
@@ -104,31 +110,21 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     source = Source(path, options, changed.name, changed.meshes)
     source.known[()] = imported
 
-    def tried(fixed: Mapping[str, str]) -> Translation:
-        return _Mending(source, imported, wanted, changed, fixed).translated()
+    def tried(fixed: Mapping[str, str]) -> _Mending:
+        return _Mending(source, imported, wanted, changed, fixed)
 
     best = tried({})
-    if best.files and not _flats(best):
-        return best
-    fixed = _switches(path, options)
-    other = tried(fixed) if fixed else best
-    if not other.files or (best.files and _worth(other) <= _worth(best)):
-        return best
-    best = other
-    for name in list(fixed)[:MOST_SWITCHES]:
-        less = {one: text for one, text in fixed.items() if one != name}
-        other = tried(less)
-        if other.files and _worth(other) >= _worth(best):
-            best, fixed = other, less
-    return best
-
-
-def _worth(translation: Translation) -> tuple[int, int]:
-    return len(translation.kept), -_flats(translation)
-
-
-def _flats(translation: Translation) -> int:
-    return sum(one.flat for one in translation.written_out)
+    if not best.is_whole():
+        fixed = _switches(path, options)
+        other = tried(fixed) if fixed else best
+        if other.worth() > best.worth():
+            best = other
+            for name in list(fixed)[:MOST_SWITCHES]:
+                less = {one: text for one, text in fixed.items() if one != name}
+                other = tried(less)
+                if other.worth() >= best.worth():
+                    best, fixed = other, less
+    return best.made if changed.verbatim else best.in_words()
 
 
 def _switches(path: Path, options: ReadOptions) -> dict[str, str]:
@@ -153,7 +149,35 @@ class _Mending:
         self.wanted = wanted
         self.changed = changed
         self.fixed = dict(fixed)
+        self.proven: _Proven | None = None
         self.begin()
+        self.made = self.translated()
+
+    def is_whole(self) -> bool:
+        """Say whether there is a translation, and nothing of it is flat."""
+        return bool(self.made.files) and not any(one.flat for one in self.made.written_out)
+
+    def worth(self) -> tuple[bool, int, int]:
+        """Return what tells a better translation: whether there is one, the macros it keeps, what is flat."""
+        made = self.made
+        return bool(made.files), len(made.kept), -sum(one.flat for one in made.written_out)
+
+    def in_words(self) -> Translation:
+        """Return the translation with what its elements say in words, as far as it is the same robot with them."""
+        if self.proven is None or not self.made.files:
+            return self.made
+        attempt, how, rows = self.proven
+        found = find(attempt.documents.plain, list(self.source.known.values()))
+        told = found
+        while found.spots:
+            again = _attempt(self.source.path, self.source.options, how._replace(words=found))
+            wrong, _ = faults(again.files, self.source, rows, again.packages, again.documents.elements, in_words=True)
+            if not wrong:
+                left = found.left_of(tree_of(how.imported))
+                said = tuple(lines(again.documents.said, told))
+                return self.made._replace(files=again.files, words=said, plain=left)
+            found = found.without(wrong[0].text)
+        return self.made._replace(words=tuple(lines({}, told)))
 
     def begin(self) -> None:
         """Forget what was found to be wrong."""
@@ -216,13 +240,14 @@ class _Mending:
         used = {name: one for name, one in made.program.arguments.items() if one.used}
         choices = choices_of(used, options.arguments)
         rows, possible = combinations(choices)
-        self.last, refused = faults(made.files, source, rows, made.packages, made.elements)
+        self.last, refused = faults(made.files, source, rows, made.packages, made.documents.elements)
         if not self.last:
             more = undecided(reached(made.program, self.flat), choices)
             if more:  # what is flat would not follow them
                 self.fixed |= more
                 self.begin()
                 return None
+            self.proven = _Proven(made, how, rows)
             return _translation(made, self.out, self.flat, rows, possible, refused)
         if not self.texts and any(_NO_LIST.search(one.text) for one in self.last):
             self.texts = True
@@ -364,6 +389,15 @@ class _How(NamedTuple):
     unsaid: Mapping[str, str]
     texts: bool
     fixed: Mapping[str, str]
+    words: Found = Found()
+
+
+class _Proven(NamedTuple):
+    """An attempt that is proven: how it was made, and for which combinations of arguments."""
+
+    attempt: _Attempt
+    how: _How
+    rows: list[Combination]
 
 
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
@@ -384,17 +418,29 @@ def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     renderer = Renderer(program, walker.seen, choices, data)
     renderer.vectors_are_texts = how.texts
     renderer.meshes = how.changed.meshes or ""
+    renderer.words = how.words.spots
     documents = renderer.render()
     for variable in renderer.used:
         variable.used = True
-    tail = {**_sections(how.imported), **_tail(how.accepts, how.wanted)}
+    wanted = wishes(how.wanted, _asked(documents, how.words))
+    tail = {**_sections(how.imported), **_tail(how.accepts, wanted)}
     files = {**_files(program, documents, how, tail), **data.files}
-    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents.elements)
+    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents)
+
+
+def _asked(documents: Documents, words: Found) -> dict[str, Any]:
+    """Return what the URDF is asked for: for what there are words for, on the conditions on which they are there."""
+    made: dict[str, Any] = {}
+    for option, value in words.options.items():
+        if option in documents.asked:
+            when = any_of(documents.asked[option])
+            made[option] = value if when is None else Expression(f"${{{value!r} if {spelt(when)} else none}}")
+    return made
 
 
 def _name_macros(program: Program, macros: list[Macro]) -> None:
     """Give each macro that is kept the name of its part, or of its value."""
-    from ....frontend.expression.functions import functions
+    from ....frontend.expression.functions import OF_DESCRIPTIONS, functions
     from .expressions import usable
 
     taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
@@ -402,7 +448,9 @@ def _name_macros(program: Program, macros: list[Macro]) -> None:
         if macro.body is not None:
             macro.ours = macro.name
         else:
-            macro.ours = usable(macro.name, lambda name: name in taken or name in functions() or name == "load")
+            macro.ours = usable(
+                macro.name, lambda name: name in taken or name in functions() or name in OF_DESCRIPTIONS
+            )
             taken.add(macro.ours)
 
 

@@ -204,7 +204,7 @@ class Rendering:
             return ast.Constant(_worded(node.value))
         if isinstance(node, (ast.BinOp, ast.IfExp)) and _is_text(node):
             return node
-        if isinstance(node, ast.Name) and getattr(node, "kind", "") == WORDS:
+        if isinstance(node, (ast.Name, ast.Call)) and getattr(node, "kind", "") == WORDS:
             return node
         return ast.Call(ast.Name("str", ast.Load()), [node], [])
 
@@ -498,7 +498,7 @@ def _is_text(node: ast.expr) -> bool:
     if isinstance(node, ast.BinOp):
         return isinstance(node.op, ast.Add) and (_is_text(node.left) or _is_text(node.right))
     if isinstance(node, ast.Call):
-        return isinstance(node.func, ast.Name) and node.func.id in ("str", "join", "upper", "lower", "replace")
+        return isinstance(node.func, ast.Name) and node.func.id in ("str", "join", "upper", "lower", "replace", "find")
     return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 

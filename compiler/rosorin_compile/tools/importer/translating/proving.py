@@ -22,12 +22,14 @@ from ....frontend.expand.prefixing import moved
 from ....frontend.load import LoadError, parse_yaml
 from ....frontend.lower import lower
 from ....frontend.tree import Map
+from ....meaning.elements import asks_for_humble, context_of, differently_meant
 from ....meaning.sameness import different
 from ....model import Robot
 from ....pipeline import compile_robot
 from ....project import ROOT_FILE
 from ....startup.records import NamedTuple, replace
 from ....xml.elements import canonical, tree_of
+from ..words.proving import without_words
 from .differing import shortened
 from .flattened import Place, outermost
 from .scopes import FLAG, NAME, NUMBER, WORDS, Variable
@@ -122,8 +124,12 @@ def faults(
     rows: Sequence[Combination],
     packages: Mapping[str, Path],
     elements: Mapping[tuple[str, str, str], Place],
+    in_words: bool = False,
 ) -> tuple[list[Fault], list[Combination]]:
-    """Return what is wrong with a translation, and the combinations that xacro itself refuses."""
+    """Return what is wrong with a translation, and the combinations that xacro itself refuses.
+
+    ``in_words`` holds its elements against those of the source by what they mean, as the flat import does.
+    """
     refused: list[Combination] = []
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name)
@@ -137,7 +143,7 @@ def faults(
                 if all(value != PROBE for _, value in row):
                     refused.append(row)
                 continue
-            found = _faults(stage, files, made, row, packages, elements, source.name)
+            found = _faults(stage, files, made, row, packages, elements, source.name, in_words)
             if found:
                 return found, refused
     return [], refused
@@ -151,6 +157,7 @@ def _faults(
     packages: Mapping[str, Path],
     elements: Mapping[tuple[str, str, str], Place],
     name: str | None,
+    in_words: bool,
 ) -> list[Fault]:
     compiled = compile_robot(stage / ROOT_FILE, dict(row), packages=dict(packages), wanted=())
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
@@ -173,14 +180,23 @@ def _faults(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
     if name is not None:
         source = replace(source, name=name)
+    found: list[str] = []
+    if in_words:
+        found, again = _meant(source, again, asks_for_humble(compiled.robot))
     source, again = _settled(source), _settled(again)
-    found = different(source, again, TOLERANCE, carried_by_urdf=True)[:8]
+    found = [*found, *different(source, again, TOLERANCE, carried_by_urdf=True)][:8]
     macros = _macros_of(made)
     tops = _tops_of(made)
     return [
         Fault(told, _named_in(one, macros), row, tuple(tops[name] for name in sorted(_words(one) & tops.keys())))
         for one, told in zip(found, shortened(found, source, again), strict=True)
     ]
+
+
+def _meant(source: Robot, again: Robot, humble: bool) -> tuple[list[str], Robot]:
+    """Return what elements say otherwise than in the source, and the robot with those of the source."""
+    found = differently_meant(source.urdf_elements, again.urdf_elements, context_of(source, humble))
+    return found, without_words(again, source)
 
 
 def _told(diagnostic: Diagnostic) -> str:

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import Any
 
 from ....frontend.load import plain_scalar
@@ -40,10 +41,13 @@ from .scopes import (
 from .texts import TEXT, Unsupported
 from .values import Documents, conditional, declared_type, default_of, has_expression
 from .walking import AtTop, InMacro, InProperty
+from .wording import OPTIONS, Spot, Words
 
 
 class Renderer(Elements):
-    """Renders one walk."""
+    """Renders one walk; ``words`` are what elements at the top of files become, by their place."""
+
+    words: Mapping[Spot, Words] = MappingProxyType({})
 
     def render(self) -> Documents:
         """Return the documents."""
@@ -175,8 +179,8 @@ class Renderer(Elements):
         for use in body.uses:
             with self.at_top(use.element, into):
                 self.use(use, target.setdefault("use", {}), file, (*path, "use"))
-        for flat in body.flat:
-            self.flat(flat, target, file)
+        for number, flat in enumerate(body.flat):
+            self.flat(flat, target, file, number)
         self.elements(body, target, file, path)
         for section in ("links", "joints", "use", "urdf_elements"):
             if section in target and not target[section]:
@@ -195,13 +199,15 @@ class Renderer(Elements):
                 raise
             raise AtTop(element, problem) from None
 
-    def flat(self, flat: Flat, target: dict[str, Any], file: str) -> None:
+    def flat(self, flat: Flat, target: dict[str, Any], file: str, number: int) -> None:
         """Write an entry as xacro has expanded it."""
         when = self.condition(flat.when)
         if isinstance(when, ast.Constant) and not when.value:
             return
         if flat.section == "urdf_elements":
-            target.setdefault(flat.section, []).append(conditional(flat.value, when))
+            text = self.in_words((file, -1 - number), flat.value, when, target, flat.comments)
+            if text:
+                target.setdefault(flat.section, []).append(conditional(text, when))
             return
         section = target.setdefault(flat.section, {})
         if flat.name not in section:
@@ -239,12 +245,45 @@ class Renderer(Elements):
         for name, known, when, element in body.guards:
             with self.at_top(element, None if body.macro is None else target):
                 self.guard(name, known, when, made)
-        for item in body.elements:
+        for number, item in enumerate(body.elements):
             condition = self.condition(item.when)
             if isinstance(condition, ast.Constant) and not condition.value:
                 continue
-            self.documents.remark(file, (*path, "urdf_elements", len(made)), item.comments)
-            made.append(conditional(self.element(item.value), condition))
+            text = self.element(item.value)
+            if body.macro is None:
+                text = self.in_words((file, number), text, condition, target, item.comments)
+            if text:
+                self.documents.remark(file, (*path, "urdf_elements", len(made)), item.comments)
+                made.append(conditional(text, condition))
+
+    def in_words(
+        self, spot: Spot, text: Any, when: ast.expr | None, target: dict[str, Any], comments: tuple[str, ...]
+    ) -> Any:
+        """Write the words for an element at the top of a file, if there are any, and return what is left of it."""
+        if isinstance(text, Expression):
+            return text
+        self.documents.plain[spot] = text
+        words = self.words.get(spot)
+        if words is None:
+            return text
+        for entry in words.entries:
+            if entry.section == "drive" and (when is not None or "drive" in target):
+                continue  # a robot has one drive, whatever its arguments
+            self.documents.asked.setdefault(OPTIONS.get(entry.section, ""), []).append(when)
+            self.documents.said.setdefault(entry.section, []).append(entry.called)
+            if entry.section == "edges":
+                target.setdefault(entry.section, []).append(conditional(entry.value, when))
+                continue
+            if not entry.name:
+                target[entry.section] = entry.value
+                continue
+            section, key = target.setdefault(entry.section, {}), entry.name
+            while key in section:
+                key = Expression(f"{key}${{''}}")
+            section[key] = conditional(entry.value, when)
+            self.documents.remark(spot[0], (entry.section, key), (*comments, *entry.comments))
+            comments = () if not words.rest else comments
+        return words.rest
 
     def material(self, named: Named, file: str) -> None:
         name, entry = self.text(named.name), self.entry(named.entry)

@@ -52,6 +52,9 @@ class Documents:
         self.comments: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         self.elements: dict[tuple[str, str, str], Place] = {}
         self.name: Any = ""
+        self.plain: dict[tuple[str, int], str] = {}  # elements at the top of files without expressions, by place
+        self.said: dict[str, list[str]] = {}  # what became words, by section
+        self.asked: dict[str, list[ast.expr | None]] = {}  # on which conditions outputs are asked for something
 
     def section(self, file: str, key: str) -> dict[str, Any]:
         made: dict[str, Any] = self.files.setdefault(file, {}).setdefault(key, {})
@@ -81,7 +84,7 @@ class Values:
         self.used: set[Variable] = set()
         self.documents = Documents()
         self.macro: Macro | None = None
-        self.shares: dict[str, str] = {}
+        self.shares: dict[str, Expression] = {}
         self.vectors_are_texts = False  # of tables: "0 0 1" in YAML
         self.meshes = ""  # put before relative names of meshes
         self.looks: dict[str, Any] = {}
@@ -106,15 +109,18 @@ class Values:
         return None
 
     def share(self, package: str) -> ast.expr:
-        """Return the folder of a package on this machine, by a name."""
+        """Return the folder of a package; one that the description will not find has a name, with its place here."""
         folder = self.program.packages.find(package)
         if folder is None:
             raise Unsupported(f'the package "{package}" is not found')
-        name = f"{re.sub(r'[^A-Za-z0-9_]', '_', package)}_share"
-        self.shares[name] = str(folder)
-        made = ast.Name(name, ast.Load())
-        made.kind = WORDS  # type: ignore[attr-defined]
-        return made
+        made: Any = ast.Call(ast.Name("find", ast.Load()), [ast.Constant(package)], [])
+        if not self.data.finds(package):
+            made.args.append(ast.Constant(str(folder)))
+            name = f"{re.sub(r'[^A-Za-z0-9_]', '_', package)}_share"
+            self.shares[name] = Expression(f"${{{written(made)}}}")
+            made = ast.Name(name, ast.Load())
+        made.kind = WORDS
+        return made  # type: ignore[no-any-return]
 
     def condition(self, when: Whens) -> ast.expr | None:
         """Return the conditions of an entry as one; None where it is always there."""

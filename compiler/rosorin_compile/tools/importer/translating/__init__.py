@@ -19,8 +19,7 @@ from ....formats.imported import Imported, ReadOptions
 from ....frontend.tree import Map
 from ....project import ROOT_FILE
 from ....startup.records import NamedTuple
-from ....xml.files import read_source
-from ....xml.markup import Element, MarkupError, parse
+from ....xml.markup import Element, MarkupError
 from ..description import Outputs, tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .data import Data
@@ -29,7 +28,7 @@ from .fixing import MOST_SWITCHES, pins, reached, switches_of, undecided
 from .flattened import Place, place_of
 from .naming import name_parts
 from .pieces import Macro
-from .program import Program
+from .program import Fixed, Program
 from .proving import Combination, Fault, Source, choices_of, combinations, faults
 from .rendering import Renderer
 from .scopes import Variable
@@ -129,13 +128,18 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
 
 def _switches(path: Path, options: ReadOptions) -> dict[str, str]:
     """Return the arguments of a xacro that choose, with their texts."""
-    try:
-        program = Program(path, parse(read_source(path)), options.packages, options.arguments)
-        with suppress(InMacro, InProperty, AtTop):
-            Walker(program, frozenset()).walk()
-    except (Unsupported, MarkupError):
-        return {}
-    return switches_of(program)
+    fixed: dict[str, str] = {}
+    while True:
+        try:
+            program = Program(path, options.packages, options.arguments, fixed=fixed)
+            with suppress(InMacro, InProperty, AtTop):
+                Walker(program, frozenset()).walk()
+        except Fixed as found:
+            fixed[found.name] = found.text
+        except (Unsupported, MarkupError):
+            return {}
+        else:
+            return switches_of(program)
 
 
 class _Mending:
@@ -193,6 +197,8 @@ class _Mending:
         for _ in range(MAX_ATTEMPTS):
             try:
                 found = self.attempt()
+            except Fixed as problem:
+                found = self.fixed.update({problem.name: problem.text})
             except InMacro as problem:
                 found = self.in_macro(problem)
             except InProperty as problem:
@@ -237,6 +243,7 @@ class _Mending:
             self.fixed,
         )
         made = _attempt(source.path, options, how)
+        source.environment = made.program.environment.keys()
         used = {name: one for name, one in made.program.arguments.items() if one.used}
         choices = choices_of(used, options.arguments)
         rows, possible = combinations(choices)
@@ -402,12 +409,12 @@ class _Proven(NamedTuple):
 
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
-    program = Program(path, parse(read_source(path)), options.packages, options.arguments, how.unsaid, how.fixed)
+    program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
     walker = Walker(program, how.inlined, how.flat, how.trees)
     walker.walk()
     pinned = pins([macro for macro in program.macros.values() if macro.level]) if how.fixed else {}
     if pinned:
-        program = Program(path, parse(read_source(path)), options.packages, options.arguments, how.unsaid, how.fixed)
+        program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
         walker = Walker(program, how.inlined, how.flat, how.trees, pinned)
         walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))

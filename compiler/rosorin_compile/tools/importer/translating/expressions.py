@@ -21,6 +21,7 @@ from .scopes import (
     FLAG,
     LIST,
     NUMBER,
+    PARAMETER,
     TABLE,
     WORDS,
     Bound,
@@ -251,6 +252,7 @@ class Rendering:
             kind = found.kind()
             stays = found.where == ARGUMENT and kind in (LIST, TABLE)  # what the command line gives is text
             made.kind = WORDS if stays else kind  # type: ignore[attr-defined]
+            made.is_list = kind == LIST and found.where == PARAMETER  # type: ignore[attr-defined]
             return made
         if isinstance(found, Unsaid):
             raise Unsupported(found.reason)
@@ -415,6 +417,9 @@ class Rendering:
     def method(self, function: ast.Attribute, given: list[ast.expr], scope: Scope, depth: int) -> ast.expr:
         """Return a method of a text or a table."""
         owner = self.node(function.value, scope, depth)
+        several = isinstance(owner, ast.List) or _kind_of(owner) == LIST
+        if function.attr == "split" and several and all(_is_blank(one) for one in given):
+            return owner  # several numbers are a list here
         if function.attr == "join":
             return ast.Call(ast.Name("join", ast.Load()), [owner, *given], [])
         if function.attr not in _METHODS:
@@ -456,6 +461,10 @@ _TRUE = ("true", "True", "1")
 def _is_boolean(node: ast.expr) -> bool:
     called = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
     return called and node.func.id in ("bool", "all", "any", "startswith", "endswith", "isclose")  # type: ignore
+
+
+def _is_blank(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str) and not node.value.strip()
 
 
 def _kind_of(node: ast.expr) -> str:

@@ -7,9 +7,11 @@ is called. What cannot be said even so leaves the robot flat.
 from __future__ import annotations
 
 import itertools
+import os
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -59,16 +61,35 @@ class Source:
         self.meshes = meshes
         self.options = replace(options, trust=True, tell=None)
         self.known: dict[Combination, Imported] = {}
+        self.environment: Collection[str] = ()
 
     def read(self, combination: Combination) -> Imported:
         """Return the robot for a combination of arguments."""
         if combination not in self.known:
-            arguments = {**self.options.arguments, **dict(combination)}
-            read = read_robot(self.path, replace(self.options, arguments=arguments))
+            variables = {name: text for name, text in combination if name in self.environment}
+            rest = {name: text for name, text in combination if name not in variables}
+            with _environment(variables):
+                arguments = {**self.options.arguments, **rest}
+                read = read_robot(self.path, replace(self.options, arguments=arguments))
             if self.meshes is not None and read.tree is not None:
                 read = read._replace(tree=moved(read.tree, self.meshes))
             self.known[combination] = read
         return self.known[combination]
+
+
+@contextmanager
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Have variables in the environment for a while."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, text in before.items():
+            if text is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = text
 
 
 def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> dict[str, list[str]]:

@@ -81,13 +81,16 @@ class Variable:
         literals = [literal(value.text) for value in head.values if is_plain(value.text)]
         evidence = head.evidence
         if any(sink in evidence for sink in LISTS) or (
-            literals and all(isinstance(one, list) for one in literals) and not evidence & {XML, NAME, FILE, "compared"}
+            any(isinstance(one, list) for one in literals)
+            and all(isinstance(one, list) or _is_quoted_list(one) for one in literals)
+            and not evidence & {XML, NAME, FILE, "compared"}
         ):
             return LIST
         if TABLE in evidence:
             return TABLE
         numbers = [isinstance(one, (int, float)) and not isinstance(one, bool) for one in literals]
-        if CONDITION in evidence and all(isinstance(one, bool) or one in (0, 1) for one in literals):
+        counted = evidence & {*NUMBERS, "reckoned"} and literals and not any(isinstance(one, bool) for one in literals)
+        if CONDITION in evidence and not counted and all(isinstance(one, bool) or one in (0, 1) for one in literals):
             return FLAG if literals or not evidence & set(NUMBERS) else NUMBER
         if literals and all(isinstance(one, bool) for one in literals):
             return FLAG
@@ -95,7 +98,7 @@ class Variable:
             return NUMBER
         if literals:
             return WORDS
-        if evidence & {*NUMBERS, "reckoned"}:
+        if evidence & {*NUMBERS, "reckoned", "equated"}:
             return NUMBER
         return WORDS if evidence & {XML, NAME, FILE, "compared"} else ANY
 
@@ -207,6 +210,11 @@ def literal(text: str) -> Any:
     if len(parts) > 1 and all(_LITERAL.match(part) for part in parts):
         return [float(part) for part in parts]
     return text
+
+
+def _is_quoted_list(value: Any) -> bool:
+    """Say whether a text that stood in quotes is several numbers."""
+    return isinstance(value, str) and isinstance(literal(value), list)
 
 
 def sole_name(pieces: list[Token]) -> str | None:
@@ -324,7 +332,7 @@ def _note_comparison(node: ast.Compare, scope: Scope) -> None:
         flags = all(value in _FLAGS for value in values if isinstance(value, str))
         sink = CONDITION if flags else "compared"
     elif values and not any(isinstance(value, bool) for value in values):
-        sink = "reckoned"
+        sink = "equated" if all(value in (0, 1) for value in values) else "reckoned"
     for item in items:
         if isinstance(item, ast.Name):
             found = scope.find(_spelt(item.id))

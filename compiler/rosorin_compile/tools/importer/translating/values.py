@@ -194,7 +194,7 @@ class Values:
             return Expression(f"${{numbers({written(node)})}}")
         if isinstance(node, ast.List):
             return [self.item(item, value) for item in node.elts]
-        if self.vectors_are_texts:
+        if self.vectors_are_texts and not getattr(node, "is_list", False):
             return Expression(f"${{numbers({written(node)})}}")
         return Expression(f"${{{written(node)}}}")
 
@@ -388,9 +388,14 @@ class Values:
     def call(self, call: Call) -> str:
         """Return the call of a named value as an expression."""
         given = []
-        for name, _ in self.parameters(call.macro):
+        for name, variable in self.parameters(call.macro):
             value = call.given.get(name) or self.default(call.macro, name, call.scope)
-            given.append(written(self.expressions().value(value)))
+            node = self.expressions().value(value)
+            if variable.kind() == WORDS and isinstance(node, ast.List) and is_plain(value.text):
+                node = ast.Constant(value.text)  # several numbers, but taken for a text
+            elif variable.kind() == LIST and isinstance(node, ast.Constant) and isinstance(node.value, str):
+                node = self.expressions().tree(node.value, value.scope)
+            given.append(written(node))
         for name in inserted(call.macro):
             known = self.leaves_of(call.macro, name)
             given += [written(self.handed_over(call, call.blocks[name], leaf)) for leaf in known]

@@ -202,7 +202,8 @@ class Walker:
         value = Value(text, scope, FREE, element.span)
         if isinstance(known, Variable) and known.where == LOCAL:
             if known in self.fixed and not when:
-                raise Unsupported(f'the property "{name}" is set a second time', element.span)
+                self.new_local(name, value, body, target, when, target)
+                return
             known.values.append(value)
             known.definitions.append((value, when))
             self.hand(value, known)
@@ -212,7 +213,8 @@ class Walker:
         ):
             raise Unsupported(f'the property or parameter "{name}" is set anew', element.span)
         if isinstance(known, Bound):
-            raise Unsupported(f'the property "{name}" is set a second time', element.span)
+            target.set_from_here(name, Bound(text, scope))
+            return
         if not isinstance(target, MacroScope) and target.parent is not None and not when and "(" not in text:
             target.names[name] = Bound(text, scope)
             return

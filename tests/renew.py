@@ -1,6 +1,7 @@
 """Writes anew what is committed and made by a program; the difference is then read like any other change.
 
-python tests/renew.py docs | schema | from-xacro | imported [NAME...] | findings | pictures [NAME...]
+python tests/renew.py docs | schema | from-xacro | findings
+python tests/renew.py imported | translated | pictures [NAME...]
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ WRITERS = {
     "schema": "support/generated.py",
     "from-xacro": "support/xacro_page.py",
     "imported": "tools/importer/test_import_golden.py",
+    "translated": "tools/importer/test_translated.py",
     "findings": "tools/verify/test_verify_faults.py",
     "pictures": "tools/picture/test_picture_committed.py",
 }

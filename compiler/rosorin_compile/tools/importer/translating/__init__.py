@@ -57,8 +57,9 @@ class Translation(NamedTuple):
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here. ``reason`` says why
-    there are no files. ``words`` are the lines about elements that became words, ``plain`` is the robot without those.
+    that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here, ``environment`` those
+    that were variables of the environment. ``reason`` says why there are no files. ``words`` are the lines about
+    elements that became words, ``plain`` is the robot without those.
     """
 
     files: dict[str, str]
@@ -71,6 +72,7 @@ class Translation(NamedTuple):
     idle: tuple[str, ...] = ()
     unused: tuple[str, ...] = ()
     fixed: tuple[tuple[str, str], ...] = ()
+    environment: tuple[str, ...] = ()
     reason: str = ""
     span: Span | None = None
     words: tuple[str, ...] = ()
@@ -116,13 +118,10 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     if not best.is_whole():
         fixed = _switches(path, options)
         other = tried(fixed) if fixed else best
-        if other.worth() > best.worth():
-            best = other
-            for name in list(fixed)[:MOST_SWITCHES]:
-                less = {one: text for one, text in fixed.items() if one != name}
-                other = tried(less)
-                if other.worth() >= best.worth():
-                    best, fixed = other, less
+        best = other if other.worth() > best.worth() else best
+        for name, _ in best.made.fixed[:MOST_SWITCHES]:
+            other = tried({one: text for one, text in best.made.fixed if one != name})
+            best = other if other.worth() > best.worth() else best
     return best.made if changed.verbatim else best.in_words()
 
 
@@ -158,13 +157,14 @@ class _Mending:
         self.made = self.translated()
 
     def is_whole(self) -> bool:
-        """Say whether there is a translation, and nothing of it is flat."""
-        return bool(self.made.files) and not any(one.flat for one in self.made.written_out)
-
-    def worth(self) -> tuple[bool, int, int]:
-        """Return what tells a better translation: whether there is one, the macros it keeps, what is flat."""
+        """Say whether there is a translation, nothing of it is flat, and every argument is one."""
         made = self.made
-        return bool(made.files), len(made.kept), -sum(one.flat for one in made.written_out)
+        return bool(made.files) and not made.fixed and not any(one.flat for one in made.written_out)
+
+    def worth(self) -> tuple[bool, int, int, int]:
+        """Return what tells a better translation: whether there is one, the macros it keeps, what is flat or fixed."""
+        made = self.made
+        return bool(made.files), len(made.kept), -sum(one.flat for one in made.written_out), -len(made.fixed)
 
     def in_words(self) -> Translation:
         """Return the translation with what its elements say in words, as far as it is the same robot with them."""
@@ -326,6 +326,7 @@ def _translation(
         tuple(idle),
         tuple(unused),
         tuple(made.program.fixed.items()),
+        tuple(name for name in made.program.environment if name in used),
     )
 
 
@@ -410,13 +411,8 @@ class _Proven(NamedTuple):
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
     program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
-    walker = Walker(program, how.inlined, how.flat, how.trees)
+    walker = Walker(program, how.inlined, how.flat, how.trees, pins(program))
     walker.walk()
-    pinned = pins([macro for macro in program.macros.values() if macro.level]) if how.fixed else {}
-    if pinned:
-        program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
-        walker = Walker(program, how.inlined, how.flat, how.trees, pinned)
-        walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
     _name_macros(program, walker.seen)
     name_parts(walker.seen, how.explicit)

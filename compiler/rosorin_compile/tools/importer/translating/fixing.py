@@ -7,13 +7,14 @@ compared, is no argument any more: it has the value that it was given, or its de
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
+from ....startup.records import NamedTuple
 from ....xml.markup import Element, Remark
 from .flattened import Place, place_of
 from .pieces import Macro
 from .program import Program
-from .scopes import ARGUMENT, FLAG, Bound, Value, Variable, sole_name
+from .scopes import ARGUMENT, FLAG, sole_name
 from .texts import tokens
 
 MOST_SWITCHES, MOST_CALLS = 12, 40
@@ -58,30 +59,56 @@ def reached(program: Program, flat: Collection[Place]) -> dict[str, str]:
     return found
 
 
-def pins(macros: Collection[Macro]) -> dict[tuple[str, str], str]:
+def pins(program: Program) -> dict[tuple[str, str], str]:
     """Return the parameters that all calls give one argument that is none any more, by macro and name; and its text."""
+    calls: dict[str, list[_Call]] = {}
+    for macro in (None, *program.macros.values()):
+        for element in _outside(program) if macro is None else macro.element.iter():
+            if element.tag.startswith("xacro:"):
+                calls.setdefault(element.tag.removeprefix("xacro:"), []).append(_Call(element, macro))
     made: dict[tuple[str, str], str] = {}
-    for macro in macros:
-        for name, variable in macro.variables.items():
-            text = _pinned(variable, 0)
+    for macro in program.macros.values() if program.fixed else ():
+        for parameter in macro.parameters:
+            text = _pinned(program, calls, macro, parameter.name, 0)
             if text is not None:
-                made[macro.name, name] = text
+                made[macro.name, parameter.name] = text
     return made
 
 
-def _pinned(variable: Variable, depth: int) -> str | None:
-    texts = {_fixed_text(value, depth) for value in variable.calls}
+class _Call(NamedTuple):
+    element: Element
+    within: Macro | None
+
+
+def _outside(program: Program) -> Iterator[Element]:
+    """Yield the elements that stand in no macro."""
+    waiting = [file.document.root for file in program.files.values()]
+    while waiting:
+        element = waiting.pop()
+        if element.tag != "xacro:macro":
+            yield element
+            waiting += element.children
+
+
+def _pinned(program: Program, calls: Mapping[str, list[_Call]], macro: Macro, name: str, depth: int) -> str | None:
+    texts = {_fixed_text(program, calls, call, call.element.get(name), depth) for call in calls.get(macro.name, ())}
     return texts.pop() if len(texts) == 1 else None
 
 
-def _fixed_text(value: Value, depth: int) -> str | None:
-    name = sole_name(tokens(value.text))
-    found = value.scope.find(name) if name else None
-    if isinstance(found, Bound) and name is not None and name.startswith("arg "):
-        return found.text
-    if isinstance(found, Bound):
-        return _fixed_text(Value(found.text, found.scope, ""), depth + 1) if depth < MOST_CALLS else None
-    return _pinned(found, depth + 1) if isinstance(found, Variable) and depth < MOST_CALLS else None
+def _fixed_text(
+    program: Program, calls: Mapping[str, list[_Call]], call: _Call, text: str | None, depth: int
+) -> str | None:
+    """Return the text of the argument that a text stands for, if that is none any more."""
+    name = sole_name(tokens(text)) if text and depth < MOST_CALLS else None
+    if name is None:
+        return None
+    if name.startswith("arg "):
+        return program.fixed.get(name.removeprefix("arg "))
+    if call.within is not None and any(one.name == name for one in call.within.parameters):
+        return _pinned(program, calls, call.within, name, depth + 1)
+    known = program.properties.get(name, [])
+    alone = len(known) == 1 and not known[0].when
+    return _fixed_text(program, calls, call, known[0].value.text, depth + 1) if alone else None
 
 
 def undecided(found: Mapping[str, str], choices: Mapping[str, Collection[str]]) -> dict[str, str]:

@@ -41,10 +41,7 @@ class Value:
 
 @dataclass(eq=False)
 class Variable:
-    """A named value of the source. ``values`` are what it is given, by definitions, calls and defaults.
-
-    ``calls`` are those of the calls of its macro alone.
-    """
+    """A named value of the source. ``values`` are what it is given, by definitions, calls and defaults."""
 
     name: str
     where: str
@@ -54,7 +51,6 @@ class Variable:
     used: bool = False
     span: Span | None = None
     definitions: list[tuple[Value, Any]] = field(default_factory=list)
-    calls: list[Value] = field(default_factory=list)
     _group: Variable | None = None
 
     def __post_init__(self) -> None:

@@ -129,7 +129,9 @@ class Walker:
         """Take one element."""
         tag = child.tag
         if tag in ("xacro:if", "xacro:unless"):
-            self.robot(child, body, scope, (*when, self.condition(child, scope)), top)
+            on = self.condition(child, scope)
+            if decided(on) is not False:
+                self.robot(child, body, scope, (*when, on), top)
         elif tag == "xacro:include":
             self.include(child, body, when, top)
         elif tag == "xacro:property":
@@ -404,7 +406,6 @@ class Walker:
             if variable is None:
                 raise Unsupported(f'the macro "{macro.name}" has no parameter {name}', value.span)
             variable.head().values.append(value)
-            variable.calls.append(value)
             self.hand(value, variable)
 
     def hand(self, value: Value, variable: Variable) -> None:
@@ -513,7 +514,9 @@ class Walker:
     ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
         tag = child.tag
         if tag in ("xacro:if", "xacro:unless"):
-            yield from self.content(child, scope, level, (*when, self.condition(child, scope)))
+            on = self.condition(child, scope)
+            if decided(on) is not False:
+                yield from self.content(child, scope, level, (*when, on))
         elif tag == "xacro:insert_block":
             handed = scope.block(child.get("name"))
             if isinstance(handed, Parameter):
@@ -652,6 +655,8 @@ class Walker:
             return [value]
         if item.tag in ("xacro:if", "xacro:unless"):
             group = Xml("", when=(self.condition(item, scope),))
+            if decided(group.when[0]) is False:
+                return []
             for inner in item.content:
                 group.content += self.xml_item(inner, scope.latest(), when)
             return [group]

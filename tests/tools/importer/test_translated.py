@@ -1,0 +1,58 @@
+"""Xacros and the descriptions that they become, committed and compared to the byte: a folder a case.
+
+    python tests/renew.py translated
+
+writes them anew; read the difference. ``robot.xacro`` says in its first line what it is about, ``expected`` has the
+files, ``told.txt`` what is said of them.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.tools.importer.description import Outputs
+from rosorin_compile.tools.importer.translating import Changed, translate
+from rosorin_compile.tools.importer.translating.telling import told
+from support.paths import DATA
+
+pytest.importorskip("xacro")
+
+FOLDER = DATA / "translated"
+CASES = sorted(path.name for path in FOLDER.iterdir() if path.is_dir())
+URDF = Outputs({"urdf": {"file": "robot.urdf"}}, {}, {})
+
+
+def made(name: str) -> dict[str, str]:
+    """Return the files that a xacro becomes, and what is said of them."""
+    path = FOLDER / name / "robot.xacro"
+    assert not any(variable.startswith("ROVER_") for variable in os.environ)
+    how = ReadOptions(trust=True)
+    imported = read_robot(path, how)
+    assert imported.tree is not None, imported.diagnostics
+    translation = translate(path, how, imported, URDF, Changed(Path("descriptions/robot")))
+    return {**translation.files, "told.txt": "".join(f"{line}\n" for line in told(translation))}
+
+
+def expected(name: str) -> Path:
+    return FOLDER / name / "expected"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_xacro_becomes_this_description(name: str) -> None:
+    folder = expected(name)
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    assert made(name) == {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in files}
+
+
+if __name__ == "__main__":
+    for case in sys.argv[1:] or CASES:
+        for file, text in made(case).items():
+            target = expected(case) / file
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(text, "utf-8")

@@ -45,7 +45,7 @@ def reached(program: Program, flat: Collection[Place]) -> dict[str, str]:
     seen: set[str] = set()
     found: dict[str, str] = {}
     while texts:
-        for name in set(_WORD.findall(texts.pop())) - seen:
+        for name in sorted(set(_WORD.findall(texts.pop())) - seen):
             seen.add(name)
             macro = program.macros.get(name)
             if macro is not None:

@@ -62,6 +62,7 @@ class Program:
         self.tops: dict[int, list[tuple[File, Whens]]] = {}
         self.root = self._file(path, document, root=True)
         self._collect(self.root.document.root, self.root, (), ())
+        self._take_given()
         self._name_properties()
 
     def _file(self, path: Path, document: Document, root: bool = False) -> File:
@@ -243,6 +244,14 @@ class Program:
         same = [one for one in self.macros.values() if one.element.get("name") == name and one is not macro]
         called = name.removeprefix("xacro:") in names or any("$" in one for one in names)
         return called and not any(one.called for one in same)
+
+    def _take_given(self) -> None:
+        """Take what is given and declared nowhere for an argument: the source takes it, and refuses to go without."""
+        for name, text in self.given.items():
+            if name not in self.arguments:
+                made = Variable(name, ARGUMENT, values=[Value(text, self.scope, FREE)])
+                self.arguments[name] = self.scope.names[f"arg {name}"] = made
+                self.argument_files[name] = self.root
 
     def _argument(self, element: Element, file: File) -> None:
         name = element.get("name")

@@ -157,3 +157,16 @@ def test_a_flag_is_given_once_in_each_sense(tmp_path: Path) -> None:
     assert of(tmp_path, body, s="true").possible == 2
     assert of(tmp_path, body, s="false").possible == 2
     assert of(tmp_path, body).possible == 2
+
+
+@pytest.mark.parametrize("value", ["${w * 2}", "${-w}", "${0.1 + w}", "${(w + 1) / 2}", "${2 * w**2}"])
+def test_what_is_reckoned_and_only_printed_is_a_number(tmp_path: Path, value: str) -> None:
+    robot = kept(tmp_path, W + switch("s") + f'<xacro:m s="{value}"/>')
+    assert "{type: number}" in robot
+    assert "<on>${s}</on>" in robot
+
+
+@pytest.mark.parametrize("value", ["${w + w}", "${w + 'b'}", "${'%s' % w}"])
+def test_what_may_be_a_text_is_none(tmp_path: Path, value: str) -> None:
+    made = of(tmp_path, '<xacro:property name="w" value="a"/>' + switch("s") + f'<xacro:m s="{value}"/>')
+    assert "type: number" not in "".join(made.files.values())

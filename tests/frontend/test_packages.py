@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli import main
 from rosorin_compile.frontend.packages import Packages
+from rosorin_compile.pipeline import compile_robot
 
 
 def package(folder: Path, name: str = "") -> Path:
@@ -77,3 +79,53 @@ def test_a_package_may_be_a_link(tmp_path):
     (tmp_path / "src" / "hand").symlink_to(real)
     environment = {"ROS_PACKAGE_PATH": str(tmp_path / "src")}
     assert found(tmp_path / "elsewhere" / "arm.urdf", "hand", environment) == tmp_path / "src" / "hand"
+
+
+FINDS = """
+robot: finder
+links: {base: {}}
+urdf_elements: ["<plugin>${find('tool'OTHER)}/a.yaml</plugin>"]
+outputs: {urdf: {file: robot.urdf}}
+"""
+
+
+@pytest.mark.parametrize("other", ["", ", 'nowhere'"])
+def test_an_expression_finds_the_folder_of_a_package(tmp_path, other):
+    package(tmp_path / "tool")
+    package(tmp_path / "robots")
+    path = tmp_path / "robots" / "robot.yaml"
+    path.write_text(FINDS.replace("OTHER", other))
+    made = compile_robot(path)
+    assert f"<plugin>{tmp_path / 'tool'}/a.yaml</plugin>" in made.artifacts[0].text
+    assert [(one.kind, one.name, one.answer) for one in made.resolved] == [
+        ("ROS package", "tool", str(tmp_path / "tool"))
+    ]
+
+
+def test_a_package_that_an_expression_does_not_find(tmp_path):
+    path = tmp_path / "robot.yaml"
+    path.write_text(FINDS.replace("OTHER", ", 'nowhere'"))
+    made = compile_robot(path)
+    assert "<plugin>nowhere/a.yaml</plugin>" in made.artifacts[0].text
+    assert [one.answer for one in made.resolved] == [""]
+    path.write_text(FINDS.replace("OTHER", ""))
+    (problem,) = compile_robot(path).diagnostics
+    assert problem.message == 'the package "tool" is not found'
+    assert problem.help == "say where it is, --package tool=FOLDER, or source its workspace"
+    assert problem.span is not None
+    assert problem.span.line == 4
+    told = compile_robot(path, packages={"tool": tmp_path})
+    assert f"<plugin>{tmp_path}/a.yaml</plugin>" in told.artifacts[0].text
+
+
+def test_an_artifact_is_stale_once_a_package_is_elsewhere(tmp_path, monkeypatch, capsys):
+    for place in ("one", "two"):
+        package(tmp_path / place / "tool", "tool")
+    path = tmp_path / "robot.yaml"
+    path.write_text(FINDS.replace("OTHER", ""))
+    for place, word in (("one", "written"), ("one", "unchanged"), ("two", "written")):
+        monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / place))
+        assert main(["all", str(path), "--outputs", str(tmp_path / "out")]) == 0
+        assert word in capsys.readouterr().out
+    (made,) = (tmp_path / "out").rglob("robot.urdf")
+    assert f"{tmp_path}/two/tool/a.yaml" in made.read_text()

@@ -76,10 +76,10 @@ def test_there_are_files() -> None:
 def test_robot_of_other_people(here: Path, name: str) -> None:
     if name in XACRO:
         pytest.importorskip("xacro")
-        there_and_back(here / name)
+        there_and_back(here / name, "--verbatim")
         return
     source = (here / name).read_bytes()
-    judge(source, there_and_back(here / name), BOTH, states=10)
+    judge(source, there_and_back(here / name, "--verbatim"), BOTH, states=10)
 
 
 @pytest.mark.parametrize("name", sorted(REFUSED))

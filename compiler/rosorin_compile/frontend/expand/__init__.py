@@ -22,7 +22,7 @@ from ...startup.records import NamedTuple
 from ..load import plain_scalar
 from ..tree import Map, Place, Seq
 from .declared import check_names, unused
-from .files import Kept, Reader, table_loader
+from .files import Kept, Reader, package_finder, table_loader
 from .forms import ENTRIES, SECTIONS, XML, check_controls
 from .ledger import Failed, Ledger
 from .parameters import declare
@@ -77,7 +77,7 @@ def expand(
         return Expanded(None, reader.diagnostics, tuple(reader.files))
     ledger = Ledger()
     scope = Scope(ledger)
-    scope.values["load()"] = table_loader(reader)
+    scope.values["load()"], scope.values["find()"] = table_loader(reader), package_finder(reader)
     for name, value, place, value_place in reader.lets:
         scope.define(name, value, place, value_place)
     _declare_arguments(root, arguments, reader, scope)

@@ -1,6 +1,7 @@
 """Files: a description read with all that it includes, its sections joined, nothing evaluated yet.
 
-``table_loader`` gives expressions their ``load``: YAML files of plain values to look things up in.
+``table_loader`` gives expressions their ``load``: YAML files of plain values to look things up in; ``package_finder``
+their ``find``: the folder of a ROS package.
 """
 
 from __future__ import annotations
@@ -451,6 +452,24 @@ def table_loader(reader: Reader) -> Callable[[Any], Any]:
         return loaded[name]
 
     return load
+
+
+def package_finder(reader: Reader) -> Callable[..., Any]:
+    """Return the function ``find`` of a description: the folder of a ROS package, found as for ``include``."""
+    found: dict[str, Path | None] = {}
+
+    def find(name: Any, *other: Any) -> Any:
+        if not isinstance(name, str) or len(other) > 1:
+            raise ExpressionError("find takes the name of a ROS package, and what else is taken where there is none")
+        if name not in found:
+            found[name] = reader.package(name, reader.packages, reader.root)
+        folder = found[name]
+        if folder is None and not other:
+            help = f"say where it is, --package {name}=FOLDER, or source its workspace"
+            raise ExpressionError(package_missing(name)[0], help=help)
+        return other[0] if folder is None else str(folder)
+
+    return find
 
 
 def _table(reader: Reader, name: str) -> Path:

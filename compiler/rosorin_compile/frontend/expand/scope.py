@@ -18,7 +18,7 @@ from ...diagnostics.wording import first_of
 from ...units import UNITS
 from ...xml.elements import fitted
 from ..expression import Piece, evaluate, names_in, pieces
-from ..expression.functions import BUILT_IN, CONSTANTS, FUNCTIONS, ExpressionError, functions, kind_of
+from ..expression.functions import BUILT_IN, CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, functions, kind_of
 from ..expression.syntax import weight
 from ..tree import Instance, Kept, Map, Place, Seq
 from .ledger import Failed, Ledger
@@ -91,8 +91,8 @@ class Scope:
         """Add a named value that takes values itself: ``box(x, y)``. What is wrong with its name is reported."""
         own, _, given = name.partition("(")
         parameters = parameters_of(given.removesuffix(")"))
-        if parameters is None or not own.isidentifier() or own in functions() or own == "load":
-            taken = own in functions() or own == "load"
+        if parameters is None or not own.isidentifier() or own in functions() or own in OF_DESCRIPTIONS:
+            taken = own in functions() or own in OF_DESCRIPTIONS
             message = f'"{own}" is a function of the language' if taken else f'"{name}" cannot be called'
             self.report("bad-name", message, place, "write NAME(FIRST, SECOND): letters, digits and underscores")
             return

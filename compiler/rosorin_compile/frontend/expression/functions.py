@@ -181,6 +181,10 @@ def _text(value: Any) -> str:
     raise ExpressionError(f"{kind_of(value)} cannot stand inside text", help="use it as the whole value")
 
 
+def _numbers(text: Any) -> list[Any]:
+    return [float(word) for word in text.split()] if isinstance(text, str) else list(text)
+
+
 def _replace(text: str, old: str, new: str) -> str:
     if not old:
         raise ExpressionError("replace needs a text to look for")
@@ -307,6 +311,7 @@ BUILT_IN: tuple[Function, ...] = (
         "`split(text, ',')`: a text as a list of texts; without a separator at blanks",
         lambda text, separator=None: text.split(separator),
     ),
+    Function("numbers", "`numbers('0 0 1')`: the numbers of a text, as a list; a list stays what it is", _numbers),
     Function("join", "`join(', ', list)`: a list as one text", _join),
     Function("replace", "`replace(text, old, new)`", _replace),
     *_each(
@@ -317,10 +322,17 @@ BUILT_IN: tuple[Function, ...] = (
     Function(
         "load", "`load('file.yaml')`: the value of a YAML file in the folder of the description, or of a package", None
     ),
+    Function(
+        "find",
+        "`find('PACKAGE')`: the folder of a ROS package on this machine; `find('PACKAGE', other)`: the other value "
+        "where there is no such package",
+        None,
+    ),
 )
 
 # What the functions do that need nothing but their values, by name.
 FUNCTIONS: dict[str, Callable[..., Any]] = {one.name: one.apply for one in BUILT_IN if one.apply is not None}
+OF_DESCRIPTIONS = frozenset(one.name for one in BUILT_IN if one.apply is None)
 
 CONSTANTS: dict[str, Any] = {"pi": math.pi, "tau": math.tau, "e": math.e}
 CONSTANTS |= {"true": True, "false": False, "none": None}

@@ -237,10 +237,10 @@ def _describe(
     errors = sum(diagnostic.severity == ERROR for diagnostic in told)
     if errors:
         return _refused(console, source, errors)
-    lines = [*repeated(tree_of(trip.shown)), *told_words(in_words)]
+    lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
     translation = _translated(options, source, read._replace(tree=named.tree), trip, folder, how)
-    if translation is not None and translation.files:  # its macros have the elements as they stand in the source
-        imported, lines = read._replace(tree=named.tree), []
+    if translation is not None and translation.files:  # it has words of its own: those of all combinations
+        imported, lines = read._replace(tree=translation.plain or named.tree), list(translation.words)
         trip = trip._replace(files=translation.files)
     translated = list(told_translation(translation)) if translation is not None else []
     if target is not None:
@@ -292,7 +292,7 @@ def _translated(
     from .round_trip import schema_beside
     from .translating import Changed, translate
 
-    changed = Changed(folder, schema_beside(folder), options.name, options.meshes)
+    changed = Changed(folder, schema_beside(folder), options.name, options.meshes, options.verbatim)
     return translate(source, how, imported, trip.outputs, changed)
 
 

@@ -57,7 +57,8 @@ class RoundTrip(NamedTuple):
     it was read back. ``frames`` were compared at zero and at ``states`` random joint states; ``largest`` is the largest
     difference of any number in their poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what
     keeps it from being compared, or what differs. ``proof`` is what the engine of the source's format says of the
-    artifact in it, and ``untold`` what it finds that nobody has said.
+    artifact in it, and ``untold`` what it finds that nobody has said. ``reordered``: the joints that move stand in
+    another order than in the source.
     """
 
     files: dict[str, str]
@@ -70,6 +71,7 @@ class RoundTrip(NamedTuple):
     word: str = ""
     proof: Proof = Proof()
     untold: tuple[Diagnostic, ...] = ()
+    reordered: bool = False
 
 
 def check_round_trip(
@@ -158,7 +160,12 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
         found.append(f"{what}: frames differ by {largest:.2g}")
     if found:
         return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
-    return trip._replace(frames=len(source.links), states=STATES, largest=largest)
+    reordered = _moving(source) != _moving(again)
+    return trip._replace(frames=len(source.links), states=STATES, largest=largest, reordered=reordered)
+
+
+def _moving(robot: Robot) -> list[str]:
+    return [joint.name for joint in robot.joints if not joint.is_fixed]
 
 
 def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:

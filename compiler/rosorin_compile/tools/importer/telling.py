@@ -41,11 +41,17 @@ def sizes(tree: Map) -> str:
     return f"{counted(links, 'link')}, {counted(joints, 'joint')}"
 
 
-def repeated(tree: Map) -> list[str]:
-    """Return the line about the parts that were made of what a robot has several times; none without any."""
+def repeated(tree: Map, reordered: bool) -> list[str]:
+    """Return the lines about the parts that were made of what a robot has several times; none without any.
+
+    Who reads a vector of joint positions by the order of the file has to know that it is another one.
+    """
     bodies = [tree, *(tree.get("parts") or {}).values()]
     uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
-    return ["parts: " + ", ".join(f"{part} ({counted(count, 'use')})" for part, count in uses.items())] if uses else []
+    if not uses:
+        return []
+    lines = ["parts: " + ", ".join(f"{part} ({counted(count, 'use')})" for part, count in uses.items())]
+    return [*lines, "the joints come in another order than in the source; --no-parts keeps it"] if reordered else lines
 
 
 def kept(tree: Map) -> list[str]:

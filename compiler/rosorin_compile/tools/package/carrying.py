@@ -119,7 +119,9 @@ def carry(
     taken = [*(argument.name for argument in ARGUMENTS), *modes, WORDS]
     passed = tuple(_passed(declared(path, values)[0], values, taken))
     read = [
-        name for name, folder in packages.items() if any(_spelled(f).is_relative_to(folder) for f in compiled.inputs)
+        name
+        for name, folder in packages.items()
+        if str(folder) in main.text or any(_spelled(f).is_relative_to(folder) for f in compiled.inputs)
     ]
     needs = tuple(sorted(name for name in read if is_legal(name) and name != package))
     return Carried(places[_spelled(path)], files, passed, main.output, statics, needs), []

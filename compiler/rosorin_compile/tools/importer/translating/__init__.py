@@ -2,12 +2,14 @@
 
 To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
 are), ``walking`` with ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering`` (the files),
-``proving``.
+``proving``, ``wording`` (elements that become words).
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,23 +19,27 @@ from ....formats.imported import Imported, ReadOptions
 from ....frontend.tree import Map
 from ....project import ROOT_FILE
 from ....startup.records import NamedTuple
-from ....xml.files import read_source
-from ....xml.markup import Element, MarkupError, parse
+from ....xml.markup import Element, MarkupError
 from ..description import Outputs, tree_of
-from ..layout import Remarks, Verbatim, cleaned, layout
+from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .data import Data
+from .expressions import written as spelt
+from .fixing import MOST_SWITCHES, pins, reached, switches_of, undecided
 from .flattened import Place, place_of
 from .naming import name_parts
 from .pieces import Macro
-from .program import Program
+from .program import Fixed, Program
 from .proving import Combination, Fault, Source, choices_of, combinations, faults
 from .rendering import Renderer
 from .scopes import Variable
 from .texts import Unsupported
 from .values import Documents
 from .walking import AtTop, InMacro, InProperty, Walker
+from .wording import Found, any_of, find, wishes
+from .wording import told as lines
 
 MAX_ATTEMPTS = 40
+_NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")
 WITHIN = "what calls it is written out"
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 
@@ -51,7 +57,8 @@ class Translation(NamedTuple):
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro itself cannot expand. ``reason`` says why there are no files.
+    that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here. ``reason`` says why
+    there are no files. ``words`` are the lines about elements that became words, ``plain`` is the robot without those.
     """
 
     files: dict[str, str]
@@ -63,21 +70,25 @@ class Translation(NamedTuple):
     refused: tuple[Combination, ...] = ()
     idle: tuple[str, ...] = ()
     unused: tuple[str, ...] = ()
+    fixed: tuple[tuple[str, str], ...] = ()
     reason: str = ""
     span: Span | None = None
+    words: tuple[str, ...] = ()
+    plain: Map | None = None
 
 
 class Changed(NamedTuple):
     """Where a description is going to stand, and what of it is to be otherwise than in the xacro.
 
     ``schema`` is where editors find the schema; ``name`` another name of the robot; ``meshes`` is put before relative
-    names of meshes.
+    names of meshes. ``verbatim`` keeps elements that there are words for as they stand.
     """
 
     folder: Path
     schema: str = ""
     name: str | None = None
     meshes: str | None = None
+    verbatim: bool = False
 
 
 class _Attempt(NamedTuple):
@@ -85,71 +96,180 @@ class _Attempt(NamedTuple):
     program: Program
     macros: list[Macro]
     packages: dict[str, Path]
-    elements: dict[tuple[str, str, str], Place]
+    documents: Documents
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:
     """Return the description of a xacro, proven; without files, and with a reason, where it cannot be translated.
 
     ``imported`` is the robot that the xacro expands to with the arguments that are given, ``wanted`` the artifacts
-    that its description asks for, ``changed`` what is to be otherwise than in the xacro.
+    that its description asks for, ``changed`` what is to be otherwise than in the xacro. Where a part of it is flat, it
+    is tried without the arguments that choose; of these come back all that cost nothing.
     """
     source = Source(path, options, changed.name, changed.meshes)
     source.known[()] = imported
-    out: dict[str, WrittenOut] = {}
-    flat: dict[Place, WrittenOut] = {}
-    unsaid: dict[str, str] = {}
-    explicit: set[str] = set()
-    last: list[Fault] = []
-    for _ in range(MAX_ATTEMPTS):
+
+    def tried(fixed: Mapping[str, str]) -> _Mending:
+        return _Mending(source, imported, wanted, changed, fixed)
+
+    best = tried({})
+    if not best.is_whole():
+        fixed = _switches(path, options)
+        other = tried(fixed) if fixed else best
+        if other.worth() > best.worth():
+            best = other
+            for name in list(fixed)[:MOST_SWITCHES]:
+                less = {one: text for one, text in fixed.items() if one != name}
+                other = tried(less)
+                if other.worth() >= best.worth():
+                    best, fixed = other, less
+    return best.made if changed.verbatim else best.in_words()
+
+
+def _switches(path: Path, options: ReadOptions) -> dict[str, str]:
+    """Return the arguments of a xacro that choose, with their texts."""
+    fixed: dict[str, str] = {}
+    while True:
         try:
-            accepts = _accepted(source)
-            trees = [one.tree for one in source.known.values() if one.tree is not None]
-            how = _How(
-                imported,
-                wanted,
-                changed,
-                frozenset(out),
-                frozenset(explicit),
-                accepts,
-                frozenset(flat),
-                trees,
-                unsaid,
-            )
-            made = _attempt(path, options, how)
-        except InMacro as problem:
-            name = problem.macro.name
-            if name in out:
-                return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
-            out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
-            continue
-        except InProperty as problem:
-            if problem.name in unsaid:
-                return Translation({}, reason=problem.reason)
-            unsaid[problem.name] = problem.reason
-            continue
-        except AtTop as problem:
-            if place_of(problem.element.span) in flat:
-                return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
-            flat[place_of(problem.element.span)] = _flat(problem.element, problem.problem)
-            continue
-        except Unsupported as problem:
-            return Translation({}, reason=problem.reason, span=problem.span)
-        except MarkupError as problem:
-            return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
+            program = Program(path, options.packages, options.arguments, fixed=fixed)
+            with suppress(InMacro, InProperty, AtTop):
+                Walker(program, frozenset()).walk()
+        except Fixed as found:
+            fixed[found.name] = found.text
+        except (Unsupported, MarkupError):
+            return {}
+        else:
+            return switches_of(program)
+
+
+class _Mending:
+    """Attempts at one translation, each without what was wrong with the one before."""
+
+    def __init__(
+        self, source: Source, imported: Imported, wanted: Outputs, changed: Changed, fixed: Mapping[str, str]
+    ) -> None:
+        self.source = source
+        self.imported = imported
+        self.wanted = wanted
+        self.changed = changed
+        self.fixed = dict(fixed)
+        self.proven: _Proven | None = None
+        self.begin()
+        self.made = self.translated()
+
+    def is_whole(self) -> bool:
+        """Say whether there is a translation, and nothing of it is flat."""
+        return bool(self.made.files) and not any(one.flat for one in self.made.written_out)
+
+    def worth(self) -> tuple[bool, int, int]:
+        """Return what tells a better translation: whether there is one, the macros it keeps, what is flat."""
+        made = self.made
+        return bool(made.files), len(made.kept), -sum(one.flat for one in made.written_out)
+
+    def in_words(self) -> Translation:
+        """Return the translation with what its elements say in words, as far as it is the same robot with them."""
+        if self.proven is None or not self.made.files:
+            return self.made
+        attempt, how, rows = self.proven
+        found = find(attempt.documents.plain, list(self.source.known.values()))
+        told = found
+        while found.spots:
+            again = _attempt(self.source.path, self.source.options, how._replace(words=found))
+            wrong, _ = faults(again.files, self.source, rows, again.packages, again.documents.elements, in_words=True)
+            if not wrong:
+                left = found.left_of(tree_of(how.imported))
+                said = tuple(lines(again.documents.said, told))
+                return self.made._replace(files=again.files, words=said, plain=left)
+            found = found.without(wrong[0].text)
+        return self.made._replace(words=tuple(lines({}, told)))
+
+    def begin(self) -> None:
+        """Forget what was found to be wrong."""
+        self.out: dict[str, WrittenOut] = {}
+        self.flat: dict[Place, WrittenOut] = {}
+        self.unsaid: dict[str, str] = {}
+        self.explicit: set[str] = set()
+        self.texts = False
+        self.last: list[Fault] = []
+
+    def translated(self) -> Translation:
+        """Return the translation, or why there is none."""
+        for _ in range(MAX_ATTEMPTS):
+            try:
+                found = self.attempt()
+            except Fixed as problem:
+                found = self.fixed.update({problem.name: problem.text})
+            except InMacro as problem:
+                found = self.in_macro(problem)
+            except InProperty as problem:
+                found = Translation({}, reason=problem.reason) if problem.name in self.unsaid else None
+                self.unsaid[problem.name] = problem.reason
+            except AtTop as problem:
+                place = place_of(problem.element.span)
+                found = _nothing(problem.problem) if place in self.flat else None
+                self.flat[place] = _flat(problem.element, problem.problem)
+            except Unsupported as problem:
+                found = _nothing(problem)
+            except MarkupError as problem:
+                found = Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
+            if found is not None:
+                return found
+        return Translation({}, reason=self.last[0].text if self.last else "no end of mending")
+
+    def in_macro(self, problem: InMacro) -> Translation | None:
+        """Write a macro out; say so if that was done already."""
+        name = problem.macro.name
+        if name in self.out:
+            return _nothing(problem.problem)
+        self.out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
+        return None
+
+    def attempt(self) -> Translation | None:
+        """Return the translation if it is proven, or if nothing is left to be mended; None to try again."""
+        source, options = self.source, self.source.options
+        accepts = _accepted(source)
+        trees = [one.tree for one in source.known.values() if one.tree is not None]
+        how = _How(
+            self.imported,
+            self.wanted,
+            self.changed,
+            frozenset(self.out),
+            frozenset(self.explicit),
+            accepts,
+            frozenset(self.flat),
+            trees,
+            self.unsaid,
+            self.texts,
+            self.fixed,
+        )
+        made = _attempt(source.path, options, how)
+        source.environment = made.program.environment.keys()
         used = {name: one for name, one in made.program.arguments.items() if one.used}
-        rows, possible = combinations(choices_of(used, options.arguments))
-        last, refused = faults(made.files, source, rows, made.packages, made.elements)
-        if not last:
-            return _translation(made, out, flat, rows, possible, refused)
+        choices = choices_of(used, options.arguments)
+        rows, possible = combinations(choices)
+        self.last, refused = faults(made.files, source, rows, made.packages, made.documents.elements)
+        if not self.last:
+            more = undecided(reached(made.program, self.flat), choices)
+            if more:  # what is flat would not follow them
+                self.fixed |= more
+                self.begin()
+                return None
+            self.proven = _Proven(made, how, rows)
+            return _translation(made, self.out, self.flat, rows, possible, refused)
+        if not self.texts and any(_NO_LIST.search(one.text) for one in self.last):
+            self.texts = True
+            return None
         if len(_accepted(source)) > len(accepts):  # other arguments break other rules
-            continue
-        if flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
-            continue
-        if not _blame(last, made, out, explicit, flat, unsaid):
-            break
-    reason = last[0].text if last else "no end of mending"
-    return Translation({}, reason=reason)
+            return None
+        if self.flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
+            return None
+        if not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
+            return Translation({}, reason=self.last[0].text)
+        return None
+
+
+def _nothing(problem: Unsupported) -> Translation:
+    return Translation({}, reason=problem.reason, span=problem.span)
 
 
 def _flat(element: Element, problem: Unsupported) -> WrittenOut:
@@ -205,6 +325,7 @@ def _translation(
         tuple(refused),
         tuple(idle),
         tuple(unused),
+        tuple(made.program.fixed.items()),
     )
 
 
@@ -259,7 +380,10 @@ def _demote(macro: Macro, fault: Fault, out: dict[str, WrittenOut], explicit: se
 
 
 class _How(NamedTuple):
-    """How one attempt is made: with which macros written out, and with which in long names."""
+    """How one attempt is made: with which macros written out, and with which in long names.
+
+    ``texts``: vectors may be texts in tables.
+    """
 
     imported: Imported
     wanted: Outputs
@@ -270,31 +394,60 @@ class _How(NamedTuple):
     flat: frozenset[Place]
     trees: list[Map]
     unsaid: Mapping[str, str]
+    texts: bool
+    fixed: Mapping[str, str]
+    words: Found = Found()
+
+
+class _Proven(NamedTuple):
+    """An attempt that is proven: how it was made, and for which combinations of arguments."""
+
+    attempt: _Attempt
+    how: _How
+    rows: list[Combination]
 
 
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
-    program = Program(path, parse(read_source(path)), options.packages, options.arguments, how.unsaid)
+    program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
     walker = Walker(program, how.inlined, how.flat, how.trees)
     walker.walk()
+    pinned = pins([macro for macro in program.macros.values() if macro.level]) if how.fixed else {}
+    if pinned:
+        program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
+        walker = Walker(program, how.inlined, how.flat, how.trees, pinned)
+        walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
     _name_macros(program, walker.seen)
     name_parts(walker.seen, how.explicit)
     choices = choices_of(program.arguments, options.arguments)
     data = Data(program, how.changed.folder)
     renderer = Renderer(program, walker.seen, choices, data)
+    renderer.vectors_are_texts = how.texts
     renderer.meshes = how.changed.meshes or ""
+    renderer.words = how.words.spots
     documents = renderer.render()
     for variable in renderer.used:
         variable.used = True
-    tail = {**_sections(how.imported), **_tail(how.accepts, how.wanted)}
+    wanted = wishes(how.wanted, _asked(documents, how.words))
+    tail = {**_sections(how.imported), **_tail(how.accepts, wanted)}
     files = {**_files(program, documents, how, tail), **data.files}
-    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents.elements)
+    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents)
+
+
+def _asked(documents: Documents, words: Found) -> dict[str, Any]:
+    """Return what the URDF is asked for: for what there are words for, on the conditions on which they are there."""
+    made: dict[str, Any] = {}
+    for option, value in words.options.items():
+        if option in documents.asked:
+            when = any_of(documents.asked[option])
+            made[option] = value if when is None else Expression(f"${{{value!r} if {spelt(when)} else none}}")
+    return made
 
 
 def _name_macros(program: Program, macros: list[Macro]) -> None:
     """Give each macro that is kept the name of its part, or of its value."""
-    from ....frontend.expression.functions import functions
+    from ....frontend.expression.functions import OF_DESCRIPTIONS, functions
     from .expressions import usable
 
     taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
@@ -302,7 +455,9 @@ def _name_macros(program: Program, macros: list[Macro]) -> None:
         if macro.body is not None:
             macro.ours = macro.name
         else:
-            macro.ours = usable(macro.name, lambda name: name in taken or name in functions() or name == "load")
+            macro.ours = usable(
+                macro.name, lambda name: name in taken or name in functions() or name in OF_DESCRIPTIONS
+            )
             taken.add(macro.ours)
 
 

@@ -34,13 +34,19 @@ class Data:
             return self._of_package(package, file, rest)
         return self._beside(text, rest)
 
+    def finds(self, package: str) -> bool:
+        """Say whether the description finds the package that the xacro finds by a name; then it is used."""
+        folder, own = self.program.packages.find(package), self.named.find(package)
+        if folder is None or own is None or own.resolve() != folder.resolve():
+            return False
+        self.used[package] = folder
+        return True
+
     def _of_package(self, package: str, file: str, rest: bool) -> str:
         folder = self.program.packages.find(package)
         if folder is None:
             raise Unsupported(f'the package "{package}" is not found')
-        own = self.named.find(package)
-        if own is not None and own.resolve() == folder.resolve():
-            self.used[package] = folder
+        if self.finds(package):
             return f"{_ADDRESS}{package}/{file}"
         self._copy(folder, file, rest)
         return file

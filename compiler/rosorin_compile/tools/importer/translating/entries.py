@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ....xml.markup import Element
+from .blocks import ORIGIN_LEVELS, owner
 from .pieces import Call, Entry, Given, Handed, Item, Macro, Whens, Xml
 from .scopes import FILE, FREE, NAME, Scope, Value, is_plain, literal, note
 from .texts import Unsupported
@@ -69,15 +70,17 @@ def _read_one(
                 entry.put(item.key, Given(child, item.key), when)
         return
     if isinstance(child, Handed):
-        macro = _macro_of(child.scope)
-        if macro.block_levels.setdefault(child.parameter.name, level) != level:
-            raise Unsupported(f'the block "{child.parameter.name}" is inserted in several kinds of elements')
+        macro, name = _macro_of(child.scope), child.parameter.name
+        known = macro.block_levels.setdefault(name, level)
+        if known != level and not {known, level} <= ORIGIN_LEVELS:
+            raise Unsupported(f'the block "{name}" is inserted in several kinds of elements')
+        macro.block_levels[name] = known if known == level else "origin"
         entry.put("&", child, when)
         return
     if child.tag in _LEAVES and child.children:
         raise Unsupported(f"<{child.children[0].tag}> in <{child.tag}>", child.children[0].span)
     read = {"link": _in_link, "inertial": _in_inertial, "solid": _in_solid, "geometry": _in_geometry}
-    read |= {"joint": _in_joint, "material": _in_material}
+    read |= {"joint": _in_joint, "material": _in_material, "origin": _origin_alone}
     if not read[level](walker, child, scope, when, entry, comments):
         if level not in ("link", "joint", "solid"):
             raise Unsupported(f"<{child.tag}> has no word here", child.span)
@@ -85,13 +88,10 @@ def _read_one(
 
 
 def _macro_of(scope: Scope) -> Macro:
-    here: Scope | None = scope
-    while here is not None:
-        macro = getattr(here, "macro", None)
-        if macro is not None:
-            return macro  # type: ignore[no-any-return]
-        here = here.parent
-    raise Unsupported("a block is inserted outside of macros")
+    macro = owner(scope)
+    if macro is None:
+        raise Unsupported("a block is inserted outside of macros")
+    return macro
 
 
 def _in_link(
@@ -155,6 +155,14 @@ def origin(walker: Walker, element: Element, scope: Scope, when: Whens, entry: E
     for name, sink in (("xyz", "length3"), ("rpy", "angle3")):
         if name in element.attributes and not (_is_zero(element.get(name)) and name not in entry.known()):
             entry.put(name, walker.value(element, name, scope, sink), when)
+
+
+def _origin_alone(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:
+    """Read a block that stands in elements of several kinds, each of which takes an origin."""
+    if child.tag != "origin":
+        return False
+    origin(walker, child, scope, when, entry)
+    return True
 
 
 def _in_solid(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:

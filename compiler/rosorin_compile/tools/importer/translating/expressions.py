@@ -21,6 +21,7 @@ from .scopes import (
     FLAG,
     LIST,
     NUMBER,
+    PARAMETER,
     TABLE,
     WORDS,
     Bound,
@@ -204,7 +205,7 @@ class Rendering:
             return ast.Constant(_worded(node.value))
         if isinstance(node, (ast.BinOp, ast.IfExp)) and _is_text(node):
             return node
-        if isinstance(node, ast.Name) and getattr(node, "kind", "") == WORDS:
+        if isinstance(node, (ast.Name, ast.Call)) and getattr(node, "kind", "") == WORDS:
             return node
         return ast.Call(ast.Name("str", ast.Load()), [node], [])
 
@@ -251,6 +252,7 @@ class Rendering:
             kind = found.kind()
             stays = found.where == ARGUMENT and kind in (LIST, TABLE)  # what the command line gives is text
             made.kind = WORDS if stays else kind  # type: ignore[attr-defined]
+            made.is_list = kind == LIST and found.where == PARAMETER  # type: ignore[attr-defined]
             return made
         if isinstance(found, Unsaid):
             raise Unsupported(found.reason)
@@ -415,6 +417,9 @@ class Rendering:
     def method(self, function: ast.Attribute, given: list[ast.expr], scope: Scope, depth: int) -> ast.expr:
         """Return a method of a text or a table."""
         owner = self.node(function.value, scope, depth)
+        several = isinstance(owner, ast.List) or _kind_of(owner) == LIST
+        if function.attr == "split" and several and all(_is_blank(one) for one in given):
+            return owner  # several numbers are a list here
         if function.attr == "join":
             return ast.Call(ast.Name("join", ast.Load()), [owner, *given], [])
         if function.attr not in _METHODS:
@@ -458,6 +463,10 @@ def _is_boolean(node: ast.expr) -> bool:
     return called and node.func.id in ("bool", "all", "any", "startswith", "endswith", "isclose")  # type: ignore
 
 
+def _is_blank(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str) and not node.value.strip()
+
+
 def _kind_of(node: ast.expr) -> str:
     return str(getattr(node, "kind", ""))
 
@@ -498,7 +507,7 @@ def _is_text(node: ast.expr) -> bool:
     if isinstance(node, ast.BinOp):
         return isinstance(node.op, ast.Add) and (_is_text(node.left) or _is_text(node.right))
     if isinstance(node, ast.Call):
-        return isinstance(node.func, ast.Name) and node.func.id in ("str", "join", "upper", "lower", "replace")
+        return isinstance(node.func, ast.Name) and node.func.id in ("str", "join", "upper", "lower", "replace", "find")
     return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 

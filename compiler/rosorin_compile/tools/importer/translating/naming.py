@@ -130,6 +130,8 @@ def _of_any(value: object, key: str) -> Iterator[tuple[Value, str]]:
     elif isinstance(value, Given):
         for given in value.call.given.values():
             yield given, ""
+        for entry in value.call.blocks.values():
+            yield from _of_entry(entry)
 
 
 def _of_xml(node: Xml) -> Iterator[tuple[Value, str]]:
@@ -399,3 +401,6 @@ def _handed_in(entry: Entry) -> Iterator[str]:
                 yield inner.parameter.name
             elif isinstance(inner, Entry):
                 yield from _handed_in(inner)
+            elif isinstance(inner, Given):
+                for entry in inner.call.blocks.values():
+                    yield from _handed_in(entry)

@@ -97,6 +97,7 @@ class Macro:
     by_key: bool = False
     block_levels: dict[str, str] = field(default_factory=dict)
     block_keys: dict[str, list[str]] = field(default_factory=dict)
+    blocks_given: dict[str, list[Entry]] = field(default_factory=dict)
 
     @property
     def place(self) -> Span:

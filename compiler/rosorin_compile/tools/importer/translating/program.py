@@ -15,12 +15,13 @@ from pathlib import Path
 from ....diagnostics import Span
 from ....frontend.packages import Packages
 from ....xml.files import read_source
-from ....xml.markup import Document, Element, MarkupError, Remark, parse
+from ....xml.markup import Element, MarkupError, Remark, parse
 from .pieces import Body, File, Macro, When, Whens
-from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Scope, Unsaid, Value, Variable
+from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Bound, Scope, Unsaid, Value, Variable
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens
 
 MAX_CHOICES = 20
+_ENVIRONMENT = re.compile(r"\$\((optenv|env)\s+(\w+)\s*([^)]*)\)")
 _FIND = re.compile(r"\$\(find\s+([^)\s]+)\)")
 
 
@@ -33,21 +34,35 @@ class Definition:
         self.default = default
 
 
+class Fixed(Exception):
+    """An argument that no description can have, because it names files that are not known: it keeps its value."""
+
+    def __init__(self, name: str, text: str) -> None:
+        super().__init__(name)
+        self.name = name
+        self.text = text
+
+
 class Program:
-    """A xacro and all that it includes."""
+    """A xacro and all that it includes.
+
+    What it takes from the environment (``$(optenv NAME 1)``) are arguments here, ``environment`` has their texts.
+    """
 
     def __init__(
         self,
         path: Path,
-        document: Document,
         packages: Mapping[str, Path],
         given: Mapping[str, str],
         unsaid: Mapping[str, str] | None = None,
+        fixed: Mapping[str, str] | None = None,
     ) -> None:
         self.scope = Scope()
         self.unsaid = unsaid or {}
+        self.fixed = fixed or {}
         self.packages = Packages(packages, os.environ, path)
         self.given = given
+        self.environment: dict[str, str] = {}
         self.files: dict[str, File] = {}
         self.macros: dict[str, Macro] = {}
         self.by_element: dict[int, Macro] = {}
@@ -60,19 +75,31 @@ class Program:
         self.guards: dict[int, tuple[str, list[str]]] = {}
         self.missing: list[tuple[str, Span]] = []
         self.tops: dict[int, list[tuple[File, Whens]]] = {}
-        self.root = self._file(path, document, root=True)
+        self.root = self._file(path, root=True)
         self._collect(self.root.document.root, self.root, (), ())
         self._take_given()
         self._name_properties()
 
-    def _file(self, path: Path, document: Document, root: bool = False) -> File:
+    def _file(self, path: Path, root: bool = False) -> File:
+        """Return a file, read. Raises MarkupError, OSError."""
         key = os.path.abspath(path)
         if key in self.files:
             return self.files[key]
+        source = read_source(path)
+        document = parse(type(source)(source.path, _ENVIRONMENT.sub(self._of_environment, source.text)))
         file = File(key, document, "robot.yaml" if root else self._free_name(path))
         file.body = Body(file, None, self.scope)
         self.files[key] = file
+        for name, text in self.environment.items():
+            self._declare(name, text, document.root.span, file)
         return file
+
+    def _of_environment(self, match: re.Match[str]) -> str:
+        """Return the argument that stands for a variable of the environment, as long as what it stands for."""
+        name, text = match[2], os.environ.get(match[2], match[3].strip())
+        if self.environment.setdefault(name, text) != text:
+            raise Unsupported(f"$({match[1]} {name}) has several defaults")
+        return f"$(arg {name})".replace(")", " " * (len(match[0]) - len(name) - 7) + ")")
 
     def _free_name(self, path: Path) -> str:
         """Return the name of the file here: that of the xacro, in the folders that it is in beside the first."""
@@ -129,7 +156,7 @@ class Program:
             raise Unsupported(f"{Path(key).name} includes itself", element.span)
         try:
             known = self.files.get(key)
-            included = known or self._file(target, parse(read_source(target)))
+            included = known or self._file(target)
         except (MarkupError, OSError):
             self.missing.append((str(target), element.span))
             return
@@ -151,7 +178,7 @@ class Program:
                 continue
             name = text.split()[1]
             if argument and name != argument:
-                raise Unsupported(f'the file "{element.get("filename")}" is chosen by several arguments', element.span)
+                raise self._fixed(argument, element)
             if name in element.get("filename") and f"(?P<{name}>" in form:
                 form += f"(?P={name})"
             else:
@@ -159,9 +186,9 @@ class Program:
             pattern, argument = pattern + "*", name
         if not argument:
             return None
-        self.guards[id(element)] = (argument, [])
         if not re.search(r"\w", pattern):
-            return []
+            raise self._fixed(argument, element)
+        self.guards[id(element)] = (argument, [])
         base = "" if pattern.startswith("/") else f"{glob.escape(str(Path(file.path).parent))}/"
         found: list[tuple[Path, When]] = []
         for one in _fitting(base + pattern)[:MAX_CHOICES]:
@@ -174,14 +201,24 @@ class Program:
                 self.guards[id(element)][1].append(match[argument])
         return found
 
+    def _fixed(self, name: str, element: Element) -> Fixed:
+        variable = self.arguments.get(name)
+        text = self.given.get(name, variable.values[0].text if variable and variable.values else None)
+        if text is None:
+            raise Unsupported(f'the file "{element.get("filename")}" is chosen by an argument', element.span)
+        return Fixed(name, text)
+
     def spelt(self, text: str, depth: int) -> list[Token]:
         """Return the pieces of a text, those of properties that are one text in their place."""
         made: list[Token] = []
         for piece in tokens(text):
             name = piece.text.strip() if piece.kind == EXPRESSION else ""
             known = self.properties.get(name, [])
+            argument = piece.text.split()[1:] if piece.kind == EXTENSION and piece.text.split()[:1] == ["arg"] else []
             if name and len(known) == 1 and not known[0].when and depth < 10:
                 made += self.spelt(known[0].value.text, depth + 1)
+            elif argument and argument[0] in self.fixed and depth < 10:
+                made += self.spelt(self.fixed[argument[0]], depth + 1)
             elif piece.kind == EXPRESSION or (
                 piece.kind == EXTENSION and piece.text.split()[:1] not in (["find"], ["arg"])
             ):
@@ -223,6 +260,8 @@ class Program:
         for inner in element.iter():  # macros within macros are known once those are called
             if inner.tag == "xacro:macro" and inner is not element:
                 self._macro(inner, file, ())
+            elif inner.tag == "xacro:arg":
+                self._argument(inner, file)
             elif inner.tag == "xacro:include" and id(inner) not in self.tops:
                 self._include(inner, file, (), ())
 
@@ -249,17 +288,22 @@ class Program:
         """Take what is given and declared nowhere for an argument: the source takes it, and refuses to go without."""
         for name, text in self.given.items():
             if name not in self.arguments:
-                made = Variable(name, ARGUMENT, values=[Value(text, self.scope, FREE)])
-                self.arguments[name] = self.scope.names[f"arg {name}"] = made
-                self.argument_files[name] = self.root
+                self._declare(name, text, self.root.document.root.span, self.root)
 
     def _argument(self, element: Element, file: File) -> None:
-        name = element.get("name")
-        if name in self.arguments:
+        text = element.get("default") if "default" in element.attributes else None
+        if element.get("name") in self.environment:
+            raise Unsupported(f'the argument "{element.get("name")}" is called like a variable of the environment')
+        self._declare(element.get("name"), text, element.span, file)
+
+    def _declare(self, name: str, default: str | None, span: Span, file: File) -> None:
+        if name in self.fixed:
+            self.scope.names[f"arg {name}"] = Bound(self.fixed[name], self.scope)
+        if name in self.arguments or name in self.fixed:
             return
-        made = Variable(name, ARGUMENT, span=element.span)
-        if "default" in element.attributes:
-            made.values.append(Value(element.get("default"), self.scope, FREE, element.span))
+        made = Variable(name, ARGUMENT, span=span)
+        if default is not None:
+            made.values.append(Value(default, self.scope, FREE, span))
         self.arguments[name] = made
         self.argument_files[name] = file
         self.scope.names[f"arg {name}"] = made

@@ -7,9 +7,11 @@ is called. What cannot be said even so leaves the robot flat.
 from __future__ import annotations
 
 import itertools
+import os
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +24,14 @@ from ....frontend.expand.prefixing import moved
 from ....frontend.load import LoadError, parse_yaml
 from ....frontend.lower import lower
 from ....frontend.tree import Map
+from ....meaning.elements import asks_for_humble, context_of, differently_meant
 from ....meaning.sameness import different
 from ....model import Robot
 from ....pipeline import compile_robot
 from ....project import ROOT_FILE
 from ....startup.records import NamedTuple, replace
 from ....xml.elements import canonical, tree_of
+from ..words.proving import without_words
 from .differing import shortened
 from .flattened import Place, outermost
 from .scopes import FLAG, NAME, NUMBER, WORDS, Variable
@@ -57,16 +61,35 @@ class Source:
         self.meshes = meshes
         self.options = replace(options, trust=True, tell=None)
         self.known: dict[Combination, Imported] = {}
+        self.environment: Collection[str] = ()
 
     def read(self, combination: Combination) -> Imported:
         """Return the robot for a combination of arguments."""
         if combination not in self.known:
-            arguments = {**self.options.arguments, **dict(combination)}
-            read = read_robot(self.path, replace(self.options, arguments=arguments))
+            variables = {name: text for name, text in combination if name in self.environment}
+            rest = {name: text for name, text in combination if name not in variables}
+            with _environment(variables):
+                arguments = {**self.options.arguments, **rest}
+                read = read_robot(self.path, replace(self.options, arguments=arguments))
             if self.meshes is not None and read.tree is not None:
                 read = read._replace(tree=moved(read.tree, self.meshes))
             self.known[combination] = read
         return self.known[combination]
+
+
+@contextmanager
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Have variables in the environment for a while."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, text in before.items():
+            if text is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = text
 
 
 def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> dict[str, list[str]]:
@@ -124,8 +147,12 @@ def faults(
     rows: Sequence[Combination],
     packages: Mapping[str, Path],
     elements: Mapping[tuple[str, str, str], Place],
+    in_words: bool = False,
 ) -> tuple[list[Fault], list[Combination]]:
-    """Return what is wrong with a translation, and the combinations that xacro itself refuses."""
+    """Return what is wrong with a translation, and the combinations that xacro itself refuses.
+
+    ``in_words`` holds its elements against those of the source by what they mean, as the flat import does.
+    """
     refused: list[Combination] = []
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name)
@@ -139,7 +166,7 @@ def faults(
                 if all(value != PROBE for _, value in row):
                     refused.append(row)
                 continue
-            found = _faults(stage, files, made, row, packages, elements, source.name)
+            found = _faults(stage, files, made, row, packages, elements, source.name, in_words)
             if found:
                 return found, refused
     return [], refused
@@ -153,6 +180,7 @@ def _faults(
     packages: Mapping[str, Path],
     elements: Mapping[tuple[str, str, str], Place],
     name: str | None,
+    in_words: bool,
 ) -> list[Fault]:
     compiled = compile_robot(stage / ROOT_FILE, dict(row), packages=dict(packages), wanted=())
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
@@ -175,14 +203,23 @@ def _faults(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
     if name is not None:
         source = replace(source, name=name)
+    found: list[str] = []
+    if in_words:
+        found, again = _meant(source, again, asks_for_humble(compiled.robot))
     source, again = _settled(source), _settled(again)
-    found = different(source, again, TOLERANCE, carried_by_urdf=True)[:8]
+    found = [*found, *different(source, again, TOLERANCE, carried_by_urdf=True)][:8]
     macros = _macros_of(made)
     tops = _tops_of(made)
     return [
         Fault(told, _named_in(one, macros), row, tuple(tops[name] for name in sorted(_words(one) & tops.keys())))
         for one, told in zip(found, shortened(found, source, again), strict=True)
     ]
+
+
+def _meant(source: Robot, again: Robot, humble: bool) -> tuple[list[str], Robot]:
+    """Return what elements say otherwise than in the source, and the robot with those of the source."""
+    found = differently_meant(source.urdf_elements, again.urdf_elements, context_of(source, humble))
+    return found, without_words(again, source)
 
 
 def _told(diagnostic: Diagnostic) -> str:

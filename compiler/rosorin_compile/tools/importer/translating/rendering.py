@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import Any
 
 from ....frontend.load import plain_scalar
 from ....xml.markup import Element
 from ..layout import Expression
+from .blocks import inserted, leaves, type_of
 from .expressions import all_of, negated, written
 from .flattened import Flat, place_of
 from .kept import Elements
@@ -37,12 +39,15 @@ from .scopes import (
     is_plain,
 )
 from .texts import TEXT, Unsupported
-from .values import Documents, conditional, declared_type, has_expression
+from .values import Documents, conditional, declared_type, default_of, has_expression
 from .walking import AtTop, InMacro, InProperty
+from .wording import OPTIONS, Spot, Words
 
 
 class Renderer(Elements):
-    """Renders one walk."""
+    """Renders one walk; ``words`` are what elements at the top of files become, by their place."""
+
+    words: Mapping[Spot, Words] = MappingProxyType({})
 
     def render(self) -> Documents:
         """Return the documents."""
@@ -117,7 +122,10 @@ class Renderer(Elements):
         value: Any = self.entry(macro.entry or Entry(), path) if macro.text is None else self.text_of(macro)
         if len(keys) == 1 and isinstance(value, dict):
             value = value.get(keys[0], next(iter(value.values()), {}))
-        names = ", ".join(variable.ours for _, variable in self.parameters(macro))
+        given = [variable.ours for _, variable in self.parameters(macro)]
+        for block in inserted(macro):
+            given += [leaf.name for leaf in self.leaves_of(macro, block)]
+        names = ", ".join(given)
         key = f"{macro.ours}({names})"
         self.documents.section(macro.file.name, "let")[key] = value
         self.documents.remark(macro.file.name, ("let", key), macro.comments)
@@ -171,8 +179,8 @@ class Renderer(Elements):
         for use in body.uses:
             with self.at_top(use.element, into):
                 self.use(use, target.setdefault("use", {}), file, (*path, "use"))
-        for flat in body.flat:
-            self.flat(flat, target, file)
+        for number, flat in enumerate(body.flat):
+            self.flat(flat, target, file, number)
         self.elements(body, target, file, path)
         for section in ("links", "joints", "use", "urdf_elements"):
             if section in target and not target[section]:
@@ -191,13 +199,15 @@ class Renderer(Elements):
                 raise
             raise AtTop(element, problem) from None
 
-    def flat(self, flat: Flat, target: dict[str, Any], file: str) -> None:
+    def flat(self, flat: Flat, target: dict[str, Any], file: str, number: int) -> None:
         """Write an entry as xacro has expanded it."""
         when = self.condition(flat.when)
         if isinstance(when, ast.Constant) and not when.value:
             return
         if flat.section == "urdf_elements":
-            target.setdefault(flat.section, []).append(conditional(flat.value, when))
+            text = self.in_words((file, -1 - number), flat.value, when, target, flat.comments)
+            if text:
+                target.setdefault(flat.section, []).append(conditional(text, when))
             return
         section = target.setdefault(flat.section, {})
         if flat.name not in section:
@@ -235,12 +245,45 @@ class Renderer(Elements):
         for name, known, when, element in body.guards:
             with self.at_top(element, None if body.macro is None else target):
                 self.guard(name, known, when, made)
-        for item in body.elements:
+        for number, item in enumerate(body.elements):
             condition = self.condition(item.when)
             if isinstance(condition, ast.Constant) and not condition.value:
                 continue
-            self.documents.remark(file, (*path, "urdf_elements", len(made)), item.comments)
-            made.append(conditional(self.element(item.value), condition))
+            text = self.element(item.value)
+            if body.macro is None:
+                text = self.in_words((file, number), text, condition, target, item.comments)
+            if text:
+                self.documents.remark(file, (*path, "urdf_elements", len(made)), item.comments)
+                made.append(conditional(text, condition))
+
+    def in_words(
+        self, spot: Spot, text: Any, when: ast.expr | None, target: dict[str, Any], comments: tuple[str, ...]
+    ) -> Any:
+        """Write the words for an element at the top of a file, if there are any, and return what is left of it."""
+        if isinstance(text, Expression):
+            return text
+        self.documents.plain[spot] = text
+        words = self.words.get(spot)
+        if words is None:
+            return text
+        for entry in words.entries:
+            if entry.section == "drive" and (when is not None or "drive" in target):
+                continue  # a robot has one drive, whatever its arguments
+            self.documents.asked.setdefault(OPTIONS.get(entry.section, ""), []).append(when)
+            self.documents.said.setdefault(entry.section, []).append(entry.called)
+            if entry.section == "edges":
+                target.setdefault(entry.section, []).append(conditional(entry.value, when))
+                continue
+            if not entry.name:
+                target[entry.section] = entry.value
+                continue
+            section, key = target.setdefault(entry.section, {}), entry.name
+            while key in section:
+                key = Expression(f"{key}${{''}}")
+            section[key] = conditional(entry.value, when)
+            self.documents.remark(spot[0], (entry.section, key), (*comments, *entry.comments))
+            comments = () if not words.rest else comments
+        return words.rest
 
     def material(self, named: Named, file: str) -> None:
         name, entry = self.text(named.name), self.entry(named.entry)
@@ -358,8 +401,16 @@ class Renderer(Elements):
                     made[variable.ours] = found
         for name, entry in use.blocks.items():
             if name != macro.origin:
-                made[self.block_name(name)] = self.entry(entry)
+                made |= self.block_of(use, name, entry)
         return made
+
+    def block_of(self, use: Use, name: str, entry: Entry) -> dict[str, Any]:
+        """Return what a use hands over of a block: value by value, or as a table."""
+        known = leaves(use.macro, name, self.program.scope)
+        if known is None:
+            return {self.block_name(name): self.entry(entry)}
+        found = {leaf: self.leaf(entry, leaf) for leaf in known}
+        return {leaf.name: value for leaf, value in found.items() if leaf.always or value != default_of(leaf)}
 
     def is_own_prefix(self, macro: Macro, variable: Variable) -> bool:
         """Say whether a parameter is what a part knows anyway: all that stands before its names."""
@@ -401,9 +452,22 @@ class Renderer(Elements):
                     Value(default, self.program.scope, "free", macro.place), variable
                 )
             made[variable.ours] = declared
-        for parameter in macro.parameters:
-            if parameter.block and parameter.name != macro.origin and parameter.name in macro.block_levels:
-                made[self.block_name(parameter.name)] = {"type": "table"}
+        for block in inserted(macro):
+            if block != macro.origin:
+                made |= self.block_params(macro, block)
+        return made
+
+    def block_params(self, macro: Macro, name: str) -> dict[str, Any]:
+        """Return the parameters of a part that stand for a block."""
+        known = leaves(macro, name, self.program.scope)
+        if known is None:
+            return {self.block_name(name): {"type": "table"}}
+        made: dict[str, Any] = {}
+        for leaf in known:
+            kind = type_of(leaf)
+            made[leaf.name] = {"type": kind} if kind else {}
+            if not leaf.always:
+                made[leaf.name]["default"] = default_of(leaf)
         return made
 
     def locals(self, body: Body) -> dict[str, Any]:

@@ -42,7 +42,10 @@ class Value:
 
 @dataclass(eq=False)
 class Variable:
-    """A named value of the source. ``values`` are what it is given, by definitions, calls and defaults."""
+    """A named value of the source. ``values`` are what it is given, by definitions, calls and defaults.
+
+    ``calls`` are those of the calls of its macro alone.
+    """
 
     name: str
     where: str
@@ -52,6 +55,7 @@ class Variable:
     used: bool = False
     span: Span | None = None
     definitions: list[tuple[Value, Any]] = field(default_factory=list)
+    calls: list[Value] = field(default_factory=list)
     _group: Variable | None = None
 
     def __post_init__(self) -> None:
@@ -78,13 +82,16 @@ class Variable:
         literals = [literal(value.text) for value in head.values if is_plain(value.text)]
         evidence = head.evidence
         if any(sink in evidence for sink in LISTS) or (
-            literals and all(isinstance(one, list) for one in literals) and not evidence & {XML, NAME, FILE, "compared"}
+            any(isinstance(one, list) for one in literals)
+            and all(isinstance(one, list) or _is_quoted_list(one) for one in literals)
+            and not evidence & {XML, NAME, FILE, "compared"}
         ):
             return LIST
         if TABLE in evidence:
             return TABLE
         numbers = [isinstance(one, (int, float)) and not isinstance(one, bool) for one in literals]
-        if CONDITION in evidence and all(isinstance(one, bool) or one in (0, 1) for one in literals):
+        counted = evidence & {*NUMBERS, "reckoned"} and literals and not any(isinstance(one, bool) for one in literals)
+        if CONDITION in evidence and not counted and all(isinstance(one, bool) or one in (0, 1) for one in literals):
             return FLAG if literals or not evidence & set(NUMBERS) else NUMBER
         if literals and all(isinstance(one, bool) for one in literals):
             return FLAG
@@ -92,7 +99,9 @@ class Variable:
             return NUMBER
         if literals:
             return WORDS
-        if evidence & {*NUMBERS, "reckoned"} or (head.values and all(_is_reckoned(one.text) for one in head.values)):
+        if evidence & {*NUMBERS, "reckoned", "equated"}:
+            return NUMBER
+        if head.values and all(_is_reckoned(one.text) for one in head.values):
             return NUMBER
         return WORDS if evidence & {XML, NAME, FILE, "compared"} else ANY
 
@@ -121,6 +130,31 @@ class Scope:
         self.names: dict[str, Variable | Bound | Unsaid] = {}
         self.blocks: dict[str, Any] = {}
         self.package_of: Any = parent.package_of if parent else None
+        self.later: Later | None = None
+
+    def latest(self) -> Scope:
+        """Return the scope as it is by now: with what was set within elements so far."""
+        scope: Scope = self
+        while scope.later is not None:
+            scope = scope.later
+        return scope
+
+    def begun(self) -> Scope:
+        """Return the scope as it was before anything was set within elements."""
+        return self
+
+    def set_later(self, name: str) -> bool:
+        """Say whether a name was set within an element."""
+        later = self.later
+        while later is not None and name not in later.names:
+            later = later.later
+        return later is not None
+
+    def set_from_here(self, name: str, value: Variable | Bound) -> None:
+        """Set a name for what comes after this; what was read before keeps what it was then."""
+        now = self.latest()
+        now.later = Later(now)
+        now.later.names[name] = value
 
     def find(self, name: str) -> Variable | Bound | Unsaid | None:
         """Return what a name means here."""
@@ -146,6 +180,16 @@ class Scope:
         while scope.parent is not None:
             scope = scope.parent
         return scope
+
+
+class Later(Scope):
+    """A scope after a property was set within an element of it."""
+
+    def __init__(self, before: Scope) -> None:
+        super().__init__(before, before.owner)
+
+    def begun(self) -> Scope:
+        return self.parent.begun() if self.parent is not None else self
 
 
 def is_plain(text: str) -> bool:
@@ -193,6 +237,11 @@ def _of_numbers(node: ast.AST) -> bool:
         others = [one for one in sides if not isinstance(one, (ast.Name, ast.Attribute, ast.Subscript))]
         return all(map(_of_numbers, others)) and (bool(others) or isinstance(node.op, ast.Mult))
     return not isinstance(node.op, ast.Mod) or not isinstance(node.left, ast.Constant)
+
+
+def _is_quoted_list(value: Any) -> bool:
+    """Say whether a text that stood in quotes is several numbers."""
+    return isinstance(value, str) and isinstance(literal(value), list)
 
 
 def sole_name(pieces: list[Token]) -> str | None:
@@ -310,7 +359,7 @@ def _note_comparison(node: ast.Compare, scope: Scope) -> None:
         flags = all(value in _FLAGS for value in values if isinstance(value, str))
         sink = CONDITION if flags else "compared"
     elif values and not any(isinstance(value, bool) for value in values):
-        sink = "reckoned"
+        sink = "equated" if all(value in (0, 1) for value in values) else "reckoned"
     for item in items:
         if isinstance(item, ast.Name):
             found = scope.find(_spelt(item.id))

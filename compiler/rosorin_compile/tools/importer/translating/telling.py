@@ -30,6 +30,10 @@ def told(translation: Translation) -> Iterator[str]:
         yield f"left out, because nothing calls {them}: {listed(translation.idle)}"
     if translation.arguments:
         yield f"arguments kept: {listed(translation.arguments)}"
+    if translation.fixed:
+        them = "it changes" if len(translation.fixed) == 1 else "they change"
+        said = listed([f"{name} ({value!r})" for name, value in translation.fixed])
+        yield f"arguments that are none any more, because what {them} is written out as it is: {said}"
     proven = len(translation.proven)
     how = "its arguments as they are" if proven == 1 else f"{proven} combinations of its arguments"
     if translation.possible > proven + len(translation.refused):

@@ -34,13 +34,15 @@ class Token(NamedTuple):
 class Parameter(NamedTuple):
     """A parameter of a macro: ``default`` is None where it has none; ``forward`` where the caller's value is taken.
 
-    ``block`` is empty, ``*`` for an element, ``**`` for the content of an element.
+    ``of_caller`` is a default that speaks of names that only a caller has. ``block`` is empty, ``*`` for an element,
+    ``**`` for the content of an element.
     """
 
     name: str
     default: str | None
     forward: bool = False
     block: str = ""
+    of_caller: str | None = None
 
 
 def tokens(text: str) -> list[Token]:

@@ -10,6 +10,7 @@ from ....frontend.load import plain_scalar
 from ....numbers import exact
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
+from .blocks import DEFAULTS, Leaf, inserted, leaves, owner, value_at
 from .data import Data
 from .expressions import Rendering, all_of, bare, folded, negated, printed, usable, written
 from .flattened import Place
@@ -36,6 +37,7 @@ from .scopes import (
     sole_name,
 )
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, tokens
+from .walking import InMacro
 
 IF = Verbatim("if")
 OWN = "own prefix"
@@ -50,6 +52,9 @@ class Documents:
         self.comments: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         self.elements: dict[tuple[str, str, str], Place] = {}
         self.name: Any = ""
+        self.plain: dict[tuple[str, int], str] = {}  # elements at the top of files without expressions, by place
+        self.said: dict[str, list[str]] = {}  # what became words, by section
+        self.asked: dict[str, list[ast.expr | None]] = {}  # on which conditions outputs are asked for something
 
     def section(self, file: str, key: str) -> dict[str, Any]:
         made: dict[str, Any] = self.files.setdefault(file, {}).setdefault(key, {})
@@ -79,7 +84,8 @@ class Values:
         self.used: set[Variable] = set()
         self.documents = Documents()
         self.macro: Macro | None = None
-        self.shares: dict[str, str] = {}
+        self.shares: dict[str, Expression] = {}
+        self.vectors_are_texts = False  # of tables: "0 0 1" in YAML
         self.meshes = ""  # put before relative names of meshes
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
@@ -103,15 +109,18 @@ class Values:
         return None
 
     def share(self, package: str) -> ast.expr:
-        """Return the folder of a package on this machine, by a name."""
+        """Return the folder of a package; one that the description will not find has a name, with its place here."""
         folder = self.program.packages.find(package)
         if folder is None:
             raise Unsupported(f'the package "{package}" is not found')
-        name = f"{re.sub(r'[^A-Za-z0-9_]', '_', package)}_share"
-        self.shares[name] = str(folder)
-        made = ast.Name(name, ast.Load())
-        made.kind = WORDS  # type: ignore[attr-defined]
-        return made
+        made: Any = ast.Call(ast.Name("find", ast.Load()), [ast.Constant(package)], [])
+        if not self.data.finds(package):
+            made.args.append(ast.Constant(str(folder)))
+            name = f"{re.sub(r'[^A-Za-z0-9_]', '_', package)}_share"
+            self.shares[name] = Expression(f"${{{written(made)}}}")
+            made = ast.Name(name, ast.Load())
+        made.kind = WORDS
+        return made  # type: ignore[no-any-return]
 
     def condition(self, when: Whens) -> ast.expr | None:
         """Return the conditions of an entry as one; None where it is always there."""
@@ -182,10 +191,11 @@ class Values:
             raise Unsupported(f'"{value.text}" is {len(parts)} numbers, not {count}', value.span)
         node = self.node_of(parts[0], value)
         if getattr(node, "kind", "") == WORDS or _is_words(node):
-            text = written(node)
-            return Expression(f"${{[float(word) for word in split({text})]}}")
+            return Expression(f"${{numbers({written(node)})}}")
         if isinstance(node, ast.List):
             return [self.item(item, value) for item in node.elts]
+        if self.vectors_are_texts and not getattr(node, "is_list", False):
+            return Expression(f"${{numbers({written(node)})}}")
         return Expression(f"${{{written(node)}}}")
 
     def item(self, node: ast.expr, value: Value) -> Any:
@@ -298,6 +308,9 @@ class Values:
             return [(item.key, self.given(item.value), when)]
         if item.key == "&":
             return self.handed(item.value, when)
+        whole = _whole_list(item)
+        if whole is not None:
+            return [(item.key, self.given(whole), when)]
         if isinstance(item.value, list):
             found = self.listed(item.value, (*path, item.key), file)
             return [(item.key, found, when)] if found else []
@@ -309,6 +322,9 @@ class Values:
         """Return what is inserted of a block that is handed to a part as a table."""
         macro = self.macro
         name = handed.parameter.name
+        known = leaves(macro, name, self.program.scope) if macro else None
+        if known is not None:
+            return [(key, value, when) for key, value in _by_key(known).items()]
         keys = macro.block_keys.get(name, []) if macro else []
         ours = self.block_name(name)
         return [(key, Expression(f"${{get({ours}, '{key}')}}"), when) for key in keys]
@@ -372,10 +388,43 @@ class Values:
     def call(self, call: Call) -> str:
         """Return the call of a named value as an expression."""
         given = []
-        for name, _ in self.parameters(call.macro):
+        for name, variable in self.parameters(call.macro):
             value = call.given.get(name) or self.default(call.macro, name, call.scope)
-            given.append(written(self.expressions().value(value)))
+            node = self.expressions().value(value)
+            if variable.kind() == WORDS and isinstance(node, ast.List) and is_plain(value.text):
+                node = ast.Constant(value.text)  # several numbers, but taken for a text
+            elif variable.kind() == LIST and isinstance(node, ast.Constant) and isinstance(node.value, str):
+                node = self.expressions().tree(node.value, value.scope)
+            given.append(written(node))
+        for name in inserted(call.macro):
+            known = self.leaves_of(call.macro, name)
+            given += [written(self.handed_over(call, call.blocks[name], leaf)) for leaf in known]
         return f"{call.macro.ours}({', '.join(given)})"
+
+    def leaves_of(self, macro: Macro, block: str) -> list[Leaf]:
+        """Return the parameters that stand for a block of a named value."""
+        found = leaves(macro, block, self.program.scope)
+        if found is None:
+            raise InMacro(macro, Unsupported(f'what is handed over as "{block}" has no word as a value', macro.place))
+        return found
+
+    def handed_over(self, call: Call, entry: Entry, leaf: Leaf) -> ast.expr:
+        """Return what a call of a named value gives for a parameter that is of a block."""
+        node = _node(self.leaf(entry, leaf))
+        if node is None:
+            reason = f'what is handed over as "{leaf.name}" has no word as a value'
+            raise InMacro(call.macro, Unsupported(reason, call.element.span))
+        return node
+
+    def leaf(self, entry: Entry, leaf: Leaf) -> Any:
+        """Return what a block says for a parameter."""
+        found = value_at(entry, leaf.path)
+        if isinstance(found, Handed):
+            outer = owner(found.scope)
+            known = leaves(outer, found.parameter.name, self.program.scope) if outer else None
+            name = next((one.name for one in known or () if one.path == leaf.path), "")
+            return Expression(f"${{{name}}}") if name else default_of(leaf)
+        return self.value(found) if found is not None else default_of(leaf)
 
     def parameters(self, macro: Macro) -> list[tuple[str, Variable]]:
         """Return the parameters that a macro uses."""
@@ -390,6 +439,9 @@ class Values:
     def of_variable(self, value: Value, variable: Variable, kind: str = "") -> Any:
         """Return a value of a variable as ``layout`` takes it."""
         kind = kind or variable.kind()
+        table = self.mapping_of(value) if kind in (TABLE, ANY) else None
+        if table is not None:
+            return table
         evidence = variable.head().evidence
         if (kind == LIST and "angle3" in evidence and not evidence & {"length3", "number3", "number4", "indexed"}) or (
             kind == NUMBER and declared_type(variable) == "angle"
@@ -418,7 +470,7 @@ class Values:
             return self.joined(pieces, value)
         node = self.glued(pieces, value) if kind == NUMBER and len(pieces) > 1 else self.node_of(pieces, value)
         if kind == LIST and getattr(node, "kind", "") == WORDS:
-            return Expression(f"${{[float(word) for word in split({written(node)})]}}")
+            return Expression(f"${{numbers({written(node)})}}")
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
         if kind == NUMBER and value.sink != "angle":
@@ -460,6 +512,22 @@ class Values:
         return made
 
 
+def _by_key(known: list[Leaf]) -> dict[str, Any]:
+    """Return the names of parameters where they stand in an entry."""
+    made: dict[str, Any] = {}
+    for leaf in known:
+        inner = made
+        for key in leaf.path[:-1]:
+            inner = inner.setdefault(key, {})
+        inner[leaf.path[-1]] = Expression(f"${{{leaf.name}}}")
+    return made
+
+
+def default_of(leaf: Leaf) -> Any:
+    """Return what a block is taken to say that says nothing."""
+    return [Verbatim(number) for number in DEFAULTS[leaf.path[-1]]]
+
+
 def _sole_call(items: list[Item]) -> Call | None:
     """Return the call that gives all that an entry has, under several keys; None if there is none such."""
     calls: set[Any] = set()
@@ -474,6 +542,18 @@ def _sole_call(items: list[Item]) -> Call | None:
     keys = [item.key for item in items]
     whole = call.macro.entry is not None and keys == call.macro.entry.known() and len(keys) > 1
     return call if whole else None
+
+
+def _whole_list(item: Item) -> Given | None:
+    """Return the call that gives a list, all of it and nothing else; None if there is none such."""
+    if not isinstance(item.value, list) or not isinstance(item.value[0].value, Given):
+        return None
+    first = item.value[0].value
+    entry = first.call.macro.entry
+    made = next((one.value for one in entry.items if one.key == item.key), ()) if entry else ()
+    wanted = [Given(first.call, item.key, index) for index in range(len(made))]
+    found = [one.value for one in item.value if not one.when]
+    return Given(first.call, item.key) if found == wanted and len(found) == len(item.value) else None
 
 
 def _choice_of(found: list[tuple[Any, ast.expr | None]]) -> Expression | None:
@@ -578,7 +658,10 @@ def _node(value: Any) -> ast.expr | None:
         match = re.fullmatch(r"\$\{((?:[^{}'\"]|'[^']*'|\"[^\"]*\")*)\}", value)
         if match is None:
             return None
-        return ast.Name(f"({match[1]})", ast.Load())
+        try:
+            return ast.parse(match[1].strip(), mode="eval").body
+        except SyntaxError:  # it has units
+            return ast.Name(f"({match[1]})", ast.Load())
     if isinstance(value, Verbatim):
         return ast.Name(str(value), ast.Load())
     if isinstance(value, str):

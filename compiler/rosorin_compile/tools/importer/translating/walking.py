@@ -6,7 +6,8 @@ a link or a joint a named value with parameters. ``inlined`` are macros that are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import ast
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ....frontend.tree import Map
@@ -30,10 +31,11 @@ from .scopes import (
     Value,
     Variable,
     is_plain,
+    names_of,
     note,
     sole_name,
 )
-from .texts import TEXT, Parameter, Unsupported, signed, tokens
+from .texts import EXPRESSION, TEXT, Parameter, Unsupported, signed, tokens
 
 MAX_DEPTH = 60
 
@@ -66,9 +68,15 @@ class Walker:
     """One walk over a program, with some macros written out."""
 
     def __init__(
-        self, program: Program, inlined: frozenset[str], flat: frozenset[Place] = frozenset(), trees: Sequence[Map] = ()
+        self,
+        program: Program,
+        inlined: frozenset[str],
+        flat: frozenset[Place] = frozenset(),
+        trees: Sequence[Map] = (),
+        pins: Mapping[tuple[str, str], str] | None = None,
     ) -> None:
         self.program = program
+        self.pins = pins or {}
         self.inlined = inlined
         self.flat = flat
         self.trees = trees
@@ -100,7 +108,7 @@ class Walker:
     def robot(self, element: Element, body: Body, scope: Scope, when: Whens, top: bool = False) -> None:
         """Take what an element holds: links, joints, calls, and what the language has no word for."""
         for child, comments in with_comments(element):
-            self.one(child, body, scope, when, comments, top)
+            self.one(child, body, scope.latest(), when, comments, top)
 
     def one(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
         """Take one element; what cannot be said of one at the top of a file is told as ``AtTop``."""
@@ -185,13 +193,17 @@ class Walker:
             return
         text = element.get("value")
         target = self.target(element, scope)
-        if target is not scope and isinstance(scope, MacroScope):
+        if target is not scope.begun() and isinstance(scope.begun(), MacroScope):
             raise Unsupported("it sets properties of whoever calls it", element.span)
+        if target.set_later(name):
+            self.inner_property(element, scope, when)
+            return
         known = target.names.get(name)
         value = Value(text, scope, FREE, element.span)
         if isinstance(known, Variable) and known.where == LOCAL:
             if known in self.fixed and not when:
-                raise Unsupported(f'the property "{name}" is set a second time', element.span)
+                self.new_local(name, value, body, target, when, target)
+                return
             known.values.append(value)
             known.definitions.append((value, when))
             self.hand(value, known)
@@ -201,7 +213,8 @@ class Walker:
         ):
             raise Unsupported(f'the property or parameter "{name}" is set anew', element.span)
         if isinstance(known, Bound):
-            raise Unsupported(f'the property "{name}" is set a second time', element.span)
+            target.set_from_here(name, Bound(text, scope))
+            return
         if not isinstance(target, MacroScope) and target.parent is not None and not when and "(" not in text:
             target.names[name] = Bound(text, scope)
             return
@@ -209,14 +222,16 @@ class Walker:
 
     def target(self, element: Element, scope: Scope) -> Scope:
         """Return the scope that a property is set in."""
-        where = element.get("scope")
+        where, here = element.get("scope"), scope.begun()
         if where == "global":
             return scope.top()
         if where == "parent":
-            return scope.parent or scope
-        return scope
+            return here.parent.begun() if here.parent is not None else here
+        return here
 
-    def new_local(self, name: str, value: Value, body: Body, target: Scope, when: Whens) -> None:
+    def new_local(
+        self, name: str, value: Value, body: Body, target: Scope, when: Whens, later: Scope | None = None
+    ) -> Variable:
         from .expressions import usable
 
         taken = {one.ours for one in body.locals} | {one.ours for one in _variables(target)}
@@ -225,11 +240,15 @@ class Walker:
         made = Variable(name, LOCAL, usable(name, lambda one: one in taken), span=value.span)
         made.values.append(value)
         made.definitions = [(value, when)]
-        target.names[name] = made
+        if later is not None:
+            later.set_from_here(name, made)
+        else:
+            target.names[name] = made
         body.locals.append(made)
         if not when:
             self.fixed.add(made)
         self.hand(value, made)
+        return made
 
     def block(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
         """Take a block that is inserted among links and joints."""
@@ -305,7 +324,9 @@ class Walker:
                 if found is not None and not self.is_new(found, scope):
                     made[parameter.name] = Value(f"${{{parameter.name}}}", scope, FREE, element.span)
                     continue
-            if parameter.default is None:
+            if parameter.of_caller is not None:
+                made[parameter.name] = Value(parameter.of_caller, scope, FREE, element.span)
+            elif parameter.default is None:
                 raise Unsupported(f'the macro "{macro.name}" lacks its parameter {parameter.name}', element.span)
         return made
 
@@ -365,7 +386,9 @@ class Walker:
         level = macro.block_levels.get(name)
         if level is None:
             raise Unsupported(f'the block "{name}" of the macro "{macro.name}" is inserted among links', block.span)
-        made = one_of_level(self, block, scope, level)
+        whole = next(one.block for one in macro.parameters if one.name == name) == "**"
+        made = (reads if whole else one_of_level)(self, block, scope, level)
+        macro.blocks_given.setdefault(name, []).append(made)
         for item in made.items if level == "joint" else ():
             units_of(item.value, "")
         known = macro.block_keys.setdefault(name, [])
@@ -376,9 +399,12 @@ class Walker:
         """Take down that what a call gives is a value of the macro's parameters."""
         for name, value in given.items():
             variable = macro.variables.get(name)
+            if variable is None and (macro.name, name) in self.pins:
+                continue
             if variable is None:
                 raise Unsupported(f'the macro "{macro.name}" has no parameter {name}', value.span)
             variable.head().values.append(value)
+            variable.calls.append(value)
             self.hand(value, variable)
 
     def hand(self, value: Value, variable: Variable) -> None:
@@ -450,8 +476,13 @@ class Walker:
     def begin(self, macro: Macro) -> None:
         """Make the scope and the variables of a macro."""
         macro.scope = MacroScope(self.program.scope, macro)
+        macro.parameters = [self.settled(parameter) for parameter in macro.parameters]
         for parameter in macro.parameters:
             if parameter.block:
+                continue
+            if (macro.name, parameter.name) in self.pins:
+                text = self.pins[macro.name, parameter.name]
+                macro.scope.names[parameter.name] = Bound(text, self.program.scope)
                 continue
             made = Variable(parameter.name, PARAMETER, span=macro.place)
             if parameter.default is not None:
@@ -461,6 +492,13 @@ class Walker:
             macro.variables[parameter.name] = made
             macro.scope.names[parameter.name] = made
 
+    def settled(self, parameter: Parameter) -> Parameter:
+        """Return a parameter; a default that speaks of names which are not known everywhere is the caller's."""
+        default = parameter.default
+        if default is None or all(self.program.scope.find(name) is not None for name in _foreign(default)):
+            return parameter
+        return parameter._replace(default=None, of_caller=default)
+
     # What stands inside of a link, a joint, and so on.
 
     def content(
@@ -468,7 +506,7 @@ class Walker:
     ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
         """Yield what an element holds, with the conditions on it; calls of macros that are named values as they are."""
         for child, comments in with_comments(element):
-            yield from self.inner(child, scope, level, when, comments)
+            yield from self.inner(child, scope.latest(), level, when, comments)
 
     def inner(
         self, child: Element, scope: Scope, level: str, when: Whens, comments: tuple[str, ...] = ()
@@ -499,10 +537,40 @@ class Walker:
             yield child, scope, when, comments
 
     def inner_property(self, element: Element, scope: Scope, when: Whens) -> None:
+        """Take a property that is set within an element; it holds from there on, outside of the element too."""
         name = element.get("name")
-        if element.get("scope") or "$" in name or when or "value" not in element.attributes:
+        if "$" in name or "value" not in element.attributes or element.get("remove"):
             raise Unsupported(f'the property "{name}" stands inside of an element', element.span)
-        scope.names[name] = Bound(element.get("value"), scope)
+        target, here = self.target(element, scope), scope.begun()
+        if isinstance(here, MacroScope):
+            target = here  # what a part sets for its caller within an element, it reads itself
+        open_ends = [(one, decided(one)) for one in when]
+        if any(holds is False for _, holds in open_ends):
+            return
+        left = tuple(one for one, holds in open_ends if holds is None)
+        if left:
+            self.chosen_property(element, scope, target, left)
+        else:
+            target.set_from_here(name, Bound(element.get("value"), scope))
+
+    def chosen_property(self, element: Element, scope: Scope, target: Scope, when: Whens) -> None:
+        """Take a property within an element that is set on a condition: a named value of the part."""
+        name, value = element.get("name"), Value(element.get("value"), scope, FREE, element.span)
+        known = target.latest().find(name)
+        if isinstance(known, Variable) and known.where == LOCAL and known not in self.fixed and target.set_later(name):
+            known.values.append(value)
+            known.definitions.append((value, when))
+            self.hand(value, known)
+            return
+        holder = next((one for one in _around(scope) if isinstance(one, MacroScope)), None)
+        body = holder.macro.body if holder is not None else self.program.root.body
+        if body is None:
+            raise Unsupported(f'the property "{name}" is set on a condition', element.span)
+        before = known
+        made = self.new_local(name, value, body, holder or target, when, target)
+        if isinstance(before, Bound):
+            made.definitions.insert(0, (Value(before.text, before.scope, FREE, element.span), ()))
+            made.values.insert(0, made.definitions[0][0])
 
     def as_value(self, macro: Macro, level: str) -> bool:
         """Walk over a macro that makes what stands in a link, a joint and so on; say whether it can be a value."""
@@ -512,7 +580,7 @@ class Walker:
         self.begin(macro)
         for parameter in macro.parameters:
             if parameter.block:
-                return self.not_a_value(macro)
+                macro.scope.blocks[parameter.name] = parameter
         try:
             entry = reads(self, macro.element, macro.scope, level)
             for item in entry.items if level == "joint" else ():
@@ -520,7 +588,7 @@ class Walker:
         except Unsupported:
             return self.not_a_value(macro)
         keys = entry.known()
-        if not keys or any(item.when or item.key == "*" for item in entry.items) or len(keys) != len(entry.items):
+        if not keys or any(item.when or item.key == "&" for item in entry.items) or len(keys) != len(entry.items):
             return self.not_a_value(macro)
         macro.entry = entry
         self.seen.append(macro)
@@ -554,8 +622,12 @@ class Walker:
 
     def value_call(self, macro: Macro, element: Element, scope: Scope) -> Call:
         given = self.given(macro, element, scope)
+        made = Call(macro, given, {}, scope, element)
+        for name, (block, inner) in self.blocks(macro, element, scope).items():
+            if name in macro.block_levels:
+                made.blocks[name] = self.block_entry(macro, name, block, inner)
         self.hand_over(macro, given)
-        return Call(macro, given, {}, scope, element)
+        return made
 
     # What is kept as text.
 
@@ -568,7 +640,7 @@ class Walker:
                 note(value)
                 made.attributes.append((name, value))
         for item in element.content:
-            made.content += self.xml_item(item, scope, ())
+            made.content += self.xml_item(item, scope.latest(), ())
         return made
 
     def xml_item(self, item: Element | Remark, scope: Scope, when: Whens) -> list[Any]:
@@ -581,12 +653,12 @@ class Walker:
         if item.tag in ("xacro:if", "xacro:unless"):
             group = Xml("", when=(self.condition(item, scope),))
             for inner in item.content:
-                group.content += self.xml_item(inner, scope, when)
+                group.content += self.xml_item(inner, scope.latest(), when)
             return [group]
         if item.tag == "xacro:insert_block":
             return [self.xml(child, inner) for child, inner in self.inserted(item, scope)]
         if item.tag == "xacro:property":
-            self.inner_property(item, scope, ())
+            self.inner_property(item, scope, when)
             return []
         if item.tag.startswith("xacro:"):
             macro = self.macro_of(item)
@@ -596,7 +668,7 @@ class Walker:
 
             def take(inside: Scope) -> None:
                 for one in macro.element.content:
-                    found.extend(self.xml_item(one, inside, when))
+                    found.extend(self.xml_item(one, inside.latest(), when))
 
             self.write_out(macro, item, scope, take)
             return found
@@ -630,18 +702,53 @@ class InMacro(Exception):
         self.problem = problem
 
 
-def _variables(scope: Scope) -> Iterator[Variable]:
-    """Yield the variables that a scope and those around it know."""
+def decided(when: When) -> bool | None:
+    """Return whether a condition holds wherever it is asked; None if that depends on an argument or a parameter."""
+    from .expressions import Rendering, folded
+
+    def of_local(variable: Variable) -> ast.expr | None:
+        plain = variable.where == LOCAL and [one for one, on in variable.definitions if not on]
+        return rendering.value(plain[0]) if plain and len(variable.definitions) == 1 else None
+
+    rendering = Rendering(lambda _: None, of_local)
+    try:
+        holds = folded(rendering.condition(when.value))
+    except Unsupported:
+        return None
+    return None if holds is None else bool(holds) == when.holds
+
+
+def _foreign(text: str) -> Iterator[str]:
+    """Yield the names in a text that are none of Python's or of xacro's."""
+    from ....frontend.expression.functions import functions
+    from .expressions import source_tree
+
+    for piece in tokens(text):
+        try:
+            tree = source_tree(piece.text) if piece.kind == EXPRESSION else None
+        except ValueError:
+            tree = None
+        for name in names_of(tree) if tree is not None else ():
+            if _may_be_handed_down(name) and name not in functions():
+                yield name
+
+
+def _around(scope: Scope) -> Iterator[Scope]:
+    """Yield a scope and those around it."""
     here: Scope | None = scope
     while here is not None:
-        yield from (one for one in here.names.values() if isinstance(one, Variable))
+        yield here
         here = here.parent
+
+
+def _variables(scope: Scope) -> Iterator[Variable]:
+    """Yield the variables that a scope and those around it know."""
+    for here in _around(scope):
+        yield from (one for one in here.names.values() if isinstance(one, Variable))
 
 
 def _sources(value: Value) -> list[str]:
     """Return the names that a value may be as it is: of a name, of a choice between names."""
-    import ast
-
     from .expressions import source_tree
 
     pieces = tokens(value.text)

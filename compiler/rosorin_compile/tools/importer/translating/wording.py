@@ -1,0 +1,229 @@
+"""Wording: elements at the top of a file that say the same for every combination of arguments become words.
+
+What has an expression in it stays as it stands. The words are those of the flat import (see ``words``), looked for in
+the first robot that has the element; whether the description then says the same is proven as everything else is.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from ....formats.imported import Imported
+from ....frontend.tree import Map, Seq, Text
+from ....startup.records import NamedTuple
+from ....xml.elements import canonical, tree_of
+from ..description import Outputs, _Document
+from ..words import Worded, worded
+from ..words.taking import CONTROL, SENSORS, candidates, put, trees, without
+from ..words.telling import told_words
+from .expressions import negated, written
+
+Spot = tuple[str, int]  # the file of a description, and the number of the element among those at its top
+OPTIONS = {CONTROL: "control", SENSORS: "gazebo"}
+MAX_WHOLE = 90  # letters of an element that stands in one line
+_CALLED = {CONTROL: "hardware block", SENSORS: "sensor", "drive": "drive", "edges": "transform"}
+_OF_PLUGINS = ("drive", "publishers", "edges")
+
+
+class Entry(NamedTuple):
+    """One entry that an element becomes: its section, its name (empty for a whole section or an item of a list)."""
+
+    section: str
+    name: str
+    value: Any
+    called: str
+    comments: tuple[str, ...] = ()
+
+
+class Words(NamedTuple):
+    """What an element becomes: entries, and the text that is left of it. ``text`` is the whole element."""
+
+    text: str
+    entries: tuple[Entry, ...]
+    rest: str
+
+
+class Found(NamedTuple):
+    """The elements that become words, what the outputs then ask for, and why others stay."""
+
+    spots: Mapping[Spot, Words] = {}
+    options: Mapping[str, Any] = {}
+    kept: Mapping[str, str] = {}
+    remarks: tuple[str, ...] = ()
+
+    def without(self, blamed: str) -> Found:
+        """Return this without the elements that a fault names; without any if it names none."""
+        names = set(re.findall(r"[\w./-]+", blamed))
+        wrong = {spot for spot, one in self.spots.items() if any(entry.called in names for entry in one.entries)}
+        wrong = wrong or {
+            spot for spot, one in self.spots.items() if names & set(re.findall(r'(?:name|reference)="(.*?)"', one.text))
+        }
+        return self._replace(spots={spot: one for spot, one in self.spots.items() if wrong and spot not in wrong})
+
+    def left_of(self, tree: Map) -> Map:
+        """Return the tree of a robot without the elements that became words."""
+        whole = {_spelt(one.text): one.rest for one in self.spots.values()}
+        texts = tree.get("urdf_elements") or Seq(tree.span)
+        left = Seq(tree.span)
+        for text, span in zip(texts, texts.value_spans, strict=True):
+            rest = whole.get(_spelt(text), text)
+            if rest:
+                left.put(Text(rest), span)
+        return put(tree, {"urdf_elements": left})
+
+
+def find(plain: Mapping[Spot, str], robots: Iterable[Imported]) -> Found:
+    """Return which elements become which words, from the first robot that has each."""
+    made, left = Found(), {spot: text for spot, text in plain.items() if _may_be_words(text)}
+    for imported in robots:
+        if imported.tree is None or not left:
+            continue
+        there = {_spelt(text) for text in imported.tree.get("urdf_elements") or ()}
+        here = {spot: text for spot, text in left.items() if _spelt(text) in there}
+        left = {spot: text for spot, text in left.items() if spot not in here}
+        if here:
+            made = _more(made, here, imported)
+    return made
+
+
+def _may_be_words(text: str) -> bool:
+    return any(mark in text for mark in ("<ros2_control", "<sensor", "<plugin"))
+
+
+def _spelt(text: str) -> str:
+    try:
+        return canonical(tree_of(text))
+    except ValueError:
+        return text
+
+
+def _more(made: Found, here: Mapping[Spot, str], imported: Imported) -> Found:
+    """Return what was found with the elements of one robot."""
+    tree: Any = imported.tree
+    texts = Seq(tree.span)
+    for text in here.values():
+        texts.put(Text(text), tree.span)
+    all_of = worded(imported._replace(tree=put(tree, {"urdf_elements": texts}), comments=()))
+    said: Any = all_of.imported.tree
+    options = dict((said.get("outputs") or {}).get("urdf") or {})
+    fits = {section for section, option in OPTIONS.items() if made.options.get(option) in (None, options.get(option))}
+    taken = [one for one in candidates(texts) if one.section in fits and one.name in (said.get(one.section) or {})]
+    rest = without(texts, taken)
+    spots = dict(made.spots)
+    document = _document(said)
+    for index, (spot, text) in enumerate(here.items()):
+        mine = [one for one in taken if one.text == index]
+        entries = [
+            Entry(
+                one.section,
+                one.name,
+                document.value(said[one.section][one.name], one.path, None),
+                one.name,
+                _comments(rest, one.path),
+            )
+            for one in mine
+        ]
+        path = rest.paths[index]
+        entries += _of_plugins(text, imported)
+        if entries:
+            left = _laid_out(str(rest.texts[path[1]])) if path[0] == "urdf_elements" else ""  # type: ignore[index]
+            spots[spot] = Words(text, tuple(entries), left)
+    asked = {option: options[option] for section, option in OPTIONS.items() if section in fits and option in options}
+    return Found(spots, {**made.options, **asked}, {**made.kept, **all_of.kept}, (*made.remarks, *all_of.remarks))
+
+
+def _laid_out(text: str) -> str:
+    """Return what is left of an element as elements are laid out: in one line where it is short and holds one thing."""
+    lines = text.splitlines()
+    whole = "".join(line.strip() for line in lines)
+    if len(lines) == 3 and len(whole) <= MAX_WHOLE and "<!--" not in whole:
+        return whole
+    return f"{text}\n" if len(lines) > 1 else text
+
+
+def _comments(rest: Any, path: tuple[str | int, ...]) -> tuple[str, ...]:
+    return tuple(one.text for one in rest.comments if one.path == path)
+
+
+def _document(tree: Map) -> _Document:
+    made = _Document(tree)
+    made.named = made.named._replace(folders={}, scale=None)
+    return made
+
+
+def _of_plugins(text: str, imported: Imported) -> Iterator[Entry]:
+    """Yield what the plug-ins of one element say of the drive and of transforms."""
+    tree: Any = imported.tree
+    alone = Seq(tree.span)
+    alone.put(Text(text), tree.span)
+    if not any(child.tag == "plugin" for _, element in trees(alone) for child in element):
+        return
+    made = worded(imported._replace(tree=put(tree, {"urdf_elements": alone}), comments=()))
+    said: Any = made.imported.tree
+    document = _document(said)
+    for section in _OF_PLUGINS:
+        if section not in said or section in tree:
+            continue
+        value = document.value(said[section], (section,), None)
+        if section == "drive":
+            yield Entry(section, "", value, ", ".join(made.said.get("drive", ())))
+        elif section == "edges":
+            names = made.said.get("transform", ())
+            yield from (Entry(section, "", one, name) for one, name in zip(value, names, strict=True))
+        else:
+            yield from (Entry(section, name, one, name) for name, one in value.items())
+
+
+def wishes(wanted: Outputs, options: Mapping[str, Any]) -> Outputs:
+    """Return outputs of which the URDF asks for what words need, and for nothing that there are no words for."""
+    entries = dict(wanted.entries)
+    if "urdf" in entries:
+        plain = {key: value for key, value in entries["urdf"].items() if key not in OPTIONS.values()}
+        entries["urdf"] = {**plain, **options}
+    return wanted._replace(entries=entries)
+
+
+def any_of(conditions: Iterable[ast.expr | None]) -> ast.expr | None:
+    """Return the condition that one of some conditions holds, told shortly; None where one always does."""
+    rows: list[dict[str, ast.expr]] = []
+    for one in conditions:
+        nodes = [] if one is None else one.values if _is_and(one) else [one]  # type: ignore[attr-defined]
+        rows.append({written(node): node for node in nodes})
+    rows = _shorter(rows)
+    if not rows or any(not row for row in rows):
+        return None
+    made = [next(iter(row.values())) if len(row) == 1 else ast.BoolOp(ast.And(), list(row.values())) for row in rows]
+    return made[0] if len(made) == 1 else ast.BoolOp(ast.Or(), made)
+
+
+def _is_and(node: ast.expr) -> bool:
+    return isinstance(node, ast.BoolOp) and isinstance(node.op, ast.And)
+
+
+def _shorter(rows: list[dict[str, ast.expr]]) -> list[dict[str, ast.expr]]:
+    """Return rows without those that another one covers; two that differ in the sign of one condition are one."""
+    rows = [row for at, row in enumerate(rows) if not any(_covers(one, row, at > i) for i, one in enumerate(rows))]
+    for row in rows:
+        for name, node in row.items():
+            mate = {**{key: value for key, value in row.items() if key != name}, written(negated(node)): node}
+            if any(one is not row and one.keys() == mate.keys() for one in rows):
+                joined = {key: value for key, value in row.items() if key != name}
+                others = [one for one in rows if one is not row and one.keys() != mate.keys()]
+                return _shorter([*others, joined])
+    return rows
+
+
+def _covers(one: dict[str, ast.expr], other: dict[str, ast.expr], earlier: bool) -> bool:
+    """Say whether a row holds wherever another one does; of two that are the same the earlier one."""
+    if one is other:
+        return False
+    return one.keys() < other.keys() or (one.keys() == other.keys() and earlier)
+
+
+def told(said: Mapping[str, Sequence[str]], found: Found) -> list[str]:
+    """Return the lines about what became words, and about what did not."""
+    names = {word: list(dict.fromkeys(said[section])) for section, word in _CALLED.items() if section in said}
+    return told_words(Worded(Imported(None, []), None, names, found.kept, found.remarks))

@@ -1,0 +1,160 @@
+"""Elements of a xacro that are the same for every combination of arguments become words, and its macros stay."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.tools.importer.translating import wording
+
+pytest.importorskip("xacro")
+
+HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+ROBOT = """
+<xacro:arg name="sim" default="false"/>
+<xacro:macro name="body" params="name"><link name="${name}"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></xacro:macro>
+<xacro:body name="base"/><xacro:body name="arm"/>
+<joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+"""
+BLOCK = """<ros2_control name="NAME" type="system"><hardware><plugin>PLUGIN</plugin></hardware>
+<joint name="j"><command_interface name="position"><param name="min">-1</param><param name="max">1</param>
+</command_interface><state_interface name="position"/></joint></ros2_control>"""
+SENSOR = """<gazebo reference="arm"><material>Gazebo/Black</material><sensor name="imu" type="imu">
+<always_on>true</always_on><update_rate>50</update_rate></sensor></gazebo>"""
+
+
+def block(name: str, plugin: str = "mock_components/GenericSystem") -> str:
+    return BLOCK.replace("NAME", name).replace("PLUGIN", plugin)
+
+
+def imported(body: str, *more: str) -> str:
+    """Return the first file of the description that a xacro in this folder becomes, and compile it."""
+    Path("robot.xacro").write_text(f"{HEAD}{ROBOT}{body}</robot>", "utf-8")
+    assert main(["import", "robot.xacro", "-o", "made", "--trust", "--force", *more]) == 0
+    assert main(["all", "made"]) == 0
+    return Path("made/robot.yaml").read_text("utf-8")
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_a_block_and_a_sensor_become_words(capsys: pytest.CaptureFixture[str]) -> None:
+    made = imported(block("one") + SENSOR)
+    said = capsys.readouterr()
+    assert "control:\n  one:\n    plugin: mock_components/GenericSystem\n    joints:\n      j:\n" in made
+    assert "sensors:\n  imu:\n    type: imu\n    frame: arm\n" in made
+    assert 'urdf_elements: [<gazebo reference="arm"><material>Gazebo/Black</material></gazebo>]\n' in made
+    assert "control: jazzy, gazebo: " in made
+    assert "1 hardware block (one), 1 sensor (imu)" in said.out
+    assert "kept as they are: gazebo\n" in said.out
+    assert "ignored" not in said.err
+
+
+def test_what_is_there_on_a_condition_is_asked_for_on_that_condition(capsys: pytest.CaptureFixture[str]) -> None:
+    """The default has no block: without the condition, each compilation would warn that there is none."""
+    made = imported(f'<xacro:if value="$(arg sim)">{block("one")}</xacro:if>')
+    assert "control:\n  one:\n    if: ${sim}\n" in made
+    assert "control: \"${'jazzy' if sim else none}\"" in made
+    assert main(["all", "made", "-a", "sim=true"]) == 0
+    assert "<ros2_control" in Path("outputs/made/r.urdf").read_text("utf-8")
+    assert "ignored" not in capsys.readouterr().err
+
+
+def test_two_blocks_of_one_name_on_opposite_conditions(capsys: pytest.CaptureFixture[str]) -> None:
+    both = f'<xacro:if value="$(arg sim)">{block("one", "sim/Sim")}</xacro:if>'
+    made = imported(f'{both}<xacro:unless value="$(arg sim)">{block("one")}</xacro:unless>')
+    assert "control:\n  one:\n    if: ${sim}\n    plugin: sim/Sim\n" in made
+    assert "one${''}" in made
+    assert "control: jazzy" in made
+    assert "ignored" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("body", "more"),
+    [
+        pytest.param(block("one", "p_$(arg sim)/P"), (), id="an expression"),
+        pytest.param(block("one"), ("--verbatim",), id="asked for"),
+    ],
+)
+def test_what_stays_as_it_stands_is_not_asked_for(
+    body: str, more: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = imported(body, *more)
+    assert '<ros2_control name="one"' in made
+    assert "jazzy" not in made
+    assert "ignored" not in capsys.readouterr().err
+
+
+def test_words_that_would_say_something_else_are_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = wording.find
+
+    def wrong(plain, robots):  # type: ignore[no-untyped-def]
+        found = right(plain, robots)
+        for words in found.spots.values():
+            for entry in words.entries:
+                if entry.name == "one":
+                    entry.value["plugin"] = "other/Plugin"
+        return found
+
+    monkeypatch.setattr("rosorin_compile.tools.importer.translating.find", wrong)
+    made = imported(block("one") + SENSOR)
+    assert '<ros2_control name="one"' in made
+    assert "sensors:\n  imu:" in made
+    assert "other/Plugin" not in made
+
+
+@pytest.mark.parametrize(
+    ("conditions", "told"),
+    [
+        (["a", None], None),
+        (["a and b", "a and not b"], "a"),
+        (["a", "not a"], None),
+        (["a", "a and b"], "a"),
+        (["a == 'x' and b", "c"], "a == 'x' and b or c"),
+        (["a", "a"], "a"),
+    ],
+)
+def test_one_of_some_conditions(conditions: list[str | None], told: str | None) -> None:
+    nodes = [None if one is None else ast.parse(one, mode="eval").body for one in conditions]
+    made = wording.any_of(nodes)
+    assert (None if made is None else ast.unparse(made)) == told
+
+
+PLUGIN = "<gazebo><plugin filename='a.so' name='a'><parameters>$(find tool)/a.yaml</parameters></plugin></gazebo>"
+MESH = '<xacro:macro name="shown" params="file"><link name="${file}"><visual><geometry>'
+MESH += '<mesh filename="file://$(find tool)/meshes/${file}.stl"/></geometry></visual></link>'
+MESH += '<joint name="${file}_j" type="fixed"><parent link="base"/><child link="${file}"/></joint></xacro:macro>'
+
+
+def tool(folder: Path) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>tool</name></package>")
+    return folder
+
+
+def test_a_folder_of_a_package_is_found_on_another_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "here"))
+    tool(tmp_path / "here" / "tool")
+    made = imported(f'{PLUGIN}{MESH}<xacro:shown file="a"/>')
+    assert "<parameters>${find('tool')}/a.yaml</parameters>" in made
+    assert "package://tool/meshes/${file}.stl" in made
+    assert str(tmp_path) not in made
+    there = tool(tmp_path / "there" / "tool")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(there.parent))
+    assert main(["all", "made"]) == 0
+    assert f"<parameters>{there}/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text("utf-8")
+
+
+def test_a_package_that_the_description_does_not_find_keeps_its_place_beside_its_name(tmp_path: Path) -> None:
+    folder = tool(tmp_path / "far" / "away" / "tool")
+    made = imported(PLUGIN, "--package", f"tool={folder}")
+    assert f"  tool_share: ${{find('tool', '{folder}')}}\n" in made
+    assert "<parameters>${tool_share}/a.yaml</parameters>" in made
+    assert f"<parameters>{folder}/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text("utf-8")

@@ -123,3 +123,50 @@ FLAGS = {
 def test_true_and_false_are_printed_as_xacro_prints_them(tmp_path: Path, case: str) -> None:
     body, line = FLAGS[case]
     assert line in kept(tmp_path, body)
+
+
+@pytest.mark.parametrize("value", ["true", "false"])
+def test_an_argument_that_is_declared_nowhere_is_what_is_given(tmp_path: Path, value: str) -> None:
+    robot = kept(tmp_path, LINK + WHEEL.replace("${s}", "$(arg s)"), s=value)
+    assert f"  s: {{type: boolean, default: {value}}}\n" in robot
+    assert "    if: ${s}\n" in robot
+    assert 'if: "${s}"' in robot
+
+
+def test_what_is_given_and_nothing_takes_is_no_argument(tmp_path: Path) -> None:
+    assert "args:" not in kept(tmp_path, LINK, s="true")
+    assert "  side: {type: text, default: a_}\n" in kept(tmp_path, '<link name="$(arg side)b"/>', side="a_")
+
+
+def test_the_default_of_the_source_is_proven_beside_what_is_given(tmp_path: Path) -> None:
+    """What is given is the default here, and what the source says for it still one of the combinations."""
+    ways = '<xacro:arg name="way" default="real"/><xacro:if value="${\'$(arg way)\' == \'mock\'}">'
+    ways += f"{plugin('m')}</xacro:if>"
+    body = '<xacro:arg name="p" default=""/><link name="$(arg p)a"/>' + ways
+    made = of(tmp_path, body, p="x_", way="mock")
+    assert "  p: {type: text, default: x_}\n" in made.files["robot.yaml"]
+    assert "  way: {type: text, default: mock, one_of: [mock, real]}\n" in made.files["robot.yaml"]
+    rows = [(*row,) for row in made.proven]
+    assert len(rows) == made.possible == 6
+    assert (("p", ""), ("way", "real")) in rows
+    assert (("p", "probe_"),) in rows
+
+
+def test_a_flag_is_given_once_in_each_sense(tmp_path: Path) -> None:
+    body = '<xacro:arg name="s" default="True"/>' + LINK + WHEEL.replace("${s}", "$(arg s)")
+    assert of(tmp_path, body, s="true").possible == 2
+    assert of(tmp_path, body, s="false").possible == 2
+    assert of(tmp_path, body).possible == 2
+
+
+@pytest.mark.parametrize("value", ["${w * 2}", "${-w}", "${0.1 + w}", "${(w + 1) / 2}", "${2 * w**2}"])
+def test_what_is_reckoned_and_only_printed_is_a_number(tmp_path: Path, value: str) -> None:
+    robot = kept(tmp_path, W + switch("s") + f'<xacro:m s="{value}"/>')
+    assert "{type: number}" in robot
+    assert "<on>${s}</on>" in robot
+
+
+@pytest.mark.parametrize("value", ["${w + w}", "${w + 'b'}", "${'%s' % w}"])
+def test_what_may_be_a_text_is_none(tmp_path: Path, value: str) -> None:
+    made = of(tmp_path, '<xacro:property name="w" value="a"/>' + switch("s") + f'<xacro:m s="{value}"/>')
+    assert "type: number" not in "".join(made.files.values())

@@ -77,6 +77,7 @@ class Program:
         self.tops: dict[int, list[tuple[File, Whens]]] = {}
         self.root = self._file(path, root=True)
         self._collect(self.root.document.root, self.root, (), ())
+        self._take_given()
         self._name_properties()
 
     def _file(self, path: Path, root: bool = False) -> File:
@@ -282,6 +283,12 @@ class Program:
         same = [one for one in self.macros.values() if one.element.get("name") == name and one is not macro]
         called = name.removeprefix("xacro:") in names or any("$" in one for one in names)
         return called and not any(one.called for one in same)
+
+    def _take_given(self) -> None:
+        """Take what is given and declared nowhere for an argument: the source takes it, and refuses to go without."""
+        for name, text in self.given.items():
+            if name not in self.arguments:
+                self._declare(name, text, self.root.document.root.span, self.root)
 
     def _argument(self, element: Element, file: File) -> None:
         text = element.get("default") if "default" in element.attributes else None

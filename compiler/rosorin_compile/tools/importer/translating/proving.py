@@ -93,22 +93,24 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
 
 
 def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> dict[str, list[str]]:
-    """Return the values that each argument may have, as far as the source compares it: the default first."""
+    """Return the values that each argument may have, as far as the source compares it: the default first.
+
+    That is what is given, where anything is; what the source says for it comes next.
+    """
     made: dict[str, list[str]] = {}
     for name, variable in arguments.items():
-        default = given.get(name)
-        if default is None:
-            default = variable.values[0].text if variable.values else None
-        values = [] if default is None or "$" in default else [default]
+        defaults = [given.get(name), variable.values[0].text if variable.values else None]
+        values = list(dict.fromkeys(one for one in defaults if one is not None and "$" not in one))
         compared = sorted(one[1:] for one in variable.head().evidence if one.startswith("="))
-        kind = variable.kind()
+        kind, said = variable.kind(), len(values)
         if kind == FLAG:
+            values = values[: 1 if len({value.lower() for value in values}) == 1 else None]
             values += [one for one in ("true", "false") if one not in [value.lower() for value in values]]
         elif kind == NUMBER and "condition" in variable.head().evidence:
             values += [one for one in ("0", "1") if one not in values]
         elif kind in (WORDS, "any"):
             values += [one for one in compared if one not in values]
-            if NAME in variable.head().evidence and len(values) == 1:
+            if NAME in variable.head().evidence and 0 < len(values) == said:
                 values.append(PROBE)
         made[name] = values
     return made

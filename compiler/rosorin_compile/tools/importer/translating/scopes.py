@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 from ....diagnostics import Span
@@ -95,6 +96,8 @@ class Variable:
         if literals:
             return WORDS
         if evidence & {*NUMBERS, "reckoned", "equated"}:
+            return NUMBER
+        if head.values and all(_is_reckoned(one.text) for one in head.values):
             return NUMBER
         return WORDS if evidence & {XML, NAME, FILE, "compared"} else ANY
 
@@ -206,6 +209,30 @@ def literal(text: str) -> Any:
     if len(parts) > 1 and all(_LITERAL.match(part) for part in parts):
         return [float(part) for part in parts]
     return text
+
+
+@lru_cache(4096)
+def _is_reckoned(text: str) -> bool:
+    """Say whether a text is the result of arithmetic, and of nothing that may be a text."""
+    from .expressions import source_tree
+
+    pieces = tokens(text)
+    try:
+        return len(pieces) == 1 and pieces[0].kind == EXPRESSION and _of_numbers(source_tree(pieces[0].text))
+    except ValueError:
+        return False
+
+
+def _of_numbers(node: ast.AST) -> bool:
+    if isinstance(node, ast.UnaryOp):
+        return isinstance(node.op, (ast.USub, ast.UAdd))
+    if not isinstance(node, ast.BinOp):
+        return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+    sides = (node.left, node.right)
+    if isinstance(node.op, (ast.Add, ast.Mult)):  # texts and lists can be added, and taken several times
+        others = [one for one in sides if not isinstance(one, (ast.Name, ast.Attribute, ast.Subscript))]
+        return all(map(_of_numbers, others)) and (bool(others) or isinstance(node.op, ast.Mult))
+    return not isinstance(node.op, ast.Mod) or not isinstance(node.left, ast.Constant)
 
 
 def _is_quoted_list(value: Any) -> bool:

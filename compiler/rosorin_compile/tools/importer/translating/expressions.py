@@ -32,7 +32,7 @@ from .scopes import (
     is_plain,
     literal,
 )
-from .texts import EXPRESSION, TEXT, Token, Unsupported, signed, tokens, words
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, signed, tokens, words
 
 _MODULES = ("math", "python")
 _SAME = frozenset(
@@ -223,6 +223,10 @@ class Rendering:
             return self.name(f"arg {rest}", scope, depth)
         if kind == "eval":
             return self.node(source_tree(rest), scope, depth + 1)
+        if kind == "find" and "${" in rest:
+            found = ast.Call(ast.Name("find", ast.Load()), [self.tree(rest, scope, depth + 1)], [])
+            found.kind = WORDS  # type: ignore[attr-defined]
+            return found
         if kind == "find":
             return self.folder(rest)
         if kind in ("env", "optenv"):
@@ -461,6 +465,14 @@ _TRUE = ("true", "True", "1")
 def _is_boolean(node: ast.expr) -> bool:
     called = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
     return called and node.func.id in ("bool", "all", "any", "startswith", "endswith", "isclose")  # type: ignore
+
+
+def _addressed(pieces: list[Token]) -> list[Token]:
+    """Return pieces in which the folder of a package behind ``file://`` is the address of the package."""
+    if len(pieces) < 2 or pieces[0] != Token(TEXT, "file://") or pieces[1].kind != EXTENSION:
+        return pieces
+    kind, _, package = pieces[1].text.strip().partition(" ")
+    return [Token(TEXT, "package://"), *tokens(package.strip()), *pieces[2:]] if kind == "find" else pieces
 
 
 def _is_blank(node: ast.expr) -> bool:

@@ -555,6 +555,9 @@ class Walker:
             self.chosen_property(element, scope, target, left)
         else:
             target.set_from_here(name, Bound(element.get("value"), scope))
+        found = target.latest().find(name)
+        if target is not here and isinstance(found, (Variable, Bound)):  # it is read here, too
+            here.set_from_here(name, found)
 
     def chosen_property(self, element: Element, scope: Scope, target: Scope, when: Whens) -> None:
         """Take a property within an element that is set on a condition: a named value of the part."""

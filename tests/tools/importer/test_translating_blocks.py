@@ -6,14 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.tools.importer.description import Outputs
-from rosorin_compile.tools.importer.translating import Changed, Translation, translate
+from support.translations import translation_of as of
 
 pytest.importorskip("xacro")
 
-HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 INERTIAL = (
     '<xacro:macro name="inertial_box" params="mass x y z *origin"><inertial><xacro:insert_block name="origin"/>'
     '<mass value="${mass}"/><inertia ixx="${(1/12)*mass*(y*y+z*z)}" ixy="0.0" ixz="0.0" '
@@ -31,15 +27,6 @@ LENS = (
     '<joint name="${prefix}_joint" type="fixed"><xacro:insert_block name="origin"/><parent link="base"/>'
     '<child link="${prefix}_lens"/></joint></xacro:macro>'
 )
-
-
-def of(here: Path, body: str) -> Translation:
-    path = here / "robot.xacro"
-    path.write_text(f"{HEAD}{body}</robot>", "utf-8")
-    how = ReadOptions(trust=True)
-    imported = read_robot(path, how)
-    assert imported.tree is not None, imported.diagnostics
-    return translate(path, how, imported, Outputs({"urdf": {"file": "robot.urdf"}}, {}, {}), Changed(Path("d")))
 
 
 def box(mass: str, origin: str) -> str:

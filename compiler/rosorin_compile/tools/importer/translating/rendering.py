@@ -15,6 +15,7 @@ from ....frontend.load import plain_scalar
 from ....xml.markup import Element
 from ..layout import Expression
 from .blocks import inserted, leaves, type_of
+from .choices import conditional, merged
 from .expressions import all_of, negated, written
 from .flattened import Flat, place_of
 from .kept import Elements
@@ -38,7 +39,7 @@ from .scopes import (
     is_plain,
 )
 from .texts import TEXT, Unsupported
-from .values import Documents, conditional, declared_type, default_of, has_expression
+from .values import Documents, declared_type, default_of, has_expression
 from .walking import AtTop, InMacro, InProperty
 
 
@@ -52,7 +53,7 @@ class Renderer(Elements):
         while before != len(self.used):
             before = len(self.used)
             self.documents = Documents()
-            self.looks, self.shares, self.keys = {}, {}, set()
+            self.looks, self.shares, self.keys, self.alternatives = {}, {}, set(), {}
             inner = [macro.body for macro in self.macros if macro.body is not None]
             for body in (*(file.body for file in self.program.files.values()), *inner):
                 self.macro = body.macro
@@ -213,10 +214,13 @@ class Renderer(Elements):
         if isinstance(when, ast.Constant) and not when.value:
             return
         key = self.text(named.name)
-        while key in section:
-            key = Expression(f"{key}${{''}}")
         value = self.entry(named.entry, (*path, key), file)
-        section[key] = conditional(value, when)
+        known = self.alternatives.setdefault((id(section), str(key)), [])
+        known.append((value, when))
+        chosen = merged("", known) if len(known) > 1 else None
+        while key in section and chosen is None:
+            key = Expression(f"{key}${{''}}")
+        section[key] = conditional(value, when) if chosen is None else chosen
         self.documents.elements[file, str(path[-1]), str(key)] = place_of(named.element.span)
         self.documents.remark(file, (*path, key), named.comments)
 

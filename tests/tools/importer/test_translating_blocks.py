@@ -112,3 +112,15 @@ def test_the_content_of_an_element_is_handed_over(tmp_path: Path) -> None:
 
 def _origin(xyz: str, rpy: str = "") -> str:
     return f'<origin xyz="{xyz}" rpy="{rpy}"/>' if rpy else f'<origin xyz="{xyz}"/>'
+
+
+def test_an_inertial_that_a_part_is_handed_is_a_table_of_its_own(tmp_path: Path) -> None:
+    macro = '<link name="base"/><xacro:macro name="lid" params="prefix *inertial"><link name="${prefix}_lid">'
+    macro += '<xacro:insert_block name="inertial"/></link><joint name="${prefix}_joint" type="fixed">'
+    macro += '<parent link="base"/><child link="${prefix}_lid"/></joint></xacro:macro>'
+    moments = '<inertia ixx="1" ixy="0.1" ixz="0.1" iyy="1" iyz="0.1" izz="1"/>'
+    call = f'<xacro:lid prefix="a"><inertial><mass value="7"/>{_origin("0 0 1")}{moments}</inertial></xacro:lid>'
+    robot = of(tmp_path, macro + call).files["robot.yaml"]
+    assert "inertial: {type: table}" in robot
+    assert 'lid: {inertial: "${inertial}"}' in robot
+    assert "inertial: {mass: 7, xyz: [0, 0, 1], inertia: {" in robot

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ....startup.records import NamedTuple
-from .pieces import Entry, Handed, Item, Macro
-from .scopes import LISTS, NUMBERS, Scope, Value, Variable
+from .pieces import Entry, Given, Handed, Item, Macro
+from .scopes import LISTS, NUMBERS, TABLE, Scope, Value, Variable
 
 # Of what a call may leave out: what it is then.
 DEFAULTS = {"xyz": ("0", "0", "0"), "rpy": ("0", "0", "0"), "scale": ("1", "1", "1")}
@@ -43,6 +43,8 @@ def owner(scope: Scope) -> Macro | None:
 def leaves(macro: Macro, block: str, program: Scope) -> list[Leaf] | None:
     """Return the parameters that stand for a block; None where it has to stay a table."""
     sinks = _sinks(macro, block)
+    if sinks is None and macro.body is not None:
+        sinks = _whole(macro.blocks_given[block])
     if sinks is None:
         return None
     names = _names(macro, block, list(sinks), program)
@@ -54,13 +56,13 @@ def inserted(macro: Macro) -> list[str]:
     return [one.name for one in macro.parameters if one.block and one.name in macro.block_levels]
 
 
-def value_at(entry: Entry, path: Path) -> Value | Handed | None:
+def value_at(entry: Entry, path: Path) -> Value | Handed | Entry | Given | None:
     """Return what an entry of a block says at a path: itself, or by a block that is handed on."""
     for item in entry.items:
         if item.key == "&":
             return item.value  # type: ignore[no-any-return]
         if item.key == path[0]:
-            return value_at(item.value, path[1:]) if isinstance(item.value, Entry) else item.value
+            return value_at(item.value, path[1:]) if len(path) > 1 else item.value
     return None
 
 
@@ -80,6 +82,17 @@ def _sinks(macro: Macro, block: str, depth: int = 0) -> dict[Path, tuple[str, bo
             return None
         made[path] = (sink, always)
     return made if len({path[-1] for path in made}) == len(made) <= MAX_LEAVES else None
+
+
+def _whole(entries: list[Entry]) -> dict[Path, tuple[str, bool]] | None:
+    """Return the keys that all calls give of a block; None where they give different ones, or on conditions."""
+    keys = [item.key for item in entries[0].items]
+    for entry in entries:
+        if [item.key for item in entry.items] != keys or any(item.when for item in entry.items):
+            return None
+        if not all(isinstance(item.value, (Entry, Given)) for item in entry.items):
+            return None
+    return {(key,): (TABLE, True) for key in keys} if len(set(keys)) == len(keys) else None
 
 
 def _values(items: list[Item], depth: int) -> Iterator[tuple[Path, tuple[str, bool] | None]]:
@@ -109,7 +122,14 @@ def _names(macro: Macro, block: str, paths: list[Path], program: Scope) -> list[
     return [usable(word, lambda one: one in taken) for word in words]
 
 
-_TYPES = {**dict.fromkeys(LISTS, "list"), **{one: one for one in NUMBERS}, "speed": "", "file": "text", "name": "text"}
+_TYPES = {
+    **dict.fromkeys(LISTS, "list"),
+    **{one: one for one in NUMBERS},
+    "speed": "",
+    "file": "text",
+    "name": "text",
+    TABLE: TABLE,
+}
 
 
 def type_of(leaf: Leaf) -> str:

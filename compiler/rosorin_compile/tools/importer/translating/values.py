@@ -398,6 +398,10 @@ class Values:
             known = leaves(outer, found.parameter.name, self.program.scope) if outer else None
             name = next((one.name for one in known or () if one.path == leaf.path), "")
             return Expression(f"${{{name}}}") if name else default_of(leaf)
+        if isinstance(found, Entry):
+            return self.entry(found)
+        if isinstance(found, Given):
+            return self.given(found)
         return self.value(found) if found is not None else default_of(leaf)
 
     def parameters(self, macro: Macro) -> list[tuple[str, Variable]]:

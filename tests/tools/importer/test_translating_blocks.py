@@ -124,3 +124,21 @@ def test_an_inertial_that_a_part_is_handed_is_a_table_of_its_own(tmp_path: Path)
     assert "inertial: {type: table}" in robot
     assert 'lid: {inertial: "${inertial}"}' in robot
     assert "inertial: {mass: 7, xyz: [0, 0, 1], inertia: {" in robot
+
+
+def test_what_a_named_value_has_on_a_condition_may_be_missing(tmp_path: Path) -> None:
+    heavy = '<inertial><mass value="${m}"/><inertia ixx="9" ixy="0" ixz="0" iyy="9" iyz="0" izz="9"/></inertial>'
+    macro = (
+        '<xacro:arg name="heavy" default="true"/><xacro:macro name="weight" params="m"><xacro:if value="$(arg heavy)">'
+    )
+    macro += f'{heavy}</xacro:if></xacro:macro><xacro:macro name="shape" params="box r"><xacro:if value="${{box}}">'
+    macro += '<box size="${r} 1 1"/></xacro:if><xacro:unless value="${box}"><sphere radius="${r}"/></xacro:unless>'
+    visual = '<visual><geometry><xacro:shape box="{}" r="1"/></geometry></visual>'
+    calls = f'<link name="base"><xacro:weight m="7"/>{visual.format("true")}</link>' + ARM.format(
+        visual.format("false")
+    )
+    made = of(tmp_path, f"{macro}</xacro:macro>{calls}")
+    assert made.kept == ("weight", "shape")
+    robot = made.files["robot.yaml"]
+    assert "    inertial: ${get(weight(7), 'inertial')}\n" in robot
+    assert 'visual: ["${shape(true, 1)}"]\n' in robot

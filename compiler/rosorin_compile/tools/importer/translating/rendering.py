@@ -117,7 +117,7 @@ class Renderer(Elements):
         keys = macro.entry.known() if macro.entry else []
         path = ("let", macro.ours)
         value: Any = self.entry(macro.entry or Entry(), path) if macro.text is None else self.text_of(macro)
-        if len(keys) == 1 and isinstance(value, dict):
+        if len(keys) == 1 and isinstance(value, dict) and macro.entry and not macro.entry.may_lack(keys[0]):
             value = value.get(keys[0], next(iter(value.values()), {}))
         given = [variable.ours for _, variable in self.parameters(macro)]
         for block in inserted(macro):

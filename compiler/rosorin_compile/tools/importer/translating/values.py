@@ -322,6 +322,8 @@ class Values:
         is_named = self.macro is not None and self.macro.entry is not None
         if key in ("xyz", "rpy") and found == [(["0", "0", "0"], None)] and not is_named:
             return
+        if is_named and len(found) > 1:
+            raise Unsupported(f"several {key} on conditions that do not part them")
         for number, (value, when) in enumerate(found):
             spelt: Any = key if not number else Expression(key + "${''}" * number)
             made[spelt] = conditional(value, when)
@@ -361,7 +363,10 @@ class Values:
         """Return what a call of a named value gives under a key."""
         entry = given.call.macro.entry
         text = self.call(given.call)
-        text = text if entry is not None and len(entry.known()) == 1 else f"{text}.{given.key}"
+        if entry is not None and entry.may_lack(given.key):
+            text = f"get({text}, '{given.key}')"
+        else:
+            text = text if entry is not None and len(entry.known()) == 1 else f"{text}.{given.key}"
         return Expression(f"${{{text}{f'[{given.at}]' if given.at >= 0 else ''}}}")
 
     def call(self, call: Call) -> str:

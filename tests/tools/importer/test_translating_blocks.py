@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.pipeline import compile_robot
 from support.translations import translation_of as of
 
 pytest.importorskip("xacro")
@@ -142,3 +143,23 @@ def test_what_a_named_value_has_on_a_condition_may_be_missing(tmp_path: Path) ->
     robot = made.files["robot.yaml"]
     assert "    inertial: ${get(weight(7), 'inertial')}\n" in robot
     assert 'visual: ["${shape(true, 1)}"]\n' in robot
+
+
+def test_a_visual_that_a_part_is_handed_is_a_list(tmp_path: Path) -> None:
+    macro = '<link name="base"/><xacro:macro name="lid" params="prefix *look"><link name="${prefix}_lid">'
+    macro += '<xacro:insert_block name="look"/></link><joint name="${prefix}_joint" type="fixed">'
+    macro += '<parent link="base"/><child link="${prefix}_lid"/></joint></xacro:macro>'
+    call = '<xacro:lid prefix="{}"><visual><geometry><{}/></geometry></visual></xacro:lid>'
+    calls = call.format("a", 'box size="1 1 1"') + call.format("b", 'sphere radius="1"')
+    robot = of(tmp_path, macro + calls).files["robot.yaml"]
+    assert "visual: {type: list}" in robot
+    assert 'lid: {visual: "${visual}"}' in robot
+    assert "      visual:\n        - {sphere: {radius: 1}}\n" in robot
+
+
+def test_a_use_that_says_what_its_part_does_not_read_is_refused(tmp_path: Path) -> None:
+    made = of(tmp_path, LENS + f'<xacro:lens prefix="a">{_origin("1 0 0")}</xacro:lens>')
+    text = made.files["robot.yaml"].replace("xyz: [1, 0, 0]}", "xyz: [1, 0, 0], rpy: [0, 0, 1]}")
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    found = compile_robot(tmp_path / "robot.yaml").diagnostics
+    assert any('"rpy"' in one.message for one in found), found

@@ -407,6 +407,8 @@ class Values:
             return self.entry(found)
         if isinstance(found, Given):
             return self.given(found)
+        if isinstance(found, list):
+            return self.listed(found, (), "")
         return self.value(found) if found is not None else default_of(leaf)
 
     def parameters(self, macro: Macro) -> list[tuple[str, Variable]]:

@@ -16,7 +16,16 @@ from rosorin_compile.frontend.expand.scope import Scope
 from rosorin_compile.frontend.load import parse_yaml, plain_scalar
 from rosorin_compile.frontend.tree import Place, first_line
 from rosorin_compile.frontend.yaml_text import escaped, scalar
-from rosorin_compile.tools.importer.layout import WIDTH, Expression, Remarks, Verbatim, in_degrees, layout, number
+from rosorin_compile.tools.importer.layout import (
+    WIDTH,
+    Expression,
+    Remarks,
+    Verbatim,
+    cleaned,
+    in_degrees,
+    layout,
+    number,
+)
 
 ODD = [
     *("on", "no", "y", "1", "1.5", "0x1F", "1e3", "1_000", "12:30", "2020-01-01", "null", "~", "true", ".inf", ".nan"),
@@ -254,3 +263,18 @@ def test_expressions_are_quoted_only_in_brackets() -> None:
     document = {"links": {"a": {"visual": [{"mesh": {"file": file}}]}}, "file": file}
     assert 'visual:\n      - {mesh: {file: "${meshes}/a.dae"}}\n' in layout(document)
     assert "\nfile: ${meshes}/a.dae\n" in layout(document)
+
+
+def test_named_values_of_a_part_share_a_line_only_while_they_are_few() -> None:
+    few, many = ({name: Verbatim("1") for name in names} for names in ("abcd", "abcde"))
+    long = {"a": Expression("${" + "b + " * 25 + "1}"), "b": Verbatim("1")}
+    for values, lines in ((few, 1), (many, 6), (long, 3)):
+        text = layout({"parts": {"arm": {"let": values, "links": {}}}})
+        assert len(text.splitlines()) == lines + 3, text
+
+
+def test_marks_of_a_comment_in_a_comment_are_left_out() -> None:
+    assert cleaned("\n########\n# Copyright\n#\n#   more\n#### two\n") == ["Copyright", "", "  more", "two"]
+    assert cleaned(" the wheel\n# of it\n") == ["the wheel", "of it"]
+    assert cleaned("#1") == ["#1"]
+    assert cleaned(" a\n # b\n c ") == ["a", "# b", "c"]

@@ -6,14 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.tools.importer.description import Outputs
-from rosorin_compile.tools.importer.translating import Changed, Translation, translate
+from rosorin_compile.pipeline import compile_robot
+from support.translations import translation_of as of
 
 pytest.importorskip("xacro")
 
-HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 INERTIAL = (
     '<xacro:macro name="inertial_box" params="mass x y z *origin"><inertial><xacro:insert_block name="origin"/>'
     '<mass value="${mass}"/><inertia ixx="${(1/12)*mass*(y*y+z*z)}" ixy="0.0" ixz="0.0" '
@@ -31,15 +28,6 @@ LENS = (
     '<joint name="${prefix}_joint" type="fixed"><xacro:insert_block name="origin"/><parent link="base"/>'
     '<child link="${prefix}_lens"/></joint></xacro:macro>'
 )
-
-
-def of(here: Path, body: str) -> Translation:
-    path = here / "robot.xacro"
-    path.write_text(f"{HEAD}{body}</robot>", "utf-8")
-    how = ReadOptions(trust=True)
-    imported = read_robot(path, how)
-    assert imported.tree is not None, imported.diagnostics
-    return translate(path, how, imported, Outputs({"urdf": {"file": "robot.urdf"}}, {}, {}), Changed(Path("d")))
 
 
 def box(mass: str, origin: str) -> str:
@@ -125,3 +113,53 @@ def test_the_content_of_an_element_is_handed_over(tmp_path: Path) -> None:
 
 def _origin(xyz: str, rpy: str = "") -> str:
     return f'<origin xyz="{xyz}" rpy="{rpy}"/>' if rpy else f'<origin xyz="{xyz}"/>'
+
+
+def test_an_inertial_that_a_part_is_handed_is_a_table_of_its_own(tmp_path: Path) -> None:
+    macro = '<link name="base"/><xacro:macro name="lid" params="prefix *inertial"><link name="${prefix}_lid">'
+    macro += '<xacro:insert_block name="inertial"/></link><joint name="${prefix}_joint" type="fixed">'
+    macro += '<parent link="base"/><child link="${prefix}_lid"/></joint></xacro:macro>'
+    moments = '<inertia ixx="1" ixy="0.1" ixz="0.1" iyy="1" iyz="0.1" izz="1"/>'
+    call = f'<xacro:lid prefix="a"><inertial><mass value="7"/>{_origin("0 0 1")}{moments}</inertial></xacro:lid>'
+    robot = of(tmp_path, macro + call).files["robot.yaml"]
+    assert "inertial: {type: table}" in robot
+    assert 'lid: {inertial: "${inertial}"}' in robot
+    assert "inertial: {mass: 7, xyz: [0, 0, 1], inertia: {" in robot
+
+
+def test_what_a_named_value_has_on_a_condition_may_be_missing(tmp_path: Path) -> None:
+    heavy = '<inertial><mass value="${m}"/><inertia ixx="9" ixy="0" ixz="0" iyy="9" iyz="0" izz="9"/></inertial>'
+    macro = (
+        '<xacro:arg name="heavy" default="true"/><xacro:macro name="weight" params="m"><xacro:if value="$(arg heavy)">'
+    )
+    macro += f'{heavy}</xacro:if></xacro:macro><xacro:macro name="shape" params="box r"><xacro:if value="${{box}}">'
+    macro += '<box size="${r} 1 1"/></xacro:if><xacro:unless value="${box}"><sphere radius="${r}"/></xacro:unless>'
+    visual = '<visual><geometry><xacro:shape box="{}" r="1"/></geometry></visual>'
+    calls = f'<link name="base"><xacro:weight m="7"/>{visual.format("true")}</link>' + ARM.format(
+        visual.format("false")
+    )
+    made = of(tmp_path, f"{macro}</xacro:macro>{calls}")
+    assert made.kept == ("weight", "shape")
+    robot = made.files["robot.yaml"]
+    assert "    inertial: ${get(weight(7), 'inertial')}\n" in robot
+    assert 'visual: ["${shape(true, 1)}"]\n' in robot
+
+
+def test_a_visual_that_a_part_is_handed_is_a_list(tmp_path: Path) -> None:
+    macro = '<link name="base"/><xacro:macro name="lid" params="prefix *look"><link name="${prefix}_lid">'
+    macro += '<xacro:insert_block name="look"/></link><joint name="${prefix}_joint" type="fixed">'
+    macro += '<parent link="base"/><child link="${prefix}_lid"/></joint></xacro:macro>'
+    call = '<xacro:lid prefix="{}"><visual><geometry><{}/></geometry></visual></xacro:lid>'
+    calls = call.format("a", 'box size="1 1 1"') + call.format("b", 'sphere radius="1"')
+    robot = of(tmp_path, macro + calls).files["robot.yaml"]
+    assert "visual: {type: list}" in robot
+    assert 'lid: {visual: "${visual}"}' in robot
+    assert "      visual:\n        - {sphere: {radius: 1}}\n" in robot
+
+
+def test_a_use_that_says_what_its_part_does_not_read_is_refused(tmp_path: Path) -> None:
+    made = of(tmp_path, LENS + f'<xacro:lens prefix="a">{_origin("1 0 0")}</xacro:lens>')
+    text = made.files["robot.yaml"].replace("xyz: [1, 0, 0]}", "xyz: [1, 0, 0], rpy: [0, 0, 1]}")
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    found = compile_robot(tmp_path / "robot.yaml").diagnostics
+    assert any('"rpy"' in one.message for one in found), found

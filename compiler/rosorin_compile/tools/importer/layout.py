@@ -28,6 +28,7 @@ WIDTH = 120
 _MAX_ALIGN = 60  # a list that is wrapped hangs below its bracket; further right it stands in a block
 _FIRST_ROW = "izz"  # an inertia that needs two lines has its moments on the first, its products on the second
 _WORDS = ("for", "if")  # begin a loop or a condition; as the value of an expression they are names
+_MAX_NAMED = 4  # named values of a part that may share a line
 _SPACED = 2  # depth to which entries of several lines stand apart: sections and their entries
 _NEVER_SHORT = ("links",)  # whose entries are easier to read in a block, however small
 _OFTEN_SHORT = ("use", "params", "let")  # whose entries are rows of a table
@@ -173,7 +174,8 @@ class _Layout:
                 return [f"{head} {short}"]
         if closed and _is_flat(item) and (isinstance(item, list) or len(path) > 2) and flow(item) is not None:
             wrapped = _filled(f"{head} ", item)
-            if wrapped:
+            named = within_part(path) == ("let",)  # values that have names are read one by one
+            if wrapped and not (named and (len(wrapped) > 1 or len(item) > _MAX_NAMED)):
                 return wrapped
         if isinstance(item, Mapping):
             return [head, *self.mapping(item, indent + 2, path)]
@@ -379,6 +381,7 @@ def _turns(tree: Map, joint: Any) -> bool:
 
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+_MARK = re.compile(r"\A#+(?: |\Z)")
 _OF_ROBOT = ("robot", "source")
 
 
@@ -418,18 +421,26 @@ def _is_repeated(said: list[str], lines: list[str]) -> bool:
 def cleaned(text: str) -> list[str]:
     """Return the lines of a comment, moved left together, without empty lines around them.
 
-    >>> cleaned(" the arm ")
-    ['the arm']
+    >>> cleaned(" the arm "), cleaned("# the arm")
+    (['the arm'], ['# the arm'])
     """
     first, *others = (line.expandtabs(4).rstrip() for line in _LINE_END.split(text))
     # The first line stands behind the opening of the comment, so its indentation says nothing of the others.
     body = textwrap.dedent("\n".join(others)).split("\n") if others else []
-    found = [printable(line) for line in [first.strip(), *body]]
+    found = _unmarked([printable(line) for line in [first.strip(), *body]])
     while found and not found[0]:
         found.pop(0)
     while found and not found[-1]:
         found.pop()
     return found
+
+
+def _unmarked(lines: list[str]) -> list[str]:
+    """Return the lines of a comment; those that begin with the mark of a comment, all of them, without it."""
+    said = [line for line in lines if line.strip()]
+    if not said or not all(line.startswith("#") for line in said[1:] or said) or len(said) == 1:
+        return lines
+    return [_MARK.sub("", line) for line in lines]
 
 
 def _existing(document: Mapping[str, Any], path: Sequence[str | int]) -> Path:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ....startup.records import NamedTuple
-from .pieces import Entry, Handed, Item, Macro
-from .scopes import LISTS, NUMBERS, Scope, Value, Variable
+from .pieces import Entry, Given, Handed, Item, Listed, Macro
+from .scopes import LIST, LISTS, NUMBERS, TABLE, Scope, Value, Variable
 
 # Of what a call may leave out: what it is then.
 DEFAULTS = {"xyz": ("0", "0", "0"), "rpy": ("0", "0", "0"), "scale": ("1", "1", "1")}
@@ -42,7 +42,7 @@ def owner(scope: Scope) -> Macro | None:
 
 def leaves(macro: Macro, block: str, program: Scope) -> list[Leaf] | None:
     """Return the parameters that stand for a block; None where it has to stay a table."""
-    sinks = _sinks(macro, block)
+    sinks = _taken_apart(macro, block)
     if sinks is None:
         return None
     names = _names(macro, block, list(sinks), program)
@@ -54,14 +54,21 @@ def inserted(macro: Macro) -> list[str]:
     return [one.name for one in macro.parameters if one.block and one.name in macro.block_levels]
 
 
-def value_at(entry: Entry, path: Path) -> Value | Handed | None:
+def value_at(entry: Entry, path: Path) -> Value | Handed | Entry | Given | list[Listed] | None:
     """Return what an entry of a block says at a path: itself, or by a block that is handed on."""
     for item in entry.items:
         if item.key == "&":
             return item.value  # type: ignore[no-any-return]
         if item.key == path[0]:
-            return value_at(item.value, path[1:]) if isinstance(item.value, Entry) else item.value
+            return value_at(item.value, path[1:]) if len(path) > 1 else item.value
     return None
+
+
+def _taken_apart(macro: Macro, block: str) -> dict[Path, tuple[str, bool]] | None:
+    """Return the values that stand for a block: each of them, or for a part what stands under its keys."""
+    found = _sinks(macro, block)
+    given = macro.blocks_given.get(block)
+    return _whole(given) if found is None and given and macro.body is not None else found
 
 
 def _sinks(macro: Macro, block: str, depth: int = 0) -> dict[Path, tuple[str, bool]] | None:
@@ -80,6 +87,19 @@ def _sinks(macro: Macro, block: str, depth: int = 0) -> dict[Path, tuple[str, bo
             return None
         made[path] = (sink, always)
     return made if len({path[-1] for path in made}) == len(made) <= MAX_LEAVES else None
+
+
+def _whole(entries: list[Entry]) -> dict[Path, tuple[str, bool]] | None:
+    """Return the keys that all calls give of a block; None where they give different ones, or on conditions."""
+    keys = [item.key for item in entries[0].items]
+    for entry in entries:
+        if [item.key for item in entry.items] != keys or any(item.when for item in entry.items):
+            return None
+        if not all(isinstance(item.value, (Entry, Given, list)) for item in entry.items):
+            return None
+    sinks = [LIST if isinstance(item.value, list) else TABLE for item in entries[0].items]
+    made: dict[Path, tuple[str, bool]] = {(key,): (sink, True) for key, sink in zip(keys, sinks, strict=True)}
+    return made if len(made) == len(keys) else None
 
 
 def _values(items: list[Item], depth: int) -> Iterator[tuple[Path, tuple[str, bool] | None]]:
@@ -102,14 +122,22 @@ def _names(macro: Macro, block: str, paths: list[Path], program: Scope) -> list[
 
     variables = [*macro.variables.values(), *macro.implicit.values(), *(macro.body.locals if macro.body else ())]
     taken = {one.ours for one in (*variables, *program.names.values()) if isinstance(one, Variable)}
-    others = {path[-1] for other in inserted(macro) if other != block for path in _sinks(macro, other) or ()}
+    others = {path[-1] for other in inserted(macro) if other != block for path in _taken_apart(macro, other) or ()}
     words = [path[-1] for path in paths]
     if any(word in taken or word in others for word in words):
         words = [f"{block}_{word}" for word in words]
     return [usable(word, lambda one: one in taken) for word in words]
 
 
-_TYPES = {**dict.fromkeys(LISTS, "list"), **{one: one for one in NUMBERS}, "speed": "", "file": "text", "name": "text"}
+_TYPES = {
+    **dict.fromkeys(LISTS, "list"),
+    **{one: one for one in NUMBERS},
+    "speed": "",
+    "file": "text",
+    "name": "text",
+    TABLE: TABLE,
+    LIST: LIST,
+}
 
 
 def type_of(leaf: Leaf) -> str:

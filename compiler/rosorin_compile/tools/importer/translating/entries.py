@@ -62,7 +62,7 @@ def _read_one(
     level: str,
 ) -> None:
     if isinstance(child, Call):
-        for item in child.macro.entry.items if child.macro.entry else ():
+        for item in child.macro.entry.each() if child.macro.entry else ():
             if isinstance(item.value, list):
                 for index in range(len(item.value)):
                     entry.add(item.key, Given(child, item.key, index), when)

@@ -56,6 +56,14 @@ class Entry:
                 return
         self.items.append(Item(key, [Listed(value, when, comments)]))
 
+    def each(self) -> list[Item]:
+        """Return the items, of those with one key the first."""
+        return list({item.key: item for item in reversed(self.items)}.values())[::-1]
+
+    def may_lack(self, key: str) -> bool:
+        """Say whether a key is there on conditions."""
+        return any(item.when for item in self.items if item.key == key)
+
     def known(self) -> list[str]:
         """Return the keys, each once."""
         return list(dict.fromkeys(item.key for item in self.items))

@@ -16,6 +16,7 @@ from ....frontend.load import plain_scalar
 from ....xml.markup import Element
 from ..layout import Expression
 from .blocks import inserted, leaves, type_of
+from .choices import conditional, merged
 from .expressions import all_of, negated, written
 from .flattened import Flat, place_of
 from .kept import Elements
@@ -39,7 +40,7 @@ from .scopes import (
     is_plain,
 )
 from .texts import TEXT, Unsupported
-from .values import Documents, conditional, declared_type, default_of, has_expression
+from .values import Documents, declared_type, default_of, has_expression
 from .walking import AtTop, InMacro, InProperty
 from .wording import OPTIONS, Spot, Words
 
@@ -56,7 +57,7 @@ class Renderer(Elements):
         while before != len(self.used):
             before = len(self.used)
             self.documents = Documents()
-            self.looks, self.shares, self.keys = {}, {}, set()
+            self.looks, self.shares, self.keys, self.alternatives = {}, {}, set(), {}
             inner = [macro.body for macro in self.macros if macro.body is not None]
             for body in (*(file.body for file in self.program.files.values()), *inner):
                 self.macro = body.macro
@@ -120,7 +121,7 @@ class Renderer(Elements):
         keys = macro.entry.known() if macro.entry else []
         path = ("let", macro.ours)
         value: Any = self.entry(macro.entry or Entry(), path) if macro.text is None else self.text_of(macro)
-        if len(keys) == 1 and isinstance(value, dict):
+        if len(keys) == 1 and isinstance(value, dict) and macro.entry and not macro.entry.may_lack(keys[0]):
             value = value.get(keys[0], next(iter(value.values()), {}))
         given = [variable.ours for _, variable in self.parameters(macro)]
         for block in inserted(macro):
@@ -219,10 +220,13 @@ class Renderer(Elements):
         if isinstance(when, ast.Constant) and not when.value:
             return
         key = self.text(named.name)
-        while key in section:
-            key = Expression(f"{key}${{''}}")
         value = self.entry(named.entry, (*path, key), file)
-        section[key] = conditional(value, when)
+        known = self.alternatives.setdefault((id(section), str(key)), [])
+        known.append((value, when))
+        chosen = merged("", known) if len(known) > 1 else None
+        while key in section and chosen is None:
+            key = Expression(f"{key}${{''}}")
+        section[key] = conditional(value, when) if chosen is None else chosen
         self.documents.elements[file, str(path[-1]), str(key)] = place_of(named.element.span)
         self.documents.remark(file, (*path, key), named.comments)
 

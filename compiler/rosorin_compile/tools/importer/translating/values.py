@@ -11,6 +11,7 @@ from ....numbers import exact
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .blocks import DEFAULTS, Leaf, inserted, leaves, owner, value_at
+from .choices import Alternative, conditional, merged, node_of
 from .data import Data
 from .expressions import Rendering, all_of, bare, folded, negated, printed, usable, written
 from .flattened import Place
@@ -39,7 +40,6 @@ from .scopes import (
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, tokens
 from .walking import InMacro
 
-IF = Verbatim("if")
 OWN = "own prefix"
 _DEGREES = {"angle": "deg", "speed": "deg/s"}
 
@@ -90,6 +90,7 @@ class Values:
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
         self.keys: set[str] = set()
+        self.alternatives: dict[tuple[int, str], list[Alternative]] = {}
         self.reserved: dict[Macro | None, set[str]] = {}
         self.files_loaded: dict[str, str] = {}
 
@@ -334,7 +335,7 @@ class Values:
 
     def settle(self, made: dict[Any, Any], key: str, found: list[tuple[Any, ast.expr | None]]) -> None:
         """Put a key; one that stands several times under conditions is put as often, each time spelt otherwise."""
-        chosen = _choice_of(found)
+        chosen = merged(key, found) if len(found) > 1 else None
         if chosen is not None:
             made[key] = chosen
             return
@@ -343,6 +344,8 @@ class Values:
         is_named = self.macro is not None and self.macro.entry is not None
         if key in ("xyz", "rpy") and found == [(["0", "0", "0"], None)] and not is_named:
             return
+        if is_named and len(found) > 1:
+            raise Unsupported(f"several {key} on conditions that do not part them")
         for number, (value, when) in enumerate(found):
             spelt: Any = key if not number else Expression(key + "${''}" * number)
             made[spelt] = conditional(value, when)
@@ -382,7 +385,10 @@ class Values:
         """Return what a call of a named value gives under a key."""
         entry = given.call.macro.entry
         text = self.call(given.call)
-        text = text if entry is not None and len(entry.known()) == 1 else f"{text}.{given.key}"
+        if entry is not None and entry.may_lack(given.key):
+            text = f"get({text}, '{given.key}')"
+        else:
+            text = text if entry is not None and len(entry.known()) == 1 else f"{text}.{given.key}"
         return Expression(f"${{{text}{f'[{given.at}]' if given.at >= 0 else ''}}}")
 
     def call(self, call: Call) -> str:
@@ -410,7 +416,7 @@ class Values:
 
     def handed_over(self, call: Call, entry: Entry, leaf: Leaf) -> ast.expr:
         """Return what a call of a named value gives for a parameter that is of a block."""
-        node = _node(self.leaf(entry, leaf))
+        node = node_of(self.leaf(entry, leaf))
         if node is None:
             reason = f'what is handed over as "{leaf.name}" has no word as a value'
             raise InMacro(call.macro, Unsupported(reason, call.element.span))
@@ -424,6 +430,12 @@ class Values:
             known = leaves(outer, found.parameter.name, self.program.scope) if outer else None
             name = next((one.name for one in known or () if one.path == leaf.path), "")
             return Expression(f"${{{name}}}") if name else default_of(leaf)
+        if isinstance(found, Entry):
+            return self.entry(found)
+        if isinstance(found, Given):
+            return self.given(found)
+        if isinstance(found, list):
+            return self.listed(found, (), "")
         return self.value(found) if found is not None else default_of(leaf)
 
     def parameters(self, macro: Macro) -> list[tuple[str, Variable]]:
@@ -556,29 +568,6 @@ def _whole_list(item: Item) -> Given | None:
     return Given(first.call, item.key) if found == wanted and len(found) == len(item.value) else None
 
 
-def _choice_of(found: list[tuple[Any, ast.expr | None]]) -> Expression | None:
-    """Return two values of a key under opposite conditions as one choice; None where they cannot be one."""
-    if len(found) != 2:
-        return None
-    (first, when), (second, otherwise) = found
-    if when is None or otherwise is None or written(when) != written(negated(otherwise)):
-        return None
-    one, other = _node(first), _node(second)
-    if one is None or other is None:
-        return None
-    return Expression(f"${{{written(ast.IfExp(when, one, other))}}}")
-
-
-def conditional(value: Any, when: ast.expr | None) -> Any:
-    """Return a value with its condition."""
-    if when is None:
-        return value
-    condition = Expression(f"${{{written(when)}}}")
-    if isinstance(value, dict):
-        return {IF: condition, **value}
-    return {IF: condition, "value": value}
-
-
 def number_text(text: str, sink: str, value: Value) -> Any:
     """Return a plain number as it is written. Raises Unsupported for what is none."""
     found = literal(text.strip())
@@ -650,26 +639,6 @@ def _words(pieces: list[Scoped]) -> list[list[Scoped]]:
             made[-1].append((Token(TEXT, part), scope))
             fresh = False
     return made
-
-
-def _node(value: Any) -> ast.expr | None:
-    """Return a value of a document as an expression; None for a mapping."""
-    if isinstance(value, Expression):
-        match = re.fullmatch(r"\$\{((?:[^{}'\"]|'[^']*'|\"[^\"]*\")*)\}", value)
-        if match is None:
-            return None
-        try:
-            return ast.parse(match[1].strip(), mode="eval").body
-        except SyntaxError:  # it has units
-            return ast.Name(f"({match[1]})", ast.Load())
-    if isinstance(value, Verbatim):
-        return ast.Name(str(value), ast.Load())
-    if isinstance(value, str):
-        return ast.Constant(value)
-    if isinstance(value, list):
-        items = [_node(item) for item in value]
-        return None if None in items else ast.List([item for item in items if item is not None], ast.Load())
-    return None
 
 
 def _final(node: ast.expr) -> Any:

@@ -593,8 +593,7 @@ class Walker:
                 units_of(item.value, "")
         except Unsupported:
             return self.not_a_value(macro)
-        keys = entry.known()
-        if not keys or any(item.when or item.key == "&" for item in entry.items) or len(keys) != len(entry.items):
+        if not entry.items or any(item.key == "&" for item in entry.items):
             return self.not_a_value(macro)
         macro.entry = entry
         self.seen.append(macro)

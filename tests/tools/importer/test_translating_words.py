@@ -9,6 +9,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.tools.importer.translating import wording
+from rosorin_compile.tools.importer.translating.kept import name_of
 
 pytest.importorskip("xacro")
 
@@ -158,3 +159,32 @@ def test_a_package_that_the_description_does_not_find_keeps_its_place_beside_its
     assert f"  tool_share: ${{find('tool', '{folder}')}}\n" in made
     assert "<parameters>${tool_share}/a.yaml</parameters>" in made
     assert f"<parameters>{folder}/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text("utf-8")
+
+
+CHOICE = """<xacro:macro name="driver" params="mock_components"><ros2_control name="d" type="system"><hardware>
+<xacro:if value="$(arg sim)"><plugin>mock_components/GenericSystem</plugin><param name="a">1</param></xacro:if>
+<xacro:unless value="$(arg sim)"><plugin>ur_driver/Hardware</plugin><param name="a">${mock_components}</param>
+</xacro:unless></hardware><joint name="j"><command_interface name="position"/></joint></ros2_control></xacro:macro>
+<xacro:driver mock_components="2"/>"""
+
+
+def test_a_text_under_a_condition_is_called_after_its_plugin_unless_something_else_is() -> None:
+    made = imported(CHOICE)
+    assert "      mock_components_2: |-\n        <plugin>mock_components/GenericSystem</plugin>\n" in made
+    assert "${mock_components_2 if sim else ur_driver}" in made
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("<plugin>ur_driver/Hardware</plugin><param name='a'/>", "ur_driver"),
+        ("<plugin>${package}/System</plugin>", "plugin"),
+        ('<joint name="${prefix}wrist"><param name="x"/></joint>', "wrist"),
+        ('<joint name="a"/><joint name="b"><c/></joint>', "joints"),
+        ('<gpio name="tool-io"/><param name="b"/>', "tool_io_and_more"),
+        ("${more}", "text"),
+        ("<mu1>0.2</mu1><mu2>0.2</mu2>", "mu1_and_more"),
+    ],
+)
+def test_names_of_texts(text: str, name: str) -> None:
+    assert name_of(text) == name

@@ -188,3 +188,22 @@ def test_a_text_under_a_condition_is_called_after_its_plugin_unless_something_el
 )
 def test_names_of_texts(text: str, name: str) -> None:
     assert name_of(text) == name
+
+
+ODD = """<link name="${list(map(lambda x: x + 'd', ['od']))[0]}"/>"""
+DEEP = """<xacro:macro name="deep" params="on"><joint name="${on}_j" type="fixed"><parent link="base"/>
+<child link="${on}"/></joint><gazebo reference="${on}">
+            <!--<mu1>1</mu1>
+            <mu2>1</mu2>-->
+            <material>
+                    <ambient>1 0 0 1</ambient>
+            </material>
+        </gazebo></xacro:macro>"""
+
+
+def test_what_is_written_as_xacro_expands_it_is_indented_as_the_rest() -> None:
+    call = """<xacro:deep on="${list(map(lambda x: x + 'd', ['od']))[0]}"/>"""
+    made = imported(f"{DEEP}{ODD}{call}")
+    expected = '  - |\n    <gazebo reference="odd">\n      <!--<mu1>1</mu1>'
+    assert expected in made
+    assert "      <material><ambient>1 0 0 1</ambient></material>\n    </gazebo>\n" in made

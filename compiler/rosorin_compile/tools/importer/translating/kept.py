@@ -7,14 +7,17 @@ import re
 from typing import Any
 from xml.sax.saxutils import escape
 
+from ....diagnostics import Source
 from ....frontend.expression.functions import CONSTANTS, OF_DESCRIPTIONS, functions
 from ....units import UNITS
-from ....xml.markup import Remark
+from ....xml.markup import COMMENT, Element, MarkupError, Remark, parse
 from ..layout import Expression
 from .expressions import negated, usable, written
 from .naming import expanded, without_prefix
 from .pieces import Call, Xml
 from .scopes import (
+    XML,
+    Scope,
     Value,
     Variable,
 )
@@ -32,6 +35,15 @@ class Elements(Values):
         text = "\n".join(lines)
         text = f"{text}\n" if len(lines) > 1 else text
         return Expression(text) if "${" in text else text
+
+    def laid_out(self, text: str) -> str:
+        """Return a plain text of an element as all elements are laid out; as it is where it might be evaluated."""
+        if "$" in text or "<?" in text:
+            return text
+        try:
+            return str(self.element(_piece(parse(Source("", text)).root)))
+        except MarkupError:
+            return text
 
     def lines(self, node: Xml, pad: str) -> list[str]:
         """Return the lines of an element."""
@@ -129,6 +141,17 @@ class Elements(Values):
         for file in self.documents.files.values():
             names |= {key.partition("(")[0] for key in file.get("let", ())}
         return names | {"prefix", "mount", "name", "parent"}
+
+
+def _piece(element: Element) -> Xml:
+    made = Xml(element.tag)
+    made.attributes = [(name, Value(one.value, Scope(), XML)) for name, one in element.attributes.items()]
+    for item in element.content:
+        if isinstance(item, Element):
+            made.content.append(_piece(item))
+        else:
+            made.content.append(item if item.kind == COMMENT else Value(item.text, Scope(), XML))
+    return made
 
 
 _TAG = re.compile(r"<([A-Za-z_]\w*)((?:[^<>\"']|\"[^\"]*\"|'[^']*')*?)(/?)>|</[^>]*>")

@@ -201,7 +201,7 @@ class Renderer(Elements):
         if isinstance(when, ast.Constant) and not when.value:
             return
         if flat.section == "urdf_elements":
-            text = self.in_words((file, -1 - number), flat.value, when, target, flat.comments)
+            text = self.in_words((file, -1 - number), self.laid_out(flat.value), when, target, flat.comments)
             if text:
                 target.setdefault(flat.section, []).append(conditional(text, when))
             return

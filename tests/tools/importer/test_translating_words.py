@@ -96,8 +96,8 @@ def test_what_stays_as_it_stands_is_not_asked_for(
 def test_words_that_would_say_something_else_are_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     right = wording.find
 
-    def wrong(plain, robots):  # type: ignore[no-untyped-def]
-        found = right(plain, robots)
+    def wrong(plain, evaluated, robots):  # type: ignore[no-untyped-def]
+        found = right(plain, evaluated, robots)
         for words in found.spots.values():
             for entry in words.entries:
                 if entry.name == "one":
@@ -207,3 +207,35 @@ def test_what_is_written_as_xacro_expands_it_is_indented_as_the_rest() -> None:
     expected = '  - |\n    <gazebo reference="odd">\n      <!--<mu1>1</mu1>'
     assert expected in made
     assert "      <material><ambient>1 0 0 1</ambient></material>\n    </gazebo>\n" in made
+
+
+WHEEL = """<xacro:macro name="wheel" params="side reflect"><link name="${side}"><collision><geometry>
+<cylinder radius="0.1" length="0.05"/></geometry></collision></link><joint name="${side}_j" type="continuous">
+<parent link="base"/><child link="${side}"/><origin xyz="0 ${reflect * width / 2} 0" rpy="${-pi/2} 0 0"/>
+<axis xyz="0 0 1"/></joint></xacro:macro><xacro:property name="width" value="0.4"/>
+<xacro:wheel side="left" reflect="1"/><xacro:wheel side="right" reflect="-1"/>"""
+DRIVE = """<gazebo><plugin filename="libgazebo_ros_diff_drive.so" name="diff">
+<!-- the wheels --><left_joint>left_j</left_joint><right_joint>RIGHT</right_joint>
+<wheel_separation>${width}</wheel_separation><wheel_diameter>0.2</wheel_diameter>
+<odometry_frame>odom</odometry_frame><robot_base_frame>base</robot_base_frame>
+<publish_odom_tf>true</publish_odom_tf></plugin></gazebo>"""
+
+
+@pytest.mark.parametrize("width", ["${width}", "0.4"])
+def test_a_plugin_says_the_drive_with_expressions_too(width: str) -> None:
+    drive = DRIVE.replace("RIGHT", "right_j").replace("${width}", width)
+    made = imported(WHEEL + drive)
+    assert "drive:\n  differential: {left: [left_j], right: [right_j]}\n" in made
+    assert "edges:\n  - {parent: odom, child: base, publisher: diff}\n" in made
+    assert "urdf_elements:\n  - |\n    <gazebo>\n" in made
+    assert f"<wheel_separation>{width}</wheel_separation>" in made
+
+
+def test_a_drive_that_depends_on_an_argument_is_not_said() -> None:
+    arguments = '<xacro:arg name="back" default="false"/>'
+    joint = "${'left_j' if '$(arg back)' == 'true' else 'right_j'}"
+    made = imported(f"{WHEEL}{arguments}{DRIVE.replace('RIGHT', joint)}")
+    assert "drive:" not in made
+    assert "edges:" in made
+    conditional = DRIVE.replace("RIGHT", "right_j")
+    assert "drive:" not in imported(f'{WHEEL}<xacro:if value="$(arg sim)">{conditional}</xacro:if>')

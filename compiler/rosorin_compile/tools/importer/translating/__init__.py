@@ -169,7 +169,7 @@ def _in_words(
     rows: list[Combination],
 ) -> Translation:
     """Return a translation with what its elements say in words, as far as it is still the same robot with them."""
-    found = find(made.documents.plain, list(source.known.values()))
+    found = find(made.documents.plain, made.documents.evaluated, list(source.known.values()))
     told = found
     while found.spots:
         again = _attempt(path, options, how._replace(words=found))

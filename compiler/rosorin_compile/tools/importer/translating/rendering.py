@@ -256,9 +256,8 @@ class Renderer(Elements):
         self, spot: Spot, text: Any, when: ast.expr | None, target: dict[str, Any], comments: tuple[str, ...]
     ) -> Any:
         """Write the words for an element at the top of a file, if there are any, and return what is left of it."""
-        if isinstance(text, Expression):
-            return text
-        self.documents.plain[spot] = text
+        texts = self.documents.evaluated if isinstance(text, Expression) else self.documents.plain
+        texts[spot] = text
         words = self.words.get(spot)
         if words is None:
             return text
@@ -279,7 +278,7 @@ class Renderer(Elements):
             section[key] = conditional(entry.value, when)
             self.documents.remark(spot[0], (entry.section, key), (*comments, *entry.comments))
             comments = () if not words.rest else comments
-        return words.rest
+        return text if isinstance(text, Expression) else words.rest
 
     def material(self, named: Named, file: str) -> None:
         name, entry = self.text(named.name), self.entry(named.entry)

@@ -23,6 +23,7 @@ from .expressions import negated, written
 
 Spot = tuple[str, int]  # the file of a description, and the number of the element among those at its top
 OPTIONS = {CONTROL: "control", SENSORS: "gazebo"}
+_ANY = "ANY_TEXT"
 MAX_WHOLE = 90  # letters of an element that stands in one line
 _CALLED = {CONTROL: "hardware block", SENSORS: "sensor", "drive": "drive", "edges": "transform"}
 _OF_PLUGINS = ("drive", "publishers", "edges")
@@ -75,8 +76,12 @@ class Found(NamedTuple):
         return put(tree, {"urdf_elements": left})
 
 
-def find(plain: Mapping[Spot, str], robots: Iterable[Imported]) -> Found:
-    """Return which elements become which words, from the first robot that has each."""
+def find(plain: Mapping[Spot, str], evaluated: Mapping[Spot, str], robots: Sequence[Imported]) -> Found:
+    """Return which elements become which words, from the first robot that has each.
+
+    Of those with expressions in them (``evaluated``), which stay, what their plug-ins say of the drive and of
+    transforms, where that is the same in all robots.
+    """
     made, left = Found(), {spot: text for spot, text in plain.items() if _may_be_words(text)}
     for imported in robots:
         if imported.tree is None or not left:
@@ -86,7 +91,26 @@ def find(plain: Mapping[Spot, str], robots: Iterable[Imported]) -> Found:
         left = {spot: text for spot, text in left.items() if spot not in here}
         if here:
             made = _more(made, here, imported)
-    return made
+    more = {spot: Words(text, _always(text, robots), text) for spot, text in evaluated.items() if "<plugin" in text}
+    return made._replace(spots={**made.spots, **{spot: words for spot, words in more.items() if words.entries}})
+
+
+def _always(text: str, robots: Sequence[Imported]) -> tuple[Entry, ...]:
+    """Return what the plug-ins of an element with expressions say of every robot that has it; else nothing."""
+    form = re.sub(r"\$\{[^{}]*\}", _ANY, text)
+    if "${" in form:
+        return ()
+    pattern = re.escape(_spelt(form)).replace(_ANY, '[^<>"]*')
+    found: list[tuple[Entry, ...]] = []
+    for imported in robots:
+        texts = (imported.tree.get("urdf_elements") if imported.tree is not None else None) or ()
+        mine = [one for one in texts if re.fullmatch(pattern, _spelt(one))]
+        if len(mine) > 1:
+            return ()
+        found += [tuple(_of_plugins(str(one), imported)) for one in mine]
+    same = [entry for entry in found[0] if all(entry in others for others in found)] if found else []
+    # a radius that the element reckons is one that it keeps
+    return tuple(entry for entry in same if entry.section != "drive" or "radius" not in entry.value)
 
 
 def _may_be_words(text: str) -> bool:
@@ -129,7 +153,8 @@ def _more(made: Found, here: Mapping[Spot, str], imported: Imported) -> Found:
         path = rest.paths[index]
         entries += _of_plugins(text, imported)
         if entries:
-            left = _laid_out(str(rest.texts[path[1]])) if path[0] == "urdf_elements" else ""  # type: ignore[index]
+            left = str(rest.texts[path[1]]) if path[0] == "urdf_elements" else ""  # type: ignore[index]
+            left = _laid_out(left) if mine else text
             spots[spot] = Words(text, tuple(entries), left)
     asked = {option: options[option] for section, option in OPTIONS.items() if section in fits and option in options}
     return Found(spots, {**made.options, **asked}, {**made.kept, **all_of.kept}, (*made.remarks, *all_of.remarks))

@@ -239,3 +239,29 @@ def test_a_drive_that_depends_on_an_argument_is_not_said() -> None:
     assert "edges:" in made
     conditional = DRIVE.replace("RIGHT", "right_j")
     assert "drive:" not in imported(f'{WHEEL}<xacro:if value="$(arg sim)">{conditional}</xacro:if>')
+
+
+IMU = """<xacro:macro name="unit" params="mass"><link name="unit"><inertial><mass value="${mass}"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="unit_j" type="fixed"><parent link="base"/><child link="unit"/></joint>
+<gazebo reference="unit"><sensor name="imu" type="imu"><always_on>true</always_on><update_rate>50</update_rate>
+</sensor></gazebo>BLOCK</xacro:macro>"""
+
+
+@pytest.mark.parametrize("call", ["", '<xacro:if value="$(arg sim)">'])
+def test_a_part_that_is_there_once_has_words(call: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The hardware of a part that is not always there is not in words: the URDF would ask for what is not there."""
+    body = IMU.replace("BLOCK", block("one"))
+    made = imported(f'{body}{call}<xacro:unit mass="2"/>{"</xacro:if>" if call else ""}')
+    assert "    sensors:\n      imu:\n        type: imu\n        frame: unit\n" in made
+    assert ("    control:\n      one:\n        plugin: mock_components/GenericSystem\n" in made) == (not call)
+    assert ('<ros2_control name="one"' in made) == bool(call)
+    assert "ignored" not in capsys.readouterr().err
+
+
+def test_a_part_that_is_there_several_times_keeps_its_elements() -> None:
+    body = IMU.replace("BLOCK", "").replace('"unit"', '"${name}unit"').replace('params="mass"', 'params="mass name"')
+    body = body.replace('"unit_j"', '"${name}unit_j"').replace('name="${name}unit" params', 'name="unit" params')
+    made = imported(f'{body}<xacro:unit mass="2" name="a_"/><xacro:unit mass="2" name="b_"/>{block("one")}')
+    assert '<sensor name="imu" type="imu">' in made
+    assert "control:\n  one:\n" in made

@@ -320,10 +320,9 @@ def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
 def _asked(documents: Documents, words: Found) -> dict[str, Any]:
     """Return what the URDF is asked for: for what there are words for, on the conditions on which they are there."""
     made: dict[str, Any] = {}
-    for option, value in words.options.items():
-        if option in documents.asked:
-            when = any_of(documents.asked[option])
-            made[option] = value if when is None else Expression(f"${{{value!r} if {spelt(when)} else none}}")
+    for option in sorted(documents.asked.keys() & words.options.keys()):
+        value, when = words.options[option], any_of(documents.asked[option])
+        made[option] = value if when is None else Expression(f"${{{value!r} if {spelt(when)} else none}}")
     return made
 
 

@@ -1,4 +1,4 @@
-"""Wording: elements at the top of a file that say the same for every combination of arguments become words.
+"""Wording: elements of a file or a part that say the same for every combination of arguments become words.
 
 What has an expression in it stays as it stands. The words are those of the flat import (see ``words``), looked for in
 the first robot that has the element; whether the description then says the same is proven as everything else is.
@@ -21,7 +21,8 @@ from ..words.taking import CONTROL, SENSORS, candidates, put, trees, without
 from ..words.telling import told_words
 from .expressions import negated, written
 
-Spot = tuple[str, int]  # the file of a description, and the number of the element among those at its top
+# The file of a description, the number of the element among those at its top; or among those of a part, with its name.
+Spot = tuple[Any, ...]
 OPTIONS = {CONTROL: "control", SENSORS: "gazebo"}
 _ANY = "ANY_TEXT"
 MAX_WHOLE = 90  # letters of an element that stands in one line
@@ -56,13 +57,15 @@ class Found(NamedTuple):
     remarks: tuple[str, ...] = ()
 
     def without(self, blamed: str) -> Found:
-        """Return this without the elements that a fault names; without any if it names none."""
+        """Return this without the elements that a fault names; if it names none, without those of parts, or any."""
         names = set(re.findall(r"[\w./-]+", blamed))
         wrong = {spot for spot, one in self.spots.items() if any(entry.called in names for entry in one.entries)}
         wrong = wrong or {
             spot for spot, one in self.spots.items() if names & set(re.findall(r'(?:name|reference)="(.*?)"', one.text))
         }
-        return self._replace(spots={spot: one for spot, one in self.spots.items() if wrong and spot not in wrong})
+        in_parts = {spot for spot in self.spots if len(spot) > len(("file", "number"))}
+        gone = wrong or in_parts or self.spots.keys()
+        return self._replace(spots={spot: one for spot, one in self.spots.items() if spot not in gone})
 
     def left_of(self, tree: Map) -> Map:
         """Return the tree of a robot without the elements that became words."""

@@ -25,6 +25,7 @@ ROBOT = """
 BLOCK = """<ros2_control name="NAME" type="system"><hardware><plugin>PLUGIN</plugin></hardware>
 <joint name="j"><command_interface name="position"><param name="min">-1</param><param name="max">1</param>
 </command_interface><state_interface name="position"/></joint></ros2_control>"""
+NAME_OF = '<xacro:property name="name_of" value="system"/>'
 SENSOR = """<gazebo reference="arm"><material>Gazebo/Black</material><sensor name="imu" type="imu">
 <always_on>true</always_on><update_rate>50</update_rate></sensor></gazebo>"""
 
@@ -80,7 +81,7 @@ def test_two_blocks_of_one_name_on_opposite_conditions(capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     ("body", "more"),
     [
-        pytest.param(block("one", "p_$(arg sim)/P"), (), id="an expression"),
+        pytest.param(NAME_OF + block("one").replace('"system"', '"${name_of}"'), (), id="an expression"),
         pytest.param(block("one"), ("--verbatim",), id="asked for"),
     ],
 )
@@ -265,3 +266,22 @@ def test_a_part_that_is_there_several_times_keeps_its_elements() -> None:
     made = imported(f'{body}<xacro:unit mass="2" name="a_"/><xacro:unit mass="2" name="b_"/>{block("one")}')
     assert '<sensor name="imu" type="imu">' in made
     assert "control:\n  one:\n" in made
+
+
+def test_a_block_has_the_expressions_of_its_values(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = '<xacro:arg name="port" default="/dev/tty0"/><xacro:arg name="rate" default="30"/>'
+    arguments += '<xacro:property name="reach" value="1"/>'
+    hardware = "<plugin>a/B</plugin><param name='port'>$(arg port)</param><param name='rate'>$(arg rate)</param>"
+    hardware += "<param name='file'>dir/$(arg port)/x</param>"
+    body = block("one").replace("<plugin>PLUGIN</plugin>", "").replace(">-1<", ">-${reach * 0.5}<")
+    body = body.replace("<plugin>mock_components/GenericSystem</plugin>", hardware).replace(">1<", ">${reach}<")
+    made = imported(arguments + body)
+    assert "<ros2_control" not in made
+    assert "min: " in made
+    assert "port: ${port}" in made or 'port: "${port}"' in made
+    assert "dir/${port}/x" in made
+    assert main(["all", "made", "-a", "port=/dev/x", "-a", "rate=5"]) == 0
+    text = Path("outputs/made/r.urdf").read_text("utf-8")
+    assert '<param name="port">/dev/x</param>' in text
+    assert '<param name="rate">5</param>' in text
+    assert "ignored" not in capsys.readouterr().err

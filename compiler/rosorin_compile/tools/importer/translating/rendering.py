@@ -282,7 +282,7 @@ class Renderer(Elements):
             path = ("parts", *spot[2:]) if self.macro is not None else ()
             self.documents.remark(spot[0], (*path, entry.section, key), (*comments, *entry.comments))
             comments = () if not words.rest else comments
-        return text if isinstance(text, Expression) else words.rest
+        return text if words.rest == words.text else words.rest
 
     def sayable(self, words: Words) -> bool:
         """Say whether a part may have words: sensors; what outputs warn of where it is not there if it always is."""

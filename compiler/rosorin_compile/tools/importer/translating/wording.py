@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ....formats.imported import Imported
+from ....frontend.lower import lower
 from ....frontend.tree import Map, Seq, Text
 from ....startup.records import NamedTuple
 from ....xml.elements import canonical, tree_of
@@ -20,6 +21,7 @@ from ..words import Worded, worded
 from ..words.taking import CONTROL, SENSORS, candidates, put, trees, without
 from ..words.telling import told_words
 from .expressions import negated, written
+from .symbolic import EXPRESSION, symbolic, with_expressions
 
 # The file of a description, the number of the element among those at its top; or among those of a part, with its name.
 Spot = tuple[Any, ...]
@@ -64,7 +66,8 @@ class Found(NamedTuple):
             spot for spot, one in self.spots.items() if names & set(re.findall(r'(?:name|reference)="(.*?)"', one.text))
         }
         in_parts = {spot for spot in self.spots if len(spot) > len(("file", "number"))}
-        gone = wrong or in_parts or self.spots.keys()
+        evaluated = {spot for spot, one in self.spots.items() if "${" in one.text}
+        gone = wrong or in_parts or evaluated or self.spots.keys()
         return self._replace(spots={spot: one for spot, one in self.spots.items() if spot not in gone})
 
     def left_of(self, tree: Map) -> Map:
@@ -82,8 +85,8 @@ class Found(NamedTuple):
 def find(plain: Mapping[Spot, str], evaluated: Mapping[Spot, str], robots: Sequence[Imported]) -> Found:
     """Return which elements become which words, from the first robot that has each.
 
-    Of those with expressions in them (``evaluated``), which stay, what their plug-ins say of the drive and of
-    transforms, where that is the same in all robots.
+    Of those with expressions in them (``evaluated``) hardware blocks, and what plug-ins, which stay, say of the drive
+    and of transforms, where that is the same in all robots.
     """
     made, left = Found(), {spot: text for spot, text in plain.items() if _may_be_words(text)}
     for imported in robots:
@@ -94,24 +97,49 @@ def find(plain: Mapping[Spot, str], evaluated: Mapping[Spot, str], robots: Seque
         left = {spot: text for spot, text in left.items() if spot not in here}
         if here:
             made = _more(made, here, imported)
-    more = {spot: Words(text, _always(text, robots), text) for spot, text in evaluated.items() if "<plugin" in text}
-    return made._replace(spots={**made.spots, **{spot: words for spot, words in more.items() if words.entries}})
+    more = [(spot, _evaluated(text, robots, made)) for spot, text in evaluated.items() if _may_be_words(text)]
+    found = {spot: words for spot, words in more if words is not None}
+    asked = {"control": "jazzy"} if any(not words.rest for words in found.values()) else {}
+    return made._replace(spots={**made.spots, **found}, options={**asked, **made.options})
 
 
-def _always(text: str, robots: Sequence[Imported]) -> tuple[Entry, ...]:
-    """Return what the plug-ins of an element with expressions say of every robot that has it; else nothing."""
-    form = re.sub(r"\$\{[^{}]*\}", _ANY, text)
+def _evaluated(text: str, robots: Sequence[Imported], made: Found) -> Words | None:
+    """Return what an element with expressions becomes, from the robots that have it."""
+    form = EXPRESSION.sub(_ANY, text)
     if "${" in form:
-        return ()
+        return None
     pattern = re.escape(_spelt(form)).replace(_ANY, '[^<>"]*')
-    found: list[tuple[Entry, ...]] = []
+    found: list[tuple[str, Imported]] = []
     for imported in robots:
         texts = (imported.tree.get("urdf_elements") if imported.tree is not None else None) or ()
-        mine = [one for one in texts if re.fullmatch(pattern, _spelt(one))]
+        mine = [str(one) for one in texts if re.fullmatch(pattern, _spelt(one))]
         if len(mine) > 1:
-            return ()
-        found += [tuple(_of_plugins(str(one), imported)) for one in mine]
-    same = [entry for entry in found[0] if all(entry in others for others in found)] if found else []
+            return None
+        found += [(one, imported) for one in mine]
+    if not found:
+        return None
+    if text.startswith("<ros2_control"):
+        return _block(text, *found[0], made.options.get("control") == "humble")
+    entries = _always([tuple(_of_plugins(*one)) for one in found])
+    return Words(text, entries, text) if entries else None
+
+
+def _block(text: str, said: str, imported: Imported, humble: bool) -> Words | None:
+    """Return the words for a hardware block whose values are expressions."""
+    tree: Any = imported.tree
+    robot = lower(tree).robot
+    found = symbolic(text, said, robot, humble) if robot is not None else None
+    if found is None:
+        return None
+    name, entry, slots = found
+    whole = put(tree, {CONTROL: {name: entry}})
+    value = with_expressions(_document(whole).value(whole[CONTROL][name], (CONTROL, name), None), slots)
+    return Words(text, (Entry(CONTROL, with_expressions(name, slots), value, tree_of(said).get("name", "")),), "")
+
+
+def _always(found: Sequence[tuple[Entry, ...]]) -> tuple[Entry, ...]:
+    """Return what the plug-ins of an element with expressions say of every robot that has it."""
+    same = [entry for entry in found[0] if all(entry in others for others in found)]
     # a radius that the element reckons is one that it keeps
     return tuple(entry for entry in same if entry.section != "drive" or "radius" not in entry.value)
 

@@ -43,11 +43,15 @@ class Entry(NamedTuple):
 
 
 class Words(NamedTuple):
-    """What an element becomes: entries, and the text that is left of it. ``text`` is the whole element."""
+    """What an element becomes: entries, and the text that is left of it.
+
+    ``text`` is the whole element, ``said`` that with its values where it has expressions.
+    """
 
     text: str
     entries: tuple[Entry, ...]
     rest: str
+    said: str = ""
 
 
 class Found(NamedTuple):
@@ -72,7 +76,8 @@ class Found(NamedTuple):
 
     def left_of(self, tree: Map) -> Map:
         """Return the tree of a robot without the elements that became words."""
-        whole = {_spelt(one.text): one.rest for one in self.spots.values()}
+        gone = [one for one in self.spots.values() if one.rest != one.text]
+        whole = {_spelt(one.said or one.text): one.rest for one in gone}
         texts = tree.get("urdf_elements") or Seq(tree.span)
         left = Seq(tree.span)
         for text, span in zip(texts, texts.value_spans, strict=True):
@@ -121,7 +126,7 @@ def _evaluated(text: str, robots: Sequence[Imported], made: Found) -> Words | No
     if text.startswith("<ros2_control"):
         return _block(text, *found[0], made.options.get("control") == "humble")
     entries = _always([tuple(_of_plugins(*one)) for one in found])
-    return Words(text, entries, text) if entries else None
+    return Words(text, entries, text, found[0][0]) if entries else None
 
 
 def _block(text: str, said: str, imported: Imported, humble: bool) -> Words | None:
@@ -134,7 +139,8 @@ def _block(text: str, said: str, imported: Imported, humble: bool) -> Words | No
     name, entry, slots = found
     whole = put(tree, {CONTROL: {name: entry}})
     value = with_expressions(_document(whole).value(whole[CONTROL][name], (CONTROL, name), None), slots)
-    return Words(text, (Entry(CONTROL, with_expressions(name, slots), value, tree_of(said).get("name", "")),), "")
+    made = Entry(CONTROL, with_expressions(name, slots), value, tree_of(said).get("name", ""))
+    return Words(text, (made,), "", said)
 
 
 def _always(found: Sequence[tuple[Entry, ...]]) -> tuple[Entry, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 from ....formats.imported import Imported
@@ -154,6 +155,7 @@ def _may_be_words(text: str) -> bool:
     return any(mark in text for mark in ("<ros2_control", "<sensor", "<plugin"))
 
 
+@lru_cache(maxsize=8192)  # each is held against those of all robots
 def _spelt(text: str) -> str:
     try:
         return canonical(tree_of(text))

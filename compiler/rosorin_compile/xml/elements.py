@@ -184,7 +184,8 @@ def found_in(text: str) -> list[Found]:
 def indented(text: str, indent: str) -> str:
     """Return elements with the first line after ``indent`` and the others as far right as they were from it.
 
-    Where a line end or the space after it is part of what the elements say, the text stays as it is.
+    Where a line end or the space after it is part of what the elements say, the text stays as it is; comments say
+    nothing, and move with the lines around them.
     """
     text = text.replace("\r\n", "\n").strip()
     reader = _Reader()
@@ -216,7 +217,6 @@ class _Reader:
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
         self.parser.CharacterDataHandler = self._data
-        self.parser.CommentHandler = self._comment
         self.parser.StartCdataSectionHandler = self._cdata
 
     def read(self, text: str) -> None:
@@ -240,9 +240,6 @@ class _Reader:
             if self.depth == 1:
                 self.wrong = self.wrong or f'"{text.strip()[:20]}" stands outside of an element'
             self.loose = self.loose and "\n" not in text
-
-    def _comment(self, text: str) -> None:
-        self.loose = self.loose and "\n" not in text
 
     def _cdata(self) -> None:
         self.loose = False

@@ -327,7 +327,7 @@ def test_what_is_no_whole_element(text):
         ("<a>\n  two\n  lines\n</a>", "  <a>\n  two\n  lines\n</a>"),
         ("<a b='1\n  2'>\n <c/>\n</a>", "  <a b='1\n  2'>\n <c/>\n</a>"),
         ("<a><![CDATA[\n x]]>\n <c/>\n</a>", "  <a><![CDATA[\n x]]>\n <c/>\n</a>"),
-        ("<a>\n<!-- one\n two -->\n</a>", "  <a>\n<!-- one\n two -->\n</a>"),
+        ("<a>\n<!-- one\n two -->\n</a>", "  <a>\n  <!-- one\n   two -->\n  </a>"),
         ("<a>\n  <b c='\x85 \u2028'/>\n</a>", "  <a>\n    <b c='\x85 \u2028'/>\n  </a>"),
         ("<a>\n\t<b/>\n  <c/></a>", "  <a>\n  \t<b/>\n    <c/></a>"),
         ("<a>\n\n  <b/>\n</a>", "  <a>\n\n    <b/>\n  </a>"),

@@ -171,7 +171,7 @@ class _Mending:
         if self.proven is None or not self.made.files:
             return self.made
         attempt, how, rows = self.proven
-        found = find(attempt.documents.plain, list(self.source.known.values()))
+        found = find(attempt.documents.plain, attempt.documents.evaluated, list(self.source.known.values()))
         told = found
         while found.spots:
             again = _attempt(self.source.path, self.source.options, how._replace(words=found))
@@ -434,10 +434,9 @@ def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
 def _asked(documents: Documents, words: Found) -> dict[str, Any]:
     """Return what the URDF is asked for: for what there are words for, on the conditions on which they are there."""
     made: dict[str, Any] = {}
-    for option, value in words.options.items():
-        if option in documents.asked:
-            when = any_of(documents.asked[option])
-            made[option] = value if when is None else Expression(f"${{{value!r} if {spelt(when)} else none}}")
+    for option in sorted(documents.asked.keys() & words.options.keys()):
+        value, when = words.options[option], any_of(documents.asked[option])
+        made[option] = value if when is None else Expression(f"${{{value!r} if {spelt(when)} else none}}")
     return made
 
 

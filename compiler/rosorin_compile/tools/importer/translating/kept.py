@@ -7,12 +7,17 @@ import re
 from typing import Any
 from xml.sax.saxutils import escape
 
-from ....xml.markup import Remark
+from ....diagnostics import Source
+from ....frontend.expression.functions import CONSTANTS, OF_DESCRIPTIONS, functions
+from ....units import UNITS
+from ....xml.markup import COMMENT, Element, MarkupError, Remark, parse
 from ..layout import Expression
 from .expressions import negated, usable, written
 from .naming import expanded, without_prefix
 from .pieces import Call, Xml
 from .scopes import (
+    XML,
+    Scope,
     Value,
     Variable,
 )
@@ -30,6 +35,15 @@ class Elements(Values):
         text = "\n".join(lines)
         text = f"{text}\n" if len(lines) > 1 else text
         return Expression(text) if "${" in text else text
+
+    def laid_out(self, text: str) -> str:
+        """Return a plain text of an element as all elements are laid out; as it is where it might be evaluated."""
+        if "$" in text or "<?" in text:
+            return text
+        try:
+            return str(self.element(_piece(parse(Source("", text)).root)))
+        except MarkupError:
+            return text
 
     def lines(self, node: Xml, pad: str) -> list[str]:
         """Return the lines of an element."""
@@ -109,17 +123,70 @@ class Elements(Values):
             return ""
         if "${" not in text and len(lines) == 1 and len(text) <= _SHORT:
             return repr(text)
-        first = re.search(r"<([A-Za-z_][\w]*)", text)
-        wanted = f"{first[1] if first else 'text'}_block"
         for name, known in self.extra.items():
             if known == (Expression(text) if "${" in text else text):
                 return name
-        name = usable(wanted, lambda one: one in self.extra or one in self.taken())
+        taken = self.taken()
+        name = usable(name_of(text), lambda one: one in self.extra or one in taken)
         self.extra[name] = Expression(text) if "${" in text else text
         return name
 
     def taken(self) -> set[str]:
-        names = {v.ours for v in self.program.scope.names.values() if isinstance(v, Variable)}
+        """Return the names that a text cannot have: those of other values, and those that the language has."""
+        macro = self.macro
+        own = [*macro.variables.values(), *macro.implicit.values()] if macro else []
+        own += macro.body.locals if macro and macro.body else []
+        names = {one.ours for one in (*self.program.scope.names.values(), *own) if isinstance(one, Variable)}
+        names |= {one.ours for one in self.macros} | {*functions(), *OF_DESCRIPTIONS, *CONSTANTS, *UNITS}
         for file in self.documents.files.values():
             names |= {key.partition("(")[0] for key in file.get("let", ())}
-        return names
+        return names | {"prefix", "mount", "name", "parent"}
+
+
+def _piece(element: Element) -> Xml:
+    made = Xml(element.tag)
+    made.attributes = [(name, Value(one.value, Scope(), XML)) for name, one in element.attributes.items()]
+    for item in element.content:
+        if isinstance(item, Element):
+            made.content.append(_piece(item))
+        else:
+            made.content.append(item if item.kind == COMMENT else Value(item.text, Scope(), XML))
+    return made
+
+
+_TAG = re.compile(r"<([A-Za-z_]\w*)((?:[^<>\"']|\"[^\"]*\"|'[^']*')*?)(/?)>|</[^>]*>")
+_NAME = re.compile(r"\bname\s*=\s*[\"']([^\"']*)")
+
+
+def name_of(text: str) -> str:
+    """Return what some elements are called: after the package of their plug-in, their name, or what they are.
+
+    >>> name_of("<plugin>mock_components/GenericSystem</plugin><param name='a'>1</param>")
+    'mock_components'
+    >>> name_of('<gpio name="${prefix}tool_io"/>'), name_of('<joint name="a"><b/></joint><joint name="c"/>')
+    ('tool_io', 'joints')
+    """
+    plugin = re.match(r"\s*<plugin>\s*([^<]*)", text)
+    if plugin and (found := _words(plugin[1].partition("/")[0])):
+        return found
+    tops: list[tuple[str, str]] = []
+    depth = 0
+    for tag in _TAG.finditer(text):
+        if not tag[1]:
+            depth -= 1
+            continue
+        if not depth:
+            said = _NAME.search(tag[2])
+            tops.append((tag[1], _words(said[1]) if said else ""))
+        depth += not tag[3]
+    if not tops:
+        return "text"
+    first, name = tops[0]
+    if len(tops) == 1:
+        return name or first
+    return f"{first}s" if all(tag == first for tag, _ in tops) else f"{name or first}_and_more"
+
+
+def _words(text: str) -> str:
+    """Return the words of a name as one, without what is evaluated."""
+    return re.sub(r"\W+", "_", re.sub(r"\$\{[^}]*\}", "", text), flags=re.ASCII).strip("_")

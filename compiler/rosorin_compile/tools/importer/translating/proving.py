@@ -203,9 +203,7 @@ def _faults(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
     if name is not None:
         source = replace(source, name=name)
-    found: list[str] = []
-    if in_words:
-        found, again = _meant(source, again, asks_for_humble(compiled.robot))
+    found, again = _meant(source, again, asks_for_humble(compiled.robot)) if in_words else ([], again)
     source, again = _settled(source), _settled(again)
     found = [*found, *different(source, again, TOLERANCE, carried_by_urdf=True)][:8]
     macros = _macros_of(made)

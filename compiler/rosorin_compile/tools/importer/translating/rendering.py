@@ -206,7 +206,7 @@ class Renderer(Elements):
         if isinstance(when, ast.Constant) and not when.value:
             return
         if flat.section == "urdf_elements":
-            text = self.in_words((file, -1 - number), flat.value, when, target, flat.comments)
+            text = self.in_words((file, -1 - number), self.laid_out(flat.value), when, target, flat.comments)
             if text:
                 target.setdefault(flat.section, []).append(conditional(text, when))
             return
@@ -245,7 +245,7 @@ class Renderer(Elements):
         made.append(conditional(Expression(f"${{error({text!r})}}"), node))
 
     def elements(self, body: Body, target: dict[str, Any], file: str, path: tuple[Any, ...]) -> None:
-        made = target.setdefault("urdf_elements", [])
+        made = target.pop("urdf_elements", [])
         for name, known, when, element in body.guards:
             with self.at_top(element, None if body.macro is None else target):
                 self.guard(name, known, when, made)
@@ -253,22 +253,24 @@ class Renderer(Elements):
             condition = self.condition(item.when)
             if isinstance(condition, ast.Constant) and not condition.value:
                 continue
-            text = self.element(item.value)
-            if body.macro is None:
-                text = self.in_words((file, number), text, condition, target, item.comments)
+            spot = (file, number, *path[1:])
+            text = self.in_words(spot, self.element(item.value), condition, target, item.comments)
             if text:
                 self.documents.remark(file, (*path, "urdf_elements", len(made)), item.comments)
                 made.append(conditional(text, condition))
+        if made:
+            target["urdf_elements"] = made
 
     def in_words(
         self, spot: Spot, text: Any, when: ast.expr | None, target: dict[str, Any], comments: tuple[str, ...]
     ) -> Any:
-        """Write the words for an element at the top of a file, if there are any, and return what is left of it."""
-        if isinstance(text, Expression):
-            return text
-        self.documents.plain[spot] = text
+        """Write the words for an element of a file or a part, if there are any, and return what is left of it."""
+        texts = self.documents.evaluated if isinstance(text, Expression) else self.documents.plain
+        texts[spot] = text
         words = self.words.get(spot)
         if words is None:
+            return text
+        if self.macro is not None and (when is not None or not self.sayable(words)):
             return text
         for entry in words.entries:
             if entry.section == "drive" and (when is not None or "drive" in target):
@@ -285,9 +287,26 @@ class Renderer(Elements):
             while key in section:
                 key = Expression(f"{key}${{''}}")
             section[key] = conditional(entry.value, when)
-            self.documents.remark(spot[0], (entry.section, key), (*comments, *entry.comments))
+            path = ("parts", *spot[2:]) if self.macro is not None else ()
+            self.documents.remark(spot[0], (*path, entry.section, key), (*comments, *entry.comments))
             comments = () if not words.rest else comments
-        return words.rest
+        return text if words.rest == words.text else words.rest
+
+    def sayable(self, words: Words) -> bool:
+        """Say whether a part may have words: sensors; what outputs warn of where it is not there if it always is."""
+        sections = {entry.section for entry in words.entries}
+        return sections == {"sensors"} or (sections == {"control"} and self.always_used(self.macro, 0))
+
+    def always_used(self, macro: Macro | None, depth: int) -> bool:
+        """Say whether a robot has a part whatever its arguments."""
+        callers = self.macros if depth < len(self.macros) else []
+        bodies = [file.body for file in self.program.files.values()]
+        bodies += [one.body for one in callers if one.body is not None]
+        return any(
+            use.macro is macro and not use.when and (body.macro is None or self.always_used(body.macro, depth + 1))
+            for body in bodies
+            for use in body.uses
+        )
 
     def material(self, named: Named, file: str) -> None:
         name, entry = self.text(named.name), self.entry(named.entry)

@@ -52,7 +52,8 @@ class Documents:
         self.comments: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         self.elements: dict[tuple[str, str, str], Place] = {}
         self.name: Any = ""
-        self.plain: dict[tuple[str, int], str] = {}  # elements at the top of files without expressions, by place
+        self.plain: dict[tuple[Any, ...], str] = {}  # elements of files and parts without expressions, by place
+        self.evaluated: dict[tuple[Any, ...], str] = {}  # those with expressions
         self.said: dict[str, list[str]] = {}  # what became words, by section
         self.asked: dict[str, list[ast.expr | None]] = {}  # on which conditions outputs are asked for something
 

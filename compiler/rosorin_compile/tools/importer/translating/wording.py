@@ -1,4 +1,4 @@
-"""Wording: elements at the top of a file that say the same for every combination of arguments become words.
+"""Wording: elements of a file or a part that say the same for every combination of arguments become words.
 
 What has an expression in it stays as it stands. The words are those of the flat import (see ``words``), looked for in
 the first robot that has the element; whether the description then says the same is proven as everything else is.
@@ -9,9 +9,11 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 from ....formats.imported import Imported
+from ....frontend.lower import lower
 from ....frontend.tree import Map, Seq, Text
 from ....startup.records import NamedTuple
 from ....xml.elements import canonical, tree_of
@@ -20,9 +22,12 @@ from ..words import Worded, worded
 from ..words.taking import CONTROL, SENSORS, candidates, put, trees, without
 from ..words.telling import told_words
 from .expressions import negated, written
+from .symbolic import EXPRESSION, symbolic, with_expressions
 
-Spot = tuple[str, int]  # the file of a description, and the number of the element among those at its top
+# The file of a description, the number of the element among those at its top; or among those of a part, with its name.
+Spot = tuple[Any, ...]
 OPTIONS = {CONTROL: "control", SENSORS: "gazebo"}
+_ANY = "ANY_TEXT"
 MAX_WHOLE = 90  # letters of an element that stands in one line
 _CALLED = {CONTROL: "hardware block", SENSORS: "sensor", "drive": "drive", "edges": "transform"}
 _OF_PLUGINS = ("drive", "publishers", "edges")
@@ -39,11 +44,15 @@ class Entry(NamedTuple):
 
 
 class Words(NamedTuple):
-    """What an element becomes: entries, and the text that is left of it. ``text`` is the whole element."""
+    """What an element becomes: entries, and the text that is left of it.
+
+    ``text`` is the whole element, ``said`` that with its values where it has expressions.
+    """
 
     text: str
     entries: tuple[Entry, ...]
     rest: str
+    said: str = ""
 
 
 class Found(NamedTuple):
@@ -55,17 +64,21 @@ class Found(NamedTuple):
     remarks: tuple[str, ...] = ()
 
     def without(self, blamed: str) -> Found:
-        """Return this without the elements that a fault names; without any if it names none."""
+        """Return this without the elements that a fault names; if it names none, without those of parts, or any."""
         names = set(re.findall(r"[\w./-]+", blamed))
         wrong = {spot for spot, one in self.spots.items() if any(entry.called in names for entry in one.entries)}
         wrong = wrong or {
             spot for spot, one in self.spots.items() if names & set(re.findall(r'(?:name|reference)="(.*?)"', one.text))
         }
-        return self._replace(spots={spot: one for spot, one in self.spots.items() if wrong and spot not in wrong})
+        in_parts = {spot for spot in self.spots if len(spot) > len(("file", "number"))}
+        evaluated = {spot for spot, one in self.spots.items() if "${" in one.text}
+        gone = wrong or in_parts or evaluated or self.spots.keys()
+        return self._replace(spots={spot: one for spot, one in self.spots.items() if spot not in gone})
 
     def left_of(self, tree: Map) -> Map:
         """Return the tree of a robot without the elements that became words."""
-        whole = {_spelt(one.text): one.rest for one in self.spots.values()}
+        gone = [one for one in self.spots.values() if one.rest != one.text]
+        whole = {_spelt(one.said or one.text): one.rest for one in gone}
         texts = tree.get("urdf_elements") or Seq(tree.span)
         left = Seq(tree.span)
         for text, span in zip(texts, texts.value_spans, strict=True):
@@ -75,8 +88,12 @@ class Found(NamedTuple):
         return put(tree, {"urdf_elements": left})
 
 
-def find(plain: Mapping[Spot, str], robots: Iterable[Imported]) -> Found:
-    """Return which elements become which words, from the first robot that has each."""
+def find(plain: Mapping[Spot, str], evaluated: Mapping[Spot, str], robots: Sequence[Imported]) -> Found:
+    """Return which elements become which words, from the first robot that has each.
+
+    Of those with expressions in them (``evaluated``) hardware blocks, and what plug-ins, which stay, say of the drive
+    and of transforms, where that is the same in all robots.
+    """
     made, left = Found(), {spot: text for spot, text in plain.items() if _may_be_words(text)}
     for imported in robots:
         if imported.tree is None or not left:
@@ -86,13 +103,59 @@ def find(plain: Mapping[Spot, str], robots: Iterable[Imported]) -> Found:
         left = {spot: text for spot, text in left.items() if spot not in here}
         if here:
             made = _more(made, here, imported)
-    return made
+    more = [(spot, _evaluated(text, robots, made)) for spot, text in evaluated.items() if _may_be_words(text)]
+    found = {spot: words for spot, words in more if words is not None}
+    asked = {"control": "jazzy"} if any(not words.rest for words in found.values()) else {}
+    return made._replace(spots={**made.spots, **found}, options={**asked, **made.options})
+
+
+def _evaluated(text: str, robots: Sequence[Imported], made: Found) -> Words | None:
+    """Return what an element with expressions becomes, from the robots that have it."""
+    form = EXPRESSION.sub(_ANY, text)
+    if "${" in form:
+        return None
+    pattern = re.escape(_spelt(form)).replace(_ANY, '[^<>"]*')
+    found: list[tuple[str, Imported]] = []
+    for imported in robots:
+        texts = (imported.tree.get("urdf_elements") if imported.tree is not None else None) or ()
+        mine = [str(one) for one in texts if re.fullmatch(pattern, _spelt(one))]
+        if len(mine) > 1:
+            return None
+        found += [(one, imported) for one in mine]
+    if not found:
+        return None
+    if text.startswith("<ros2_control"):
+        return _block(text, *found[0], made.options.get("control") == "humble")
+    entries = _always([tuple(_of_plugins(*one)) for one in found])
+    return Words(text, entries, text, found[0][0]) if entries else None
+
+
+def _block(text: str, said: str, imported: Imported, humble: bool) -> Words | None:
+    """Return the words for a hardware block whose values are expressions."""
+    tree: Any = imported.tree
+    robot = lower(tree).robot
+    found = symbolic(text, said, robot, humble) if robot is not None else None
+    if found is None:
+        return None
+    name, entry, slots = found
+    whole = put(tree, {CONTROL: {name: entry}})
+    value = with_expressions(_document(whole).value(whole[CONTROL][name], (CONTROL, name), None), slots)
+    made = Entry(CONTROL, with_expressions(name, slots), value, tree_of(said).get("name", ""))
+    return Words(text, (made,), "", said)
+
+
+def _always(found: Sequence[tuple[Entry, ...]]) -> tuple[Entry, ...]:
+    """Return what the plug-ins of an element with expressions say of every robot that has it."""
+    same = [entry for entry in found[0] if all(entry in others for others in found)]
+    # a radius that the element reckons is one that it keeps
+    return tuple(entry for entry in same if entry.section != "drive" or "radius" not in entry.value)
 
 
 def _may_be_words(text: str) -> bool:
     return any(mark in text for mark in ("<ros2_control", "<sensor", "<plugin"))
 
 
+@lru_cache(maxsize=8192)  # each is held against those of all robots
 def _spelt(text: str) -> str:
     try:
         return canonical(tree_of(text))
@@ -129,7 +192,8 @@ def _more(made: Found, here: Mapping[Spot, str], imported: Imported) -> Found:
         path = rest.paths[index]
         entries += _of_plugins(text, imported)
         if entries:
-            left = _laid_out(str(rest.texts[path[1]])) if path[0] == "urdf_elements" else ""  # type: ignore[index]
+            left = str(rest.texts[path[1]]) if path[0] == "urdf_elements" else ""  # type: ignore[index]
+            left = _laid_out(left) if mine else text
             spots[spot] = Words(text, tuple(entries), left)
     asked = {option: options[option] for section, option in OPTIONS.items() if section in fits and option in options}
     return Found(spots, {**made.options, **asked}, {**made.kept, **all_of.kept}, (*made.remarks, *all_of.remarks))

@@ -10,9 +10,8 @@ import pytest
 from rosorin_compile.cli import main
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.tools.importer import translating
 from rosorin_compile.tools.importer.description import Outputs
-from rosorin_compile.tools.importer.translating import Changed, Translation, proving, translate
+from rosorin_compile.tools.importer.translating import Changed, Translation, proving, rendering, translate
 from rosorin_compile.tools.importer.translating.telling import told
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
@@ -149,7 +148,7 @@ def test_what_has_no_word_is_flattened_alone(tmp_path: Path) -> None:
 
 def test_a_difference_is_seen_and_writes_the_macro_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A translation that is wrong is not taken: the macro at fault is written out, and the robot is right."""
-    right = translating.Renderer.use
+    right = rendering.Renderer.use
 
     def wrong(self, use, section, file, path):  # type: ignore[no-untyped-def]
         right(self, use, section, file, path)
@@ -157,7 +156,7 @@ def test_a_difference_is_seen_and_writes_the_macro_out(tmp_path: Path, monkeypat
             if "xyz" in entry:
                 entry["xyz"] = ["9", "9", "9"]
 
-    monkeypatch.setattr(translating.Renderer, "use", wrong)
+    monkeypatch.setattr(rendering.Renderer, "use", wrong)
     made = of(tmp_path, WHEEL + '<xacro:wheel prefix="a_" parent="base"><origin xyz="0 0.25 0"/></xacro:wheel>')
     assert made.kept == ()
     assert [one.name for one in made.written_out] == ["wheel"]

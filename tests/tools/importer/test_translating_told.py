@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.tools.importer import translating
+from rosorin_compile.tools.importer.translating import rendering
 from rosorin_compile.tools.importer.translating.differing import difference
 from rosorin_compile.tools.importer.translating.telling import told
 from rosorin_compile.xml.elements import tree_of
@@ -69,12 +69,12 @@ def test_what_differs_in_elements(one: str, other: str, said: str) -> None:
 
 def test_a_reason_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Elements that differ are told by where, not whole."""
-    right = translating.Renderer.element
+    right = rendering.Renderer.element
 
     def wrong(self, node):  # type: ignore[no-untyped-def]
         return type(made := right(self, node))(str(made).replace("slow/", "fast/"))
 
-    monkeypatch.setattr(translating.Renderer, "element", wrong)
+    monkeypatch.setattr(rendering.Renderer, "element", wrong)
     many = "".join(f'<param name="p{number}">{number}</param>' for number in range(99))
     body = f'<ros2_control name="x"><hardware><plugin>slow/Slow</plugin>{many}</hardware></ros2_control>'
     made = of(tmp_path, macro("control", "", body) + LINK + "<xacro:control/>")

@@ -1,8 +1,8 @@
 """Translating: a xacro as a description with its macros, arguments and files, proven against the real xacro.
 
 To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
-are), ``walking`` with ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering`` (the files),
-``proving``, ``wording`` (elements that become words).
+are), ``walking`` with ``setting`` and ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering``
+(the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording`` (elements that become words).
 """
 
 from __future__ import annotations
@@ -11,37 +11,28 @@ import re
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
-from ....diagnostics import Source as Text
 from ....diagnostics import Span
 from ....formats.imported import Imported, ReadOptions
 from ....frontend.tree import Map
-from ....project import ROOT_FILE
 from ....startup.records import NamedTuple
 from ....xml.markup import Element, MarkupError
 from ..description import Outputs, tree_of
-from ..layout import Expression, Remarks, Verbatim, cleaned, layout
-from .data import Data
-from .expressions import written as spelt
-from .fixing import MOST_SWITCHES, pins, reached, switches_of, undecided
+from .attempting import Attempt, Changed, How, accepted, attempt
+from .fixing import MOST_SWITCHES, reached, switches_of, undecided
 from .flattened import Place, place_of
-from .naming import name_parts
 from .pieces import Macro
 from .program import Fixed, Program
 from .proving import Combination, Fault, Source, choices_of, combinations, faults
-from .rendering import Renderer
 from .scopes import Variable
 from .texts import Unsupported
-from .values import Documents
 from .walking import AtTop, InMacro, InProperty, Walker
-from .wording import Found, any_of, find, wishes
+from .wording import find
 from .wording import told as lines
 
 MAX_ATTEMPTS = 40
 _NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")
 WITHIN = "what calls it is written out"
-_HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 
 
 class WrittenOut(NamedTuple):
@@ -77,28 +68,6 @@ class Translation(NamedTuple):
     span: Span | None = None
     words: tuple[str, ...] = ()
     plain: Map | None = None
-
-
-class Changed(NamedTuple):
-    """Where a description is going to stand, and what of it is to be otherwise than in the xacro.
-
-    ``schema`` is where editors find the schema; ``name`` another name of the robot; ``meshes`` is put before relative
-    names of meshes. ``verbatim`` keeps elements that there are words for as they stand.
-    """
-
-    folder: Path
-    schema: str = ""
-    name: str | None = None
-    meshes: str | None = None
-    verbatim: bool = False
-
-
-class _Attempt(NamedTuple):
-    files: dict[str, str]
-    program: Program
-    macros: list[Macro]
-    packages: dict[str, Path]
-    documents: Documents
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:
@@ -170,11 +139,11 @@ class _Mending:
         """Return the translation with what its elements say in words, as far as it is the same robot with them."""
         if self.proven is None or not self.made.files:
             return self.made
-        attempt, how, rows = self.proven
-        found = find(attempt.documents.plain, attempt.documents.evaluated, list(self.source.known.values()))
+        first, how, rows = self.proven
+        found = find(first.documents.plain, first.documents.evaluated, list(self.source.known.values()))
         told = found
         while found.spots:
-            again = _attempt(self.source.path, self.source.options, how._replace(words=found))
+            again = attempt(self.source.path, self.source.options, how._replace(words=found))
             wrong, _ = faults(again.files, self.source, rows, again.packages, again.documents.elements, in_words=True)
             if not wrong:
                 left = found.left_of(tree_of(how.imported))
@@ -196,7 +165,7 @@ class _Mending:
         """Return the translation, or why there is none."""
         for _ in range(MAX_ATTEMPTS):
             try:
-                found = self.attempt()
+                found = self.once()
             except Fixed as problem:
                 found = self.fixed.update({problem.name: problem.text})
             except InMacro as problem:
@@ -224,12 +193,12 @@ class _Mending:
         self.out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
         return None
 
-    def attempt(self) -> Translation | None:
+    def once(self) -> Translation | None:
         """Return the translation if it is proven, or if nothing is left to be mended; None to try again."""
         source, options = self.source, self.source.options
-        accepts = _accepted(source)
+        accepts = accepted(source)
         trees = [one.tree for one in source.known.values() if one.tree is not None]
-        how = _How(
+        how = How(
             self.imported,
             self.wanted,
             self.changed,
@@ -242,7 +211,7 @@ class _Mending:
             self.texts,
             self.fixed,
         )
-        made = _attempt(source.path, options, how)
+        made = attempt(source.path, options, how)
         source.environment = made.program.environment.keys()
         used = {name: one for name, one in made.program.arguments.items() if one.used}
         choices = choices_of(used, options.arguments)
@@ -259,7 +228,7 @@ class _Mending:
         if not self.texts and any(_NO_LIST.search(one.text) for one in self.last):
             self.texts = True
             return None
-        if len(_accepted(source)) > len(accepts):  # other arguments break other rules
+        if len(accepted(source)) > len(accepts):  # other arguments break other rules
             return None
         if self.flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
             return None
@@ -293,7 +262,7 @@ def _flat_at(program: Program, place: Place, reason: str) -> WrittenOut:
 
 
 def _translation(
-    made: _Attempt,
+    made: Attempt,
     out: Mapping[str, WrittenOut],
     flat: Mapping[Place, WrittenOut],
     rows: list[Combination],
@@ -332,7 +301,7 @@ def _translation(
 
 def _blame(
     found: list[Fault],
-    made: _Attempt,
+    made: Attempt,
     out: dict[str, WrittenOut],
     explicit: set[str],
     flat: dict[Place, WrittenOut],
@@ -380,148 +349,12 @@ def _demote(macro: Macro, fault: Fault, out: dict[str, WrittenOut], explicit: se
     return True
 
 
-class _How(NamedTuple):
-    """How one attempt is made: with which macros written out, and with which in long names.
-
-    ``texts``: vectors may be texts in tables.
-    """
-
-    imported: Imported
-    wanted: Outputs
-    changed: Changed
-    inlined: frozenset[str]
-    explicit: frozenset[str]
-    accepts: list[Any]
-    flat: frozenset[Place]
-    trees: list[Map]
-    unsaid: Mapping[str, str]
-    texts: bool
-    fixed: Mapping[str, str]
-    words: Found = Found()
-
-
 class _Proven(NamedTuple):
     """An attempt that is proven: how it was made, and for which combinations of arguments."""
 
-    attempt: _Attempt
-    how: _How
+    made: Attempt
+    how: How
     rows: list[Combination]
 
 
-def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
-    """Return the files of a translation with some macros written out and some with long names."""
-    program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
-    walker = Walker(program, how.inlined, how.flat, how.trees, pins(program))
-    walker.walk()
-    walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
-    _name_macros(program, walker.seen)
-    name_parts(walker.seen, how.explicit)
-    choices = choices_of(program.arguments, options.arguments)
-    data = Data(program, how.changed.folder)
-    renderer = Renderer(program, walker.seen, choices, data)
-    renderer.vectors_are_texts = how.texts
-    renderer.meshes = how.changed.meshes or ""
-    renderer.words = how.words.spots
-    documents = renderer.render()
-    for variable in renderer.used:
-        variable.used = True
-    wanted = wishes(how.wanted, _asked(documents, how.words))
-    tail = {**_sections(how.imported), **_tail(how.accepts, wanted)}
-    files = {**_files(program, documents, how, tail), **data.files}
-    return _Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents)
-
-
-def _asked(documents: Documents, words: Found) -> dict[str, Any]:
-    """Return what the URDF is asked for: for what there are words for, on the conditions on which they are there."""
-    made: dict[str, Any] = {}
-    for option in sorted(documents.asked.keys() & words.options.keys()):
-        value, when = words.options[option], any_of(documents.asked[option])
-        made[option] = value if when is None else Expression(f"${{{value!r} if {spelt(when)} else none}}")
-    return made
-
-
-def _name_macros(program: Program, macros: list[Macro]) -> None:
-    """Give each macro that is kept the name of its part, or of its value."""
-    from ....frontend.expression.functions import OF_DESCRIPTIONS, functions
-    from .expressions import usable
-
-    taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
-    for macro in macros:
-        if macro.body is not None:
-            macro.ours = macro.name
-        else:
-            macro.ours = usable(
-                macro.name, lambda name: name in taken or name in functions() or name in OF_DESCRIPTIONS
-            )
-            taken.add(macro.ours)
-
-
-def _files(program: Program, documents: Documents, how: _How, tail: Mapping[str, Any]) -> dict[str, str]:
-    """Return the texts of the files."""
-    tree = tree_of(how.imported)
-    root = program.root.name
-    included = [file.name for file in program.files.values() if file.name != root and documents.files.get(file.name)]
-    head: dict[str, Any] = {
-        "rosorin_compile": Verbatim("1"),
-        "robot": how.changed.name or documents.name or str(tree["robot"]),
-    }
-    if "source" in tree:
-        head["source"] = {key: str(value) for key, value in tree["source"].items()}
-    if included:
-        head["include"] = included
-    made: dict[str, str] = {}
-    for file in program.files.values():
-        sections = documents.files.get(file.name) or {}
-        if file.name == root:
-            sections = {**head, **sections, **tail}
-        elif not sections:
-            continue
-        document = {key: sections[key] for key in sorted(sections, key=_rank) if sections[key]}
-        made[file.name] = layout(document, _remarks(program, documents, file.name, how.changed.schema))
-    return made
-
-
-def _accepted(source: Source) -> list[Any]:
-    """Return what the robots of all combinations of arguments have to be accepted for; each rule once."""
-    made: dict[tuple[str, str], dict[str, Any]] = {}
-    for imported in source.known.values():
-        for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
-            key = (str(entry["rule"]), str(entry.get("reason") or ""))
-            known = made.setdefault(key, {"rule": key[0], "of": [], "reason": key[1]})
-            known["of"] += [str(one) for one in entry.get("of") or () if str(one) not in known["of"]]
-    return [{name: value for name, value in entry.items() if value} for entry in made.values()]
-
-
-def _sections(imported: Imported) -> dict[str, Any]:
-    """Return the sections that other files than the xacro say."""
-    from ..description import _Document
-
-    tree = tree_of(imported)
-    document = _Document(tree)
-    named = ("poses", "moveit", "disabled_contacts", "controllers")
-    return {name: document.value(tree[name], (name,), None) for name in named if name in tree}
-
-
-def _tail(accepts: list[Any], wanted: Outputs) -> dict[str, Any]:
-    from ..description import _written
-
-    made: dict[str, Any] = {"accept": accepts} if accepts else {}
-    made["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
-    return made
-
-
-def _rank(key: str) -> int:
-    tail = ("urdf_elements", "accept", "outputs")
-    return _HEAD.index(key) if key in _HEAD else 100 + tail.index(key) if key in tail else 50
-
-
-def _remarks(program: Program, documents: Documents, name: str, schema: str) -> Remarks:
-    file = next(one for one in program.files.values() if one.name == name)
-    head = [f"yaml-language-server: $schema={schema}"] if schema and name == ROOT_FILE else []
-    for remark in file.document.before:
-        if remark.kind == "comment" and "autogenerated by xacro" not in remark.text:
-            head += cleaned(remark.text)
-    return Remarks({(): head, **documents.comments.get(name, {})})
-
-
-__all__ = ["Text", "Translation", "WrittenOut", "translate"]
+__all__ = ["Changed", "Translation", "WrittenOut", "translate"]

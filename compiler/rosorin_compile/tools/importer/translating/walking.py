@@ -6,7 +6,6 @@ a link or a joint a named value with parameters. ``inlined`` are macros that are
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -14,57 +13,28 @@ from ....frontend.tree import Map
 from ....xml.markup import Element, Remark
 from .entries import joint_entry, link_entry, material_entry, one_of_level, reads, units_of
 from .flattened import Place, flat_entries, place_of
-from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
+from .pieces import Body, Call, Entry, Handed, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Program, with_comments
 from .scopes import (
-    ARGUMENT,
     CONDITION,
     FREE,
-    LOCAL,
     NAME,
     PARAMETER,
-    TABLE,
     XML,
     Bound,
     Scope,
     Unsaid,
     Value,
     Variable,
-    is_plain,
-    names_of,
     note,
-    sole_name,
 )
-from .texts import EXPRESSION, TEXT, Parameter, Unsupported, signed, tokens
+from .setting import MacroScope, Setting, decided, foreign
+from .texts import Parameter, Unsupported
 
 MAX_DEPTH = 60
 
 
-class MacroScope(Scope):
-    """The names of a macro: a name that is nowhere else is one of whoever calls it, and becomes a parameter."""
-
-    def __init__(self, parent: Scope, macro: Macro) -> None:
-        super().__init__(parent, macro.name)
-        self.macro = macro
-
-    def find(self, name: str) -> Variable | Bound | Unsaid | None:
-        found = super().find(name)
-        if found is None and _may_be_handed_down(name):
-            made = Variable(name, PARAMETER)
-            self.macro.implicit[name] = made
-            self.names[name] = made
-            return made
-        return found
-
-
-def _may_be_handed_down(name: str) -> bool:
-    from .expressions import _CONSTANTS, _MODULES
-
-    reserved = (*_CONSTANTS, *_MODULES, "pi", "e", "tau", "inf", "nan", "xacro", "__text")
-    return name.isidentifier() and name not in reserved
-
-
-class Walker:
+class Walker(Setting):
     """One walk over a program, with some macros written out."""
 
     def __init__(
@@ -75,7 +45,7 @@ class Walker:
         trees: Sequence[Map] = (),
         pins: Mapping[tuple[str, str], str] | None = None,
     ) -> None:
-        self.program = program
+        super().__init__(program)
         self.pins = pins or {}
         self.inlined = inlined
         self.flat = flat
@@ -83,8 +53,6 @@ class Walker:
         self.depth = 0
         self.current: dict[str, list[tuple[Macro, Whens]]] = {}
         self.seen: list[Macro] = []
-        self.fixed: set[Variable] = set()
-        self.flows: list[tuple[Variable, Variable]] = []
 
     def walk(self) -> None:
         """Walk over everything."""
@@ -180,77 +148,6 @@ class Walker:
                 self.robot(file.document.root, file.body, file.body.scope, (*when, *more), top=True)
             else:
                 self.robot(file.document.root, body, body.scope, (*when, *more), top=True)
-
-    def local(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
-        """Take a property of a macro."""
-        name = element.get("name")
-        if "$" in name or element.get("remove"):
-            raise Unsupported(f'the property "{name}" is named by an expression, or removed', element.span)
-        if "value" not in element.attributes:
-            if "default" in element.attributes:
-                if scope.find(name) is None:
-                    scope.names[name] = Bound(element.get("default"), scope)
-                return
-            scope.blocks[name] = (element, scope)
-            return
-        text = element.get("value")
-        target = self.target(element, scope)
-        if target is not scope.begun() and isinstance(scope.begun(), MacroScope):
-            raise Unsupported("it sets properties of whoever calls it", element.span)
-        if target.set_later(name):
-            self.inner_property(element, scope, when)
-            return
-        known = target.names.get(name)
-        value = Value(text, scope, FREE, element.span)
-        if isinstance(known, Variable) and known.where == LOCAL:
-            if known in self.fixed and not when:
-                self.new_local(name, value, body, target, when, target)
-                return
-            known.values.append(value)
-            known.definitions.append((value, when))
-            self.hand(value, known)
-            return
-        if isinstance(known, Variable) and not (
-            isinstance(target, MacroScope) and known in target.macro.implicit.values() and not known.values
-        ):
-            raise Unsupported(f'the property or parameter "{name}" is set anew', element.span)
-        if isinstance(known, Bound):
-            target.set_from_here(name, Bound(text, scope))
-            return
-        if not isinstance(target, MacroScope) and target.parent is not None and not when and "(" not in text:
-            target.names[name] = Bound(text, scope)
-            return
-        self.new_local(name, value, body, target, when)
-
-    def target(self, element: Element, scope: Scope) -> Scope:
-        """Return the scope that a property is set in."""
-        where, here = element.get("scope"), scope.begun()
-        if where == "global":
-            return scope.top()
-        if where == "parent":
-            return here.parent.begun() if here.parent is not None else here
-        return here
-
-    def new_local(
-        self, name: str, value: Value, body: Body, target: Scope, when: Whens, later: Scope | None = None
-    ) -> Variable:
-        from .expressions import usable
-
-        taken = {one.ours for one in body.locals} | {one.ours for one in _variables(target)}
-        if body.macro is None:
-            taken |= {one.ours for one in _variables(self.program.scope)}
-        made = Variable(name, LOCAL, usable(name, lambda one: one in taken), span=value.span)
-        made.values.append(value)
-        made.definitions = [(value, when)]
-        if later is not None:
-            later.set_from_here(name, made)
-        else:
-            target.names[name] = made
-        body.locals.append(made)
-        if not when:
-            self.fixed.add(made)
-        self.hand(value, made)
-        return made
 
     def block(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
         """Take a block that is inserted among links and joints."""
@@ -408,33 +305,6 @@ class Walker:
             variable.head().values.append(value)
             self.hand(value, variable)
 
-    def hand(self, value: Value, variable: Variable) -> None:
-        """Take down that a value becomes that of a variable."""
-        note(value)
-        for source in _sources(value):
-            found = value.scope.find(source)
-            while isinstance(found, Bound):
-                name = sole_name(tokens(found.text))
-                found = found.scope.find(name) if name else None
-            if isinstance(found, Variable) and found is not variable:
-                if "argument" in (found.where, variable.where):
-                    self.flows.append((found, variable))
-                else:
-                    variable.join(found)
-
-    def spread(self) -> None:
-        """Let arguments know how what they are handed to is used."""
-        changed = True
-        while changed:
-            changed = False
-            for argument, variable in self.flows:
-                more = variable.head().evidence - argument.head().evidence
-                argument.head().evidence |= more
-                changed = changed or bool(more)
-        for argument, variable in self.flows:  # what is given nothing else is of the kind of the argument
-            if variable.where != ARGUMENT and not any(is_plain(one.text) for one in variable.head().values):
-                variable.head().values += [one for one in argument.values if is_plain(one.text)]
-
     def write_out(self, macro: Macro, element: Element, scope: Scope, then: Callable[[Scope], None]) -> None:
         """Walk over a macro where it is called."""
         self.depth += 1
@@ -496,7 +366,7 @@ class Walker:
     def settled(self, parameter: Parameter) -> Parameter:
         """Return a parameter; a default that speaks of names which are not known everywhere is the caller's."""
         default = parameter.default
-        if default is None or all(self.program.scope.find(name) is not None for name in _foreign(default)):
+        if default is None or all(self.program.scope.find(name) is not None for name in foreign(default)):
             return parameter
         return parameter._replace(default=None, of_caller=default)
 
@@ -538,45 +408,6 @@ class Walker:
             yield from found
         else:
             yield child, scope, when, comments
-
-    def inner_property(self, element: Element, scope: Scope, when: Whens) -> None:
-        """Take a property that is set within an element; it holds from there on, outside of the element too."""
-        name = element.get("name")
-        if "$" in name or "value" not in element.attributes or element.get("remove"):
-            raise Unsupported(f'the property "{name}" stands inside of an element', element.span)
-        target, here = self.target(element, scope), scope.begun()
-        if isinstance(here, MacroScope):
-            target = here  # what a part sets for its caller within an element, it reads itself
-        open_ends = [(one, decided(one)) for one in when]
-        if any(holds is False for _, holds in open_ends):
-            return
-        left = tuple(one for one, holds in open_ends if holds is None)
-        if left:
-            self.chosen_property(element, scope, target, left)
-        else:
-            target.set_from_here(name, Bound(element.get("value"), scope))
-        found = target.latest().find(name)
-        if target is not here and isinstance(found, (Variable, Bound)):  # it is read here, too
-            here.set_from_here(name, found)
-
-    def chosen_property(self, element: Element, scope: Scope, target: Scope, when: Whens) -> None:
-        """Take a property within an element that is set on a condition: a named value of the part."""
-        name, value = element.get("name"), Value(element.get("value"), scope, FREE, element.span)
-        known = target.latest().find(name)
-        if isinstance(known, Variable) and known.where == LOCAL and known not in self.fixed and target.set_later(name):
-            known.values.append(value)
-            known.definitions.append((value, when))
-            self.hand(value, known)
-            return
-        holder = next((one for one in _around(scope) if isinstance(one, MacroScope)), None)
-        body = holder.macro.body if holder is not None else self.program.root.body
-        if body is None:
-            raise Unsupported(f'the property "{name}" is set on a condition', element.span)
-        before = known
-        made = self.new_local(name, value, body, holder or target, when, target)
-        if isinstance(before, Bound):
-            made.definitions.insert(0, (Value(before.text, before.scope, FREE, element.span), ()))
-            made.values.insert(0, made.definitions[0][0])
 
     def as_value(self, macro: Macro, level: str) -> bool:
         """Walk over a macro that makes what stands in a link, a joint and so on; say whether it can be a value."""
@@ -707,72 +538,3 @@ class InMacro(Exception):
         super().__init__(problem.reason)
         self.macro = macro
         self.problem = problem
-
-
-def decided(when: When) -> bool | None:
-    """Return whether a condition holds wherever it is asked; None if that depends on an argument or a parameter."""
-    from .expressions import Rendering, folded
-
-    def of_local(variable: Variable) -> ast.expr | None:
-        plain = variable.where == LOCAL and [one for one, on in variable.definitions if not on]
-        return rendering.value(plain[0]) if plain and len(variable.definitions) == 1 else None
-
-    rendering = Rendering(lambda _: None, of_local)
-    try:
-        holds = folded(rendering.condition(when.value))
-    except Unsupported:
-        return None
-    return None if holds is None else bool(holds) == when.holds
-
-
-def _foreign(text: str) -> Iterator[str]:
-    """Yield the names in a text that are none of Python's or of xacro's."""
-    from ....frontend.expression.functions import functions
-    from .expressions import source_tree
-
-    for piece in tokens(text):
-        try:
-            tree = source_tree(piece.text) if piece.kind == EXPRESSION else None
-        except ValueError:
-            tree = None
-        for name in names_of(tree) if tree is not None else ():
-            if _may_be_handed_down(name) and name not in functions():
-                yield name
-
-
-def _around(scope: Scope) -> Iterator[Scope]:
-    """Yield a scope and those around it."""
-    here: Scope | None = scope
-    while here is not None:
-        yield here
-        here = here.parent
-
-
-def _variables(scope: Scope) -> Iterator[Variable]:
-    """Yield the variables that a scope and those around it know."""
-    for here in _around(scope):
-        yield from (one for one in here.names.values() if isinstance(one, Variable))
-
-
-def _sources(value: Value) -> list[str]:
-    """Return the names that a value may be as it is: of a name, of a choice between names."""
-    from .expressions import source_tree
-
-    pieces = tokens(value.text)
-    name = sole_name(pieces)
-    if name:
-        return [name]
-    parts = signed(pieces)
-    if parts is not None:  # it is a number where that is one
-        return [one] if (one := sole_name([parts[1]])) else []
-    if len(pieces) == 1 and pieces[0].kind == "expression":
-        try:
-            tree = source_tree(pieces[0].text)
-        except ValueError:
-            return []
-        if isinstance(tree, ast.IfExp):
-            return [one.id for one in (tree.body, tree.orelse) if isinstance(one, ast.Name)]
-    return []
-
-
-__all__ = ["TABLE", "TEXT", "Entry", "File", "InMacro", "Item", "Walker"]

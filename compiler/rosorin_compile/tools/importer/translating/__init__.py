@@ -232,6 +232,12 @@ class _Mending:
             return None
         if self.flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
             return None
+        frozen = reached(made.program, self.flat)
+        changed = [name for name, _ in self.last[0].combination if name in frozen]
+        if changed:  # what is flat does not follow them
+            self.fixed |= {name: frozen[name] for name in changed}
+            self.begin()
+            return None
         if not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
             return Translation({}, reason=self.last[0].text)
         return None

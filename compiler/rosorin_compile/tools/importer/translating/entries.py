@@ -106,12 +106,20 @@ def _in_link(
         if child.tag == "collision":
             solid.items = [item for item in solid.items if item.key not in ("material", "rgba", "texture")]
             for material in child.children:
-                if material.tag == "material":
-                    solid.add("urdf_elements", walker.xml(material, scope))
+                for made in walker.xml_item(material, scope, ()) if _makes_material(walker, material) else ():
+                    solid.add("urdf_elements", made)
         entry.add(child.tag, solid, when, comments)
     else:
         return False
     return True
+
+
+def _makes_material(walker: Walker, element: Element) -> bool:
+    """Say whether an element of a collision is a material, or the call of a macro that makes one and nothing else."""
+    macro = walker.program.macros.get(element.tag.removeprefix("xacro:"))
+    if macro is None or not element.tag.startswith("xacro:"):
+        return element.tag == "material"
+    return [one.tag for one in macro.element.children] == ["material"]
 
 
 def solid_name(walker: Walker, child: Element, scope: Scope) -> Item:

@@ -21,7 +21,7 @@ from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Bound, Scope, Unsaid, Val
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens
 
 MAX_CHOICES = 20
-_ENVIRONMENT = re.compile(r"\$\((optenv|env)\s+(\w+)\s*([^)]*)\)")
+_ENVIRONMENT = re.compile(r"\$\((optenv|env)\s+(\w+)(?=[\s)])\s*([^)]*)\)")
 _FIND = re.compile(r"\$\(find\s+([^)\s]+)\)")
 
 
@@ -136,8 +136,8 @@ class Program:
                 self._property(child, file, when, comments)
 
     def _include(self, element: Element, file: File, when: Whens, within: tuple[str, ...]) -> None:
-        if element.get("ns"):
-            raise Unsupported("an include with ns", element.span)
+        if element.get("ns"):  # what is called by its names is written out there
+            return
         chosen = self.chosen(element, file)
         if chosen is not None:
             for target, condition in chosen:

@@ -337,7 +337,7 @@ def _replaced(value: Any) -> Any:
         inner = getattr(value, field.name)
         if field.name == "urdf_elements":
             changes[field.name] = tuple(sorted(_canonical(one) for one in inner))
-        elif field.name in ("links", "joints", "visuals", "collisions") and isinstance(inner, tuple):
+        elif field.name in ("links", "joints", "visual", "collision") and isinstance(inner, tuple):
             changes[field.name] = tuple(_replaced(one) for one in inner)
     return replace(value, **changes) if changes else value
 

@@ -283,6 +283,10 @@ class Walker(Setting):
     def block_entry(self, macro: Macro, name: str, block: Element, scope: Scope) -> Entry:
         """Return what a block says that a call hands over."""
         level = macro.block_levels.get(name)
+        if level is None and not any(
+            one.tag == "xacro:insert_block" and one.get("name") == name for one in macro.element.iter()
+        ):
+            return Entry()
         if level is None:
             raise Unsupported(f'the block "{name}" of the macro "{macro.name}" is inserted among links', block.span)
         whole = next(one.block for one in macro.parameters if one.name == name) == "**"
@@ -396,6 +400,8 @@ class Walker(Setting):
                 yield from self.inner(block, inner, level, when)
         elif tag == "xacro:property":
             self.inner_property(child, scope, when)
+        elif tag == "xacro:macro":
+            self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), when)
         elif tag.startswith("xacro:"):
             macro = self.macro_of(child)
             if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
@@ -497,6 +503,9 @@ class Walker(Setting):
             return [self.xml(child, inner) for child, inner in self.inserted(item, scope)]
         if item.tag == "xacro:property":
             self.inner_property(item, scope, when)
+            return []
+        if item.tag == "xacro:macro":
+            self.define(self.program.by_element[id(item)], item.get("name").removeprefix("xacro:"), when)
             return []
         if item.tag.startswith("xacro:"):
             macro = self.macro_of(item)

@@ -158,7 +158,7 @@ class _Mending:
         self.flat: dict[Place, WrittenOut] = {}
         self.unsaid: dict[str, str] = {}
         self.explicit: set[str] = set()
-        self.texts = False
+        self.texts = self.turns = False
         self.last: list[Fault] = []
 
     def translated(self) -> Translation:
@@ -209,6 +209,7 @@ class _Mending:
             trees,
             self.unsaid,
             self.texts,
+            self.turns,
             self.fixed,
         )
         made = attempt(source.path, options, how)
@@ -227,6 +228,9 @@ class _Mending:
             return _translation(made, self.out, self.flat, rows, possible, refused)
         if not self.texts and any(_NO_LIST.search(one.text) for one in self.last):
             self.texts = True
+            return None
+        if not self.turns and any("more than a full turn" in one.text for one in self.last):
+            self.turns = True
             return None
         if len(accepted(source)) > len(accepts):  # other arguments break other rules
             return None

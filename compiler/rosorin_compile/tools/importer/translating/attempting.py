@@ -19,7 +19,7 @@ from .flattened import Place
 from .naming import name_parts
 from .pieces import Macro
 from .program import Program
-from .proving import Source, choices_of
+from .proving import PROBE, Source, choices_of
 from .rendering import Renderer
 from .scopes import Variable
 from .values import Documents
@@ -56,7 +56,7 @@ class Attempt(NamedTuple):
 class How(NamedTuple):
     """How one attempt is made: with which macros written out, and with which in long names.
 
-    ``texts``: vectors may be texts in tables.
+    ``texts``: vectors may be texts in tables; ``turns``: angles may be more than a full turn.
     """
 
     imported: Imported
@@ -69,6 +69,7 @@ class How(NamedTuple):
     trees: list[Map]
     unsaid: Mapping[str, str]
     texts: bool
+    turns: bool
     fixed: Mapping[str, str]
     words: Found = Found()
 
@@ -84,7 +85,7 @@ def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
     choices = choices_of(program.arguments, options.arguments)
     data = Data(program, how.changed.folder)
     renderer = Renderer(program, walker.seen, choices, data)
-    renderer.vectors_are_texts = how.texts
+    renderer.vectors_are_texts, renderer.turns = how.texts, how.turns
     renderer.meshes = how.changed.meshes or ""
     renderer.words = how.words.spots
     documents = renderer.render()
@@ -149,7 +150,9 @@ def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, 
 def accepted(source: Source) -> list[Any]:
     """Return what the robots of all combinations of arguments have to be accepted for; each rule once."""
     made: dict[tuple[str, str], dict[str, Any]] = {}
-    for imported in source.known.values():
+    for combination, imported in source.known.items():
+        if any(text == PROBE for _, text in combination):
+            continue
         for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
             key = (str(entry["rule"]), str(entry.get("reason") or ""))
             known = made.setdefault(key, {"rule": key[0], "of": [], "reason": key[1]})

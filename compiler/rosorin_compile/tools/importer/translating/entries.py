@@ -220,7 +220,7 @@ def _in_geometry(walker: Walker, child: Element, scope: Scope, when: Whens, entr
         for name, sink in _SHAPES[child.tag]:
             made.put(name, walker.value(child, name, scope, sink))
     else:
-        return False
+        return child.tag == "material"  # no reader looks there; the import says so
     entry.put(child.tag, made, when)
     return True
 
@@ -236,7 +236,9 @@ def joint_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
         if item.key in ("limit", "mimic", "dynamics", "safety_controller", "calibration"):
             units_of(item.value, word)
         if item.key == "limit" and word == "continuous" and isinstance(item.value, Entry):
-            item.value.items = [one for one in item.value.items if one.key not in ("lower", "upper")]
+            ends = [one for one in item.value.items if one.key in ("lower", "upper")]
+            if all(is_plain(one.value.text) and literal(one.value.text) == 0 for one in ends):
+                item.value.items = [one for one in item.value.items if one not in ends]
     return made
 
 

@@ -207,6 +207,8 @@ class Rendering:
             return node
         if isinstance(node, (ast.Name, ast.Call)) and getattr(node, "kind", "") == WORDS:
             return node
+        if isinstance(node, ast.List) or _kind_of(node) == LIST:
+            return ast.Call(ast.Name("join", ast.Load()), [ast.Constant(" "), node], [])
         return ast.Call(ast.Name("str", ast.Load()), [node], [])
 
     def piece(self, piece: Token, scope: Scope, depth: int) -> ast.expr:
@@ -245,6 +247,8 @@ class Rendering:
         if isinstance(found, Bound):
             return self.tree(found.text, found.scope, depth + 1)
         if isinstance(found, Variable):
+            if found.unsaid:
+                raise Unsupported(found.unsaid)
             own = self.named(found)
             if own is not None:
                 return own

@@ -36,6 +36,7 @@ class Listed(NamedTuple):
     value: Any
     when: Whens = ()
     comments: tuple[str, ...] = ()
+    at: Element | None = None
 
 
 class Entry:
@@ -121,7 +122,7 @@ class Named:
     when: Whens
     comments: tuple[str, ...]
     element: Element
-    via: tuple[Element, ...] = ()
+    at: Element  # at the top of a file
 
 
 @dataclass(eq=False)
@@ -135,6 +136,7 @@ class Use:
     when: Whens
     comments: tuple[str, ...]
     element: Element
+    at: Element
 
 
 @dataclass(eq=False)

@@ -72,6 +72,7 @@ class Program:
         self.property_files: dict[str, File] = {}
         self.property_comments: dict[str, tuple[str, ...]] = {}
         self.conditions: list[Value] = []
+        self.unclear: dict[int, Unsupported] = {}
         self.guards: dict[int, tuple[str, list[str]]] = {}
         self.missing: list[tuple[str, Span]] = []
         self.tops: dict[int, list[tuple[File, Whens]]] = {}
@@ -173,7 +174,7 @@ class Program:
         pattern, form, argument = "", "", ""
         for kind, text in self.spelt(element.get("filename"), 0):
             if kind != EXTENSION or text.split()[:1] == ["find"]:
-                plain = text if kind == TEXT else str(self.packages.find(text.split()[1]) or "/no-package")
+                plain = text if kind == TEXT else str(self.packages.find(self._package(text)) or "/no-package")
                 pattern, form = pattern + glob.escape(plain), form + re.escape(plain)
                 continue
             name = text.split()[1]
@@ -234,8 +235,8 @@ class Program:
             if kind == TEXT:
                 made.append(text)
             elif kind == EXTENSION and text.split()[:1] == ["find"]:
-                folder = self.packages.find(text.split()[1])
-                made.append(str(folder) if folder else f"/no-package/{text.split()[1]}")
+                folder = self.packages.find(self._package(text))
+                made.append(str(folder) if folder else f"/no-package/{self._package(text)}")
             else:
                 raise Unsupported(f'the file "{name}" is chosen by an expression', span)
         path = "".join(made)
@@ -243,6 +244,10 @@ class Program:
             if path.startswith(scheme):
                 return self.packages.resolve(path, Path()) or Path("/no-package")
         return Path(os.path.normpath(Path(file.path).parent / path))
+
+    def _package(self, text: str) -> str:
+        """Return the package that a ``find`` names, perhaps by a property."""
+        return "".join(piece.text for piece in self.spelt(text.strip().partition(" ")[2].strip(), 0))
 
     def _macro(self, element: Element, file: File, comments: tuple[str, ...]) -> None:
         called = name = element.get("name").removeprefix("xacro:")
@@ -263,7 +268,10 @@ class Program:
             elif inner.tag == "xacro:arg":
                 self._argument(inner, file)
             elif inner.tag == "xacro:include" and id(inner) not in self.tops:
-                self._include(inner, file, (), ())
+                try:
+                    self._include(inner, file, (), ())
+                except Unsupported as problem:  # told where the macro is called
+                    self.unclear[id(inner)] = problem
 
     def called(self) -> set[str]:
         """Return the macros that are called by what stands outside of macros, or by a macro that is."""

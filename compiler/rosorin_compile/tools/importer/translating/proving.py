@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import posixpath
 import re
 import tempfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -337,6 +338,11 @@ def _replaced(value: Any) -> Any:
         inner = getattr(value, field.name)
         if field.name == "urdf_elements":
             changes[field.name] = tuple(sorted(_canonical(one) for one in inner))
+        elif field.name == "geometry" and "/../" in str(getattr(inner, "file", "")):
+            scheme, sign, rest = inner.file.partition("://")
+            changes[field.name] = replace(
+                inner, file=f"{scheme}{sign}{posixpath.normpath(rest)}" if sign else inner.file
+            )
         elif field.name in ("links", "joints", "visual", "collision") and isinstance(inner, tuple):
             changes[field.name] = tuple(_replaced(one) for one in inner)
     return replace(value, **changes) if changes else value

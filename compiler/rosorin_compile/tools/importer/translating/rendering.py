@@ -53,9 +53,9 @@ class Renderer(Elements):
     def render(self) -> Documents:
         """Return the documents."""
         self.reserve()
-        before = -1
-        while before != len(self.used):
-            before = len(self.used)
+        before, self.again = -1, False
+        while before != len(self.used) or self.again:
+            before, self.again = len(self.used), False
             self.documents = Documents()
             self.looks, self.shares, self.keys, self.alternatives = {}, {}, set(), {}
             inner = [macro.body for macro in self.macros if macro.body is not None]
@@ -175,10 +175,10 @@ class Renderer(Elements):
         target = into if into is not None else self.documents.files.setdefault(file, {})
         for section, entries in (("links", body.links), ("joints", body.joints)):
             for named in entries:
-                with self.at_top(named.element, into):
+                with self.at_top(named.at, into):
                     self.named(named, target.setdefault(section, {}), file, (*path, section))
         for use in body.uses:
-            with self.at_top(use.element, into):
+            with self.at_top(use.at, into):
                 self.use(use, target.setdefault("use", {}), file, (*path, "use"))
         for number, flat in enumerate(body.flat):
             self.flat(flat, target, file, number)
@@ -191,12 +191,12 @@ class Renderer(Elements):
             self.extra = {}
 
     @contextmanager
-    def at_top(self, element: Element, into: Any) -> Iterator[None]:
+    def at_top(self, element: Element | None, into: Any) -> Iterator[None]:
         """Tell what cannot be said of an element at the top of a file."""
         try:
             yield
         except Unsupported as problem:
-            if into is not None:
+            if into is not None or element is None:
                 raise
             raise AtTop(element, problem) from None
 
@@ -227,7 +227,7 @@ class Renderer(Elements):
         while key in section and chosen is None:
             key = Expression(f"{key}${{''}}")
         section[key] = conditional(value, when) if chosen is None else chosen
-        self.documents.elements[file, str(path[-1]), str(key)] = place_of(named.element.span)
+        self.documents.elements[file, str(path[-1]), str(key)] = place_of(named.at.span)
         self.documents.remark(file, (*path, key), named.comments)
 
     def guard(self, name: str, known: list[str], when: Whens, made: list[Any]) -> None:
@@ -250,11 +250,13 @@ class Renderer(Elements):
             with self.at_top(element, None if body.macro is None else target):
                 self.guard(name, known, when, made)
         for number, item in enumerate(body.elements):
-            condition = self.condition(item.when)
-            if isinstance(condition, ast.Constant) and not condition.value:
-                continue
+            with self.at_top(item.at, target if body.macro is not None or item.at is None else None):
+                condition = self.condition(item.when)
+                if isinstance(condition, ast.Constant) and not condition.value:
+                    continue
+                element = self.element(item.value)
             spot = (file, number, *path[1:])
-            text = self.in_words(spot, self.element(item.value), condition, target, item.comments)
+            text = self.in_words(spot, element, condition, target, item.comments)
             if text:
                 self.documents.remark(file, (*path, "urdf_elements", len(made)), item.comments)
                 made.append(conditional(text, condition))
@@ -349,7 +351,7 @@ class Renderer(Elements):
             if prefix is None and key != self.key(use)[0]:
                 made["prefix"] = f"{self.key(use)[0]}_"
         section[key] = conditional(made, when)
-        self.documents.elements[file, "use", str(key)] = place_of(use.element.span)
+        self.documents.elements[file, "use", str(key)] = place_of(use.at.span)
         self.documents.remark(file, (*path, key), use.comments)
 
     def key(self, use: Use) -> tuple[Any, Any]:
@@ -498,7 +500,14 @@ class Renderer(Elements):
         made: dict[str, Any] = {}
         for variable in body.locals:
             if variable in self.used:
-                made[variable.ours] = self.defined(variable.definitions, variable)
+                try:
+                    made[variable.ours] = self.defined(variable.definitions, variable)
+                except Unsupported as problem:
+                    if body.macro is not None:
+                        raise
+                    variable.unsaid = problem.reason  # told where it is used, once all is rendered anew
+                    self.used.remove(variable)
+                    self.again = True
         return made
 
     def defined(self, definitions: list[tuple[Value, Whens]], variable: Variable) -> Any:
@@ -512,6 +521,8 @@ class Renderer(Elements):
             if isinstance(condition, ast.Constant) and not condition.value:
                 continue
             node = self.expressions().value(value)
+            if variable.kind() == WORDS and isinstance(node, ast.List) and is_plain(value.text):
+                node = ast.Constant(value.text)
             if condition is None:
                 chosen = node
             elif chosen is None:

@@ -27,6 +27,7 @@ CONDITION, NAME, FILE, XML, FREE = "condition", "name", "file", "xml", "free"
 LOADED = "loaded"
 
 _LITERAL = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
+_OF_TEXTS = ("upper", "lower", "strip", "replace", "startswith", "endswith")
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 
 
@@ -52,6 +53,7 @@ class Variable:
     used: bool = False
     span: Span | None = None
     definitions: list[tuple[Value, Any]] = field(default_factory=list)
+    unsaid: str = ""  # why its value cannot be said
     _group: Variable | None = None
 
     def __post_init__(self) -> None:
@@ -329,17 +331,28 @@ def _note_node(node: ast.AST, scope: Scope, sink: str) -> None:
     elif isinstance(node, ast.Compare):
         _note_comparison(node, scope)
     elif isinstance(node, ast.BinOp):
-        texts = any(isinstance(one, ast.Constant) and isinstance(one.value, str) for one in ast.walk(node))
+        texts = _adds_texts(node)
         for item in (node.left, node.right):
             _note_node(item, scope, "compared" if texts else "reckoned")
     elif isinstance(node, (ast.Subscript, ast.Attribute)):
         _note_node(node.value, scope, TABLE if not _by_number(node) else "indexed")
         if isinstance(node, ast.Subscript):
             _note_node(node.slice, scope, FREE)
+    elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") in _OF_TEXTS:
+        _note_node(node.func.value, scope, "compared")  # type: ignore[attr-defined]
+        for item in node.args:
+            _note_node(item, scope, "compared")
     else:
         loads = isinstance(node, ast.Call) and ast.unparse(node.func) in ("xacro.load_yaml", "load_yaml")
         for child in ast.iter_child_nodes(node):
             _note_node(child, scope, LOADED if loads else FREE)
+
+
+def _adds_texts(node: ast.expr) -> bool:
+    """Say whether a sum has a text among what it adds."""
+    if isinstance(node, ast.BinOp):
+        return isinstance(node.op, (ast.Add, ast.Mod)) and (_adds_texts(node.left) or _adds_texts(node.right))
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
 def _by_number(node: ast.AST) -> bool:

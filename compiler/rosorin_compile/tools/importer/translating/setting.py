@@ -117,7 +117,7 @@ class Setting:
     ) -> Variable:
         from .expressions import usable
 
-        taken = {one.ours for one in body.locals} | {one.ours for one in _variables(target)}
+        taken = {"name", "prefix"} | {one.ours for one in body.locals} | {one.ours for one in _variables(target)}
         if body.macro is None:
             taken |= {one.ours for one in _variables(self.program.scope)}
         made = Variable(name, LOCAL, usable(name, lambda one: one in taken), span=value.span)

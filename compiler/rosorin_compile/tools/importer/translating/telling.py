@@ -30,6 +30,9 @@ def told(translation: Translation) -> Iterator[str]:
         yield f"left out, because nothing calls {them}: {listed(translation.idle)}"
     if translation.arguments:
         yield f"arguments kept: {listed(translation.arguments)}"
+    if translation.unused:
+        them = "it" if len(translation.unused) == 1 else "them"
+        yield f"arguments left out, because nothing uses {them}: {listed(translation.unused)}"
     if translation.environment:
         yield f"variables of the environment that are arguments now: {listed(translation.environment)}"
     if translation.fixed:

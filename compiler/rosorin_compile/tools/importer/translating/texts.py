@@ -124,5 +124,7 @@ def parameters(text: str) -> list[Parameter]:
 
 
 def _parameter(name: str, default: str | None, forward: bool) -> Parameter:
+    if default and "$(" in default and re.fullmatch(r"'[^']*'", default):
+        default = default[1:-1]  # quoted for Python, which reads it once it is put together
     block = "**" if name.startswith("**") else "*" if name.startswith("*") else ""
     return Parameter(name.lstrip("*"), default, forward, block)

@@ -87,6 +87,7 @@ class Values:
         self.macro: Macro | None = None
         self.shares: dict[str, Expression] = {}
         self.vectors_are_texts = False  # of tables: "0 0 1" in YAML
+        self.turns = False  # some angles are more than a full turn
         self.meshes = ""  # put before relative names of meshes
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
@@ -154,6 +155,8 @@ class Values:
                 return Verbatim(degrees)
         if sink != "angle":
             node = bare(node)
+        elif self.turns:
+            node = ast.BinOp(node, ast.Mult(), ast.Name("rad", ast.Load()))
         if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
             return number_text(str(node.value), sink, value)
         return Expression(f"${{{written(node)}}}")
@@ -270,6 +273,8 @@ class Values:
             node = self.node_of([(piece, scope)], value)
             if piece.kind == EXPRESSION:
                 node = printed(node)
+            if isinstance(node, ast.List) or getattr(node, "kind", "") == LIST:
+                node = ast.Call(ast.Name("join", ast.Load()), [ast.Constant(" "), node], [])
             constant = folded(node)
             if isinstance(constant, str) or (isinstance(constant, int) and not isinstance(constant, bool)):
                 made += spelt(str(constant)).replace("${", "$${")
@@ -466,6 +471,10 @@ class Values:
                 begins = self.data.name(pieces[0][0].text, len(pieces) > 1)
                 pieces = [(Token(TEXT, begins), pieces[0][1]), *pieces[1:]]
             return self.joined(pieces, value)
+        if FILE in evidence and kind in (WORDS, ANY):
+            pieces = expanded(value.text, value.scope)
+            if len(pieces) > 1:
+                return self.joined(self.address(pieces), value)
         return self.of_kind(value, kind)
 
     def of_kind(self, value: Value, kind: str) -> Any:

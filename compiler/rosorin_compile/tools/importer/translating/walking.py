@@ -51,6 +51,7 @@ class Walker(Setting):
         self.flat = flat
         self.trees = trees
         self.depth = 0
+        self.at: Element | None = None  # what stands at the top of a file and is walked over
         self.current: dict[str, list[tuple[Macro, Whens]]] = {}
         self.seen: list[Macro] = []
 
@@ -88,10 +89,13 @@ class Walker(Setting):
             for condition in when:
                 note(condition.value)
             return
+        self.at = child
         try:
             self.any(child, body, scope, when, comments, top)
         except Unsupported as problem:
             raise AtTop(child, problem) from None
+        finally:
+            self.at = None
 
     def any(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
         """Take one element."""
@@ -115,11 +119,13 @@ class Walker(Setting):
             self.named(child, body, scope, when, comments)
         elif tag == "material":
             name = self.value(child, "name", scope, NAME)
-            body.materials.append(Named(name, material_entry(self, child, scope), when, comments, child))
+            body.materials.append(
+                Named(name, material_entry(self, child, scope), when, comments, child, self.at or child)
+            )
         elif tag.startswith("xacro:"):
             self.call(child, body, scope, when, comments)
         else:
-            body.elements.append(Listed(self.xml(child, scope), when, comments))
+            body.elements.append(Listed(self.xml(child, scope), when, comments, self.at or child))
 
     def condition(self, element: Element, scope: Scope) -> When:
         value = Value(element.get("value"), scope, CONDITION, element.span)
@@ -135,6 +141,8 @@ class Walker(Setting):
         return made
 
     def include(self, element: Element, body: Body, when: Whens, top: bool) -> None:
+        if id(element) in self.program.unclear:
+            raise self.program.unclear[id(element)]
         files = self.program.tops.get(id(element))
         guard = self.program.guards.get(id(element))
         if guard is not None:
@@ -167,7 +175,7 @@ class Walker(Setting):
     def named(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
         name = self.value(child, "name", scope, NAME)
         read = link_entry if child.tag == "link" else joint_entry
-        made = Named(name, read(self, child, scope), when, comments, child)
+        made = Named(name, read(self, child, scope), when, comments, child, self.at or child)
         (body.links if child.tag == "link" else body.joints).append(made)
 
     # Calls.
@@ -273,7 +281,7 @@ class Walker(Setting):
         if macro.name in self.inlined or not self.as_part(macro):
             self.write_out(macro, element, scope, lambda inner: self.robot(macro.element, body, inner, when))
             return
-        use = Use(macro, self.given(macro, element, scope), {}, scope, when, comments, element)
+        use = Use(macro, self.given(macro, element, scope), {}, scope, when, comments, element, self.at or element)
         for name, (block, inner) in self.blocks(macro, element, scope).items():
             use.blocks[name] = self.block_entry(macro, name, block, inner)
         self.hand_over(macro, use.given)
@@ -359,7 +367,10 @@ class Walker(Setting):
                 text = self.pins[macro.name, parameter.name]
                 macro.scope.names[parameter.name] = Bound(text, self.program.scope)
                 continue
-            made = Variable(parameter.name, PARAMETER, span=macro.place)
+            ours = parameter.name
+            if ours in self.program.arguments and f"$(arg {ours})" in macro.element.verbatim:
+                ours = f"{ours}_2"  # it reads the argument of that name, too
+            made = Variable(parameter.name, PARAMETER, ours, span=macro.place)
             if parameter.default is not None:
                 value = Value(parameter.default, self.program.scope, FREE, macro.place)
                 made.values.append(value)

@@ -32,6 +32,7 @@ def child(folder: Path) -> None:
     from rosorin_compile.cli import main
     from rosorin_compile.formats.reading import read_robot
     from rosorin_compile.tools.importer import round_trip
+    from rosorin_compile.tools.importer.words import worded
     from support.output_child import die_at
 
     quiet = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (for as long as the process lives)
@@ -40,7 +41,8 @@ def child(folder: Path) -> None:
     checked = round_trip.check_round_trip
     round_trip.check_round_trip = lambda *arguments, **named: trips[0] if trips else checked(*arguments, **named)
     main(["import", str(ROVER / "rover.urdf"), "-o", str(folder / "first")])  # loads what the others then have
-    trips.append(checked(read_robot(ROVER / "rover.urdf"), folder / "first", parts=False))  # several files
+    said = worded(read_robot(ROVER / "rover.urdf"))
+    trips.append(checked(said.imported, folder / "first", parts=False, plain=said.plain))  # several files
     after = {path.name: path.read_text("utf-8") for path in (ROVER / "flat").iterdir()}
     write_set = output.write_set
     for line in sys.stdin:

@@ -2,6 +2,9 @@
 
 What has an expression in it stays as it stands. The words are those of the flat import (see ``words``), looked for in
 the first robot that has the element; whether the description then says the same is proven as everything else is.
+
+A hardware block with expressions is read with numbers in their place that nothing else has; where such a number comes
+out, the expression stands.
 """
 
 from __future__ import annotations
@@ -10,7 +13,7 @@ import ast
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ....formats.imported import Imported
 from ....frontend.lower import lower
@@ -18,12 +21,20 @@ from ....frontend.tree import Map, Seq, Text
 from ....startup.records import NamedTuple
 from ....xml.elements import canonical, tree_of
 from ..description import Outputs, _Document
+from ..layout import Expression, Verbatim
 from ..words import Worded, worded
+from ..words.blocks import Unsayable, block
 from ..words.taking import CONTROL, SENSORS, candidates, put, trees, without
 from ..words.telling import told_words
 from .expressions import negated, written
-from .symbolic import EXPRESSION, symbolic, with_expressions
 
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from ....model import Joint, Robot
+
+EXPRESSION = re.compile(r"\$\{([^{}]*)\}")
+_FIRST = 731_001  # numbers that stand for expressions, and on, with the same digits behind the point
 # The file of a description, the number of the element among those at its top; or among those of a part, with its name.
 Spot = tuple[Any, ...]
 OPTIONS = {CONTROL: "control", SENSORS: "gazebo"}
@@ -291,3 +302,59 @@ def told(said: Mapping[str, Sequence[str]], found: Found) -> list[str]:
     """Return the lines about what became words, and about what did not."""
     names = {word: list(dict.fromkeys(said[section])) for section, word in _CALLED.items() if section in said}
     return told_words(Worded(Imported(None, []), None, names, found.kept, found.remarks))
+
+
+class _Joints(NamedTuple):
+    """The joints of a robot by the names that they have with numbers for expressions."""
+
+    joint: Mapping[str, Joint]
+
+
+def symbolic(text: str, said: str, robot: Robot, humble: bool) -> tuple[str, dict[str, Any], dict[str, str]] | None:
+    """Return the name of a block, its entry with numbers for expressions, and these by their numbers; None for none.
+
+    ``said`` is the block with its values, as ``robot`` has it.
+    """
+    slots: dict[str, str] = {}
+
+    def numbered(found: re.Match[str]) -> str:
+        number = f"{_FIRST + len(slots)}.25"
+        slots[number] = found[1]
+        return number
+
+    form = EXPRESSION.sub(numbered, text)
+    if "${" in form or any(number in text for number in slots):
+        return None
+    element, known = tree_of(form), tree_of(said)
+    if element.tag != "ros2_control" or any(_has_text(one) for one in element.iter() if len(one)):
+        return None
+    joints = {
+        one.get("name", ""): robot.joint[other.get("name", "")]
+        for one, other in zip(element.iter("joint"), known.iter("joint"), strict=False)
+        if other.get("name", "") in robot.joint
+    }
+    try:
+        return element.get("name", ""), block(element, _Joints(joints), humble), slots  # type: ignore[arg-type]
+    except Unsayable:
+        return None
+
+
+def _has_text(element: Element) -> bool:
+    return bool((element.text or "").strip()) or any((child.tail or "").strip() for child in element)
+
+
+def with_expressions(value: Any, slots: Mapping[str, str]) -> Any:
+    """Return what is laid out with expressions for their numbers."""
+    if isinstance(value, dict):
+        return {with_expressions(key, slots): with_expressions(item, slots) for key, item in value.items()}
+    if isinstance(value, list):
+        return [with_expressions(item, slots) for item in value]
+    if not isinstance(value, str) or not any(number in value for number in slots):
+        return value
+    sole = slots.get(value.removeprefix("-"))
+    if isinstance(value, Verbatim) and sole is not None and value.startswith("-"):
+        return Expression(f"${{-({sole})}}")
+    made = str(value)
+    for number, expression in slots.items():
+        made = made.replace(number, f"${{{expression}}}")
+    return Expression(made)

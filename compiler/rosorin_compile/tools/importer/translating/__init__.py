@@ -23,7 +23,7 @@ from .fixing import MOST_SWITCHES, reached, switches_of, undecided
 from .flattened import Place, place_of
 from .pieces import Macro
 from .program import Fixed, Program
-from .proving import Combination, Fault, Source, choices_of, combinations, faults
+from .proving import PROBE, Combination, Fault, Source, choices_of, combinations, faults
 from .scopes import Variable
 from .texts import Unsupported
 from .walking import AtTop, InMacro, InProperty, Walker
@@ -224,7 +224,9 @@ class _Mending:
                 self.fixed |= more
                 self.begin()
                 return None
-            self.proven = _Proven(made, how, rows)
+            how = how._replace(accepts=accepted(source, probes=False))  # nobody asks for the probes any more
+            made = attempt(source.path, options, how)
+            self.proven = _Proven(made, how, [row for row in rows if all(text != PROBE for _, text in row)])
             return _translation(made, self.out, self.flat, rows, possible, refused)
         if not self.texts and any(_NO_LIST.search(one.text) for one in self.last):
             self.texts = True

@@ -114,7 +114,7 @@ def _name_macros(program: Program, macros: list[Macro]) -> None:
     taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
     for macro in macros:
         if macro.body is not None:
-            macro.ours = macro.name
+            macro.ours = macro.name.replace(".", "_")
         else:
             macro.ours = usable(
                 macro.name, lambda name: name in taken or name in functions() or name in OF_DESCRIPTIONS
@@ -147,11 +147,11 @@ def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, 
     return made
 
 
-def accepted(source: Source) -> list[Any]:
+def accepted(source: Source, probes: bool = True) -> list[Any]:
     """Return what the robots of all combinations of arguments have to be accepted for; each rule once."""
     made: dict[tuple[str, str], dict[str, Any]] = {}
     for combination, imported in source.known.items():
-        if any(text == PROBE for _, text in combination):
+        if not probes and any(text == PROBE for _, text in combination):
             continue
         for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
             key = (str(entry["rule"]), str(entry.get("reason") or ""))

@@ -156,7 +156,7 @@ class Rendering:
             whole = self.number([(piece, scope) for piece in pieces], depth)
             if whole is not None:
                 return whole
-        return self.put_together([(piece, scope) for piece in pieces], depth)
+        return self.put_together([(piece, scope) for piece in _addressed(pieces)], depth)
 
     def put_together(self, pieces: list[tuple[Token, Scope]], depth: int) -> ast.expr:
         """Return a text of several pieces."""

@@ -72,11 +72,12 @@ class Entry:
 
 @dataclass(eq=False)
 class File:
-    """A file of the source, and the name of its file here."""
+    """A file of the source, and the name of its file here; ``space`` is that of an include with ``ns``."""
 
     path: str
     document: Document
     name: str
+    space: str = ""
     body: Body = field(init=False)
 
 

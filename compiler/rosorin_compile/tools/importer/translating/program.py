@@ -17,7 +17,7 @@ from ....frontend.packages import Packages
 from ....xml.files import read_source
 from ....xml.markup import Element, MarkupError, Remark, parse
 from .pieces import Body, File, Macro, When, Whens
-from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Bound, Scope, Unsaid, Value, Variable
+from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Bound, Scope, Space, Unsaid, Value, Variable
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens
 
 MAX_CHOICES = 20
@@ -63,6 +63,8 @@ class Program:
         self.packages = Packages(packages, os.environ, path)
         self.given = given
         self.environment: dict[str, str] = {}
+        self.spaces: dict[int, str] = {}
+        self.others: dict[str, Macro] = {}
         self.files: dict[str, File] = {}
         self.macros: dict[str, Macro] = {}
         self.by_element: dict[int, Macro] = {}
@@ -81,15 +83,16 @@ class Program:
         self._take_given()
         self._name_properties()
 
-    def _file(self, path: Path, root: bool = False) -> File:
+    def _file(self, path: Path, root: bool = False, space: str = "") -> File:
         """Return a file, read. Raises MarkupError, OSError."""
         key = os.path.abspath(path)
         if key in self.files:
             return self.files[key]
         source = read_source(path)
         document = parse(type(source)(source.path, _ENVIRONMENT.sub(self._of_environment, source.text)))
-        file = File(key, document, "robot.yaml" if root else self._free_name(path))
-        file.body = Body(file, None, self.scope)
+        file = File(key, document, "robot.yaml" if root else self._free_name(path), space)
+        file.body = Body(file, None, Space(self.scope, space) if space else self.scope)
+        self.spaces[id(document)] = space
         self.files[key] = file
         for name, text in self.environment.items():
             self._declare(name, text, document.root.span, file)
@@ -125,7 +128,7 @@ class Program:
         for child, comments in with_comments(element):
             tag = child.tag
             if tag in ("xacro:if", "xacro:unless"):
-                condition = When(Value(child.get("value"), self.scope, "condition", child.span), tag == "xacro:if")
+                condition = When(Value(child.get("value"), file.body.scope, "condition", child.span), tag == "xacro:if")
                 self._collect(child, file, (*when, condition), within)
             elif tag == "xacro:include":
                 self._include(child, file, when, within)
@@ -137,8 +140,6 @@ class Program:
                 self._property(child, file, when, comments)
 
     def _include(self, element: Element, file: File, when: Whens, within: tuple[str, ...]) -> None:
-        if element.get("ns"):  # what is called by its names is written out there
-            return
         chosen = self.chosen(element, file)
         if chosen is not None:
             for target, condition in chosen:
@@ -157,7 +158,9 @@ class Program:
             raise Unsupported(f"{Path(key).name} includes itself", element.span)
         try:
             known = self.files.get(key)
-            included = known or self._file(target)
+            included = known or self._file(target, space=self._space(element))
+            if known and known.space != self._space(element):
+                self._also(known, self._space(element))
         except (MarkupError, OSError):
             self.missing.append((str(target), element.span))
             return
@@ -165,6 +168,26 @@ class Program:
         own = when[-1:] if "$(arg" in element.get("filename") or "${" in element.get("filename") else ()
         self.tops[id(element)][-1] = (included, own)
         self._collect(included.document.root, included, when, (*within, key))
+
+    def _space(self, element: Element) -> str:
+        """Return the space of the names of a file that is included: its own, or that of the file it is included in."""
+        around = self.spaces.get(id(element.document), "")
+        return f"{around}.{element.get('ns')}".strip(".") if element.get("ns") else around
+
+    def _also(self, file: File, space: str) -> None:
+        """Take down that the macros of a file have names in another space, too."""
+        for macro in [one for one in self.macros.values() if one.file is file]:
+            name = macro.element.get("name").removeprefix("xacro:")
+            self.others[f"{space}.{name}".strip(".")] = macro
+
+    def macro(self, called: str, element: Element) -> Macro | None:
+        """Return the macro that an element calls by a name: of the space that it stands in, or of all."""
+        space = self.spaces.get(id(element.document), "")
+        for name in (f"{space}.{called}", called) if space else (called,):
+            found = self.macros.get(name) or self.others.get(name)
+            if found is not None:
+                return found
+        return None
 
     def chosen(self, element: Element, file: File) -> list[tuple[Path, When]] | None:
         """Return the files that an include may mean whose name has one argument in it, each with its condition.
@@ -250,7 +273,7 @@ class Program:
         return "".join(piece.text for piece in self.spelt(text.strip().partition(" ")[2].strip(), 0))
 
     def _macro(self, element: Element, file: File, comments: tuple[str, ...]) -> None:
-        called = name = element.get("name").removeprefix("xacro:")
+        called = name = f"{file.space}.{element.get('name').removeprefix('xacro:')}".strip(".")
         if id(element) in self.by_element:
             return
         number = 1
@@ -289,7 +312,8 @@ class Program:
         """Say whether calls may mean a macro; of several of one name those that a walk has met."""
         name = macro.element.get("name")
         same = [one for one in self.macros.values() if one.element.get("name") == name and one is not macro]
-        called = name.removeprefix("xacro:") in names or any("$" in one for one in names)
+        short = name.removeprefix("xacro:")
+        called = not names.isdisjoint((short, f"{macro.file.space}.{short}")) or any("$" in one for one in names)
         return called and not any(one.called for one in same)
 
     def _take_given(self) -> None:
@@ -317,14 +341,14 @@ class Program:
         self.scope.names[f"arg {name}"] = made
 
     def _property(self, element: Element, file: File, when: Whens, comments: tuple[str, ...]) -> None:
-        name = element.get("name")
+        name = f"{file.space}.{element.get('name')}".strip(".")
         if element.get("remove") in ("true", "True", "1"):
             raise Unsupported("a property that is removed", element.span)
         if "value" not in element.attributes and "default" not in element.attributes:
-            self.scope.blocks[name] = (element, self.scope)
+            self.scope.blocks[name] = (element, file.body.scope)
             return
         default = "default" in element.attributes
-        value = Value(element.get("default" if default else "value"), self.scope, FREE, element.span)
+        value = Value(element.get("default" if default else "value"), file.body.scope, FREE, element.span)
         known = self.properties.setdefault(name, [])
         if default and any(not one.when for one in known):
             return

@@ -158,10 +158,15 @@ class Scope:
         """Return what a name means here."""
         scope: Scope | None = self
         while scope is not None:
-            if name in scope.names:
-                return scope.names[name]
+            found = scope.own(name)
+            if found is not None:
+                return found
             scope = scope.parent
         return None
+
+    def own(self, name: str) -> Variable | Bound | Unsaid | None:
+        """Return what a name means in this scope alone."""
+        return self.names.get(name)
 
     def block(self, name: str) -> Any:
         """Return the block of a name: a parameter of a macro, or a property that holds elements."""
@@ -178,6 +183,17 @@ class Scope:
         while scope.parent is not None:
             scope = scope.parent
         return scope
+
+
+class Space(Scope):
+    """The names of files that are included with ``ns``: what they define is called ``SPACE.NAME`` elsewhere."""
+
+    def __init__(self, parent: Scope, space: str) -> None:
+        super().__init__(parent)
+        self.space = space
+
+    def own(self, name: str) -> Variable | Bound | Unsaid | None:
+        return self.names.get(name) or (self.parent.own(f"{self.space}.{name}") if self.parent else None)
 
 
 class Later(Scope):

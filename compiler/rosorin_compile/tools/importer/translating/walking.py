@@ -182,12 +182,22 @@ class Walker(Setting):
 
     def define(self, macro: Macro, name: str, when: Whens) -> None:
         """Take down that a name is that of a macro from here on; under a condition it may be."""
+        name = f"{macro.file.space}.{name}".strip(".")
         known = [one for one in self.current.get(name, []) if when and one[0] is not macro]
         self.current[name] = [*known, (macro, when)]
 
+    def known(self, name: str, element: Element) -> list[tuple[Macro, Whens]]:
+        """Return the macros that a name may mean by now where an element stands."""
+        return self.current.get(self.spelt(name, element), [])
+
+    def spelt(self, name: str, element: Element) -> str:
+        """Return the name of a macro as it is known, of the space that an element stands in or of all."""
+        own = f"{self.program.spaces.get(id(element.document), '')}.{name}".strip(".")
+        return own if own in self.current else name
+
     def candidates(self, element: Element) -> list[tuple[Macro, Whens]]:
         """Return the macros that a call may mean, each with the condition on which it does; nothing if it is clear."""
-        known = self.current.get(element.tag.removeprefix("xacro:"), [])
+        known = self.known(element.tag.removeprefix("xacro:"), element)
         if len(known) < 2:
             return []
         made: list[tuple[Macro, Whens]] = []
@@ -209,8 +219,8 @@ class Walker(Setting):
             name = target
         if name in ("element", "attribute"):
             raise Unsupported(f"xacro:{name} makes what an expression names", element.span)
-        known = self.current.get(name)
-        macro = known[-1][0] if known else self.program.macros.get(name)
+        known = self.known(name, element)
+        macro = known[-1][0] if known else self.program.macro(name, element)
         if macro is None:
             raise Unsupported(f'there is no macro "{name}"', element.span)
         macro.called = True
@@ -268,7 +278,7 @@ class Walker(Setting):
         """Take a call of a macro among links and joints."""
         candidates = self.candidates(element)
         if candidates:
-            name = element.tag.removeprefix("xacro:")
+            name = self.spelt(element.tag.removeprefix("xacro:"), element)
             before = self.current[name]
             for one, on in candidates:
                 self.current[name] = [(one, ())]
@@ -358,7 +368,7 @@ class Walker(Setting):
 
     def begin(self, macro: Macro) -> None:
         """Make the scope and the variables of a macro."""
-        macro.scope = MacroScope(self.program.scope, macro)
+        macro.scope = MacroScope(macro.file.body.scope, macro)
         macro.parameters = [self.settled(parameter) for parameter in macro.parameters]
         for parameter in macro.parameters:
             if parameter.block:
@@ -372,7 +382,7 @@ class Walker(Setting):
                 ours = f"{ours}_2"  # it reads the argument of that name, too
             made = Variable(parameter.name, PARAMETER, ours, span=macro.place)
             if parameter.default is not None:
-                value = Value(parameter.default, self.program.scope, FREE, macro.place)
+                value = Value(parameter.default, macro.file.body.scope, FREE, macro.place)
                 made.values.append(value)
                 self.hand(value, made)
             macro.variables[parameter.name] = made

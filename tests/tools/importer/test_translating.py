@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from collections import Counter
 from pathlib import Path
 
@@ -11,7 +12,8 @@ from rosorin_compile.cli import main
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.tools.importer.description import Outputs
-from rosorin_compile.tools.importer.translating import Changed, Translation, proving, rendering, translate
+from rosorin_compile.tools.importer.translating import Changed, Translation, expressions, proving, rendering, translate
+from rosorin_compile.tools.importer.translating.scopes import Scope
 from rosorin_compile.tools.importer.translating.telling import told
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
@@ -159,6 +161,21 @@ def test_a_difference_is_seen_and_writes_the_macro_out(tmp_path: Path, monkeypat
     assert [one.name for one in made.written_out] == ["wheel"]
     assert made.written_out[0].reason.startswith("not proven: ")
     assert "9" not in made.files["robot.yaml"].partition("links:")[2]
+
+
+def test_an_argument_that_is_not_followed_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    body = """<xacro:arg name="height" default="0.5"/><xacro:arg name="width" default="0.5"/>
+      <link name="base"><visual><geometry><box size="$(arg width) 1 $(arg height)"/></geometry></visual></link>"""
+    assert of(tmp_path, body).arguments == ("height", "width")
+    right = expressions.Rendering.name
+
+    def wrong(self: expressions.Rendering, name: str, scope: Scope, depth: int) -> ast.expr:
+        made = right(self, name, scope, depth)
+        return ast.Constant(0.5) if name == "arg height" else made  # what it is by default
+
+    monkeypatch.setattr(expressions.Rendering, "name", wrong)
+    made = of(tmp_path, body)
+    assert (made.arguments, made.fixed) == (("width",), (("height", "0.5"),))
 
 
 def test_combinations_are_bounded() -> None:

@@ -19,11 +19,11 @@ from ....startup.records import NamedTuple
 from ....xml.markup import Element, MarkupError
 from ..description import Outputs, tree_of
 from .attempting import Attempt, Changed, How, accepted, attempt
-from .fixing import MOST_SWITCHES, reached, switches_of, undecided
+from .fixing import MOST_SWITCHES, reached, switches_of, undecided, value_of
 from .flattened import Place, place_of
 from .pieces import Macro
 from .program import Fixed, Program
-from .proving import PROBE, Combination, Fault, Source, choices_of, combinations, faults
+from .proving import PROBE, Combination, Fault, Source, choices_of, combinations, faults, other_values
 from .scopes import Variable
 from .texts import Unsupported
 from .walking import AtTop, InMacro, InProperty, Walker
@@ -219,8 +219,8 @@ class _Mending:
         rows, possible = combinations(choices)
         self.last, refused = faults(made.files, source, rows, made.packages, made.documents.elements)
         if not self.last:
-            more = undecided(reached(made.program, self.flat), choices)
-            if more:  # what is flat would not follow them
+            more = undecided(reached(made.program, self.flat), choices) or self.unfollowed(made, used)
+            if more:  # what there is would not follow them
                 self.fixed |= more
                 self.begin()
                 return None
@@ -247,6 +247,23 @@ class _Mending:
         if not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
             return Translation({}, reason=self.last[0].text)
         return None
+
+    def unfollowed(self, made: Attempt, used: Mapping[str, Variable]) -> dict[str, str]:
+        """Return the arguments that may be any number or text, but that the translation does not follow."""
+        source, given = self.source, self.source.options.arguments
+        others = other_values(used, given)
+
+        def differs(row: Combination) -> bool:
+            known = row in source.known
+            found, _ = faults(made.files, source, [row], made.packages, made.documents.elements)
+            if not known:
+                source.known.pop(row, None)  # nobody asks for it
+            return any(not one.refused for one in found)
+
+        if not others or not differs(tuple(others.items())):
+            return {}
+        found = {name: value_of(made.program, name) for name, text in others.items() if differs(((name, text),))}
+        return {name: text for name, text in found.items() if text is not None}
 
 
 def _nothing(problem: Unsupported) -> Translation:

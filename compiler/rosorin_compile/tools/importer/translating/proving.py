@@ -35,7 +35,7 @@ from ....xml.elements import canonical, tree_of
 from ..words.proving import without_words
 from .differing import shortened
 from .flattened import Place, outermost
-from .scopes import FLAG, NAME, NUMBER, WORDS, Variable
+from .scopes import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
 
 MAX_COMBINATIONS = 32
 TOLERANCE = 1e-12
@@ -45,12 +45,16 @@ Combination = tuple[tuple[str, str], ...]
 
 
 class Fault(NamedTuple):
-    """What is wrong with a translation: a sentence, the macros that may be at fault, and with which arguments."""
+    """What is wrong with a translation: a sentence, the macros that may be at fault, and with which arguments.
+
+    ``refused``: it cannot be compiled, or not read back; else it is another robot.
+    """
 
     text: str
     macros: tuple[str, ...]
     combination: Combination
     tops: tuple[Place, ...] = ()
+    refused: bool = False
 
 
 class Source:
@@ -114,6 +118,23 @@ def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> d
             if NAME in variable.head().evidence and 0 < len(values) == said:
                 values.append(PROBE)
         made[name] = values
+    return made
+
+
+def other_values(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> dict[str, str]:
+    """Return another number or text for each argument that may be any, by name: whether those are followed is asked."""
+    made: dict[str, str] = {}
+    for name, variable in arguments.items():
+        text = given.get(name, variable.values[0].text if variable.values else "$")
+        if "$" in text or any(one.startswith("=") for one in variable.head().evidence):
+            continue
+        value = literal(text)
+        if variable.kind() == NUMBER and isinstance(value, (int, float)):
+            made[name] = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
+        elif variable.kind() == LIST and isinstance(value, list):
+            made[name] = " ".join(repr(one * 1.25 + 0.01) for one in value)
+        elif variable.kind() == WORDS and XML in variable.head().evidence and NAME not in variable.head().evidence:
+            made[name] = f"{text}{PROBE}"
     return made
 
 
@@ -187,7 +208,9 @@ def _faults(
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
     if errors or compiled.robot is None:
         return [
-            Fault(_told(one), _parts_at(one, stage, files), row, _elements_at(one, stage, files, elements))
+            Fault(
+                _told(one), _parts_at(one, stage, files), row, _elements_at(one, stage, files, elements), refused=True
+            )
             for one in errors[:5]
         ]
     format = published()
@@ -201,7 +224,7 @@ def _faults(
     again = lower(back.tree).robot if back.tree is not None else None
     if source is None or again is None:
         broken = [one.message for one in back.diagnostics if one.severity == ERROR]
-        return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
+        return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row, refused=True)]
     if name is not None:
         source = replace(source, name=name)
     found, again = _meant(source, again, asks_for_humble(compiled.robot)) if in_words else ([], again)

@@ -335,10 +335,14 @@ class Rendering:
         whole = ast.unparse(node)
         if scope.find(whole) is not None:
             return self.name(whole, scope, depth)
-        return ast.Attribute(self.node(node.value, scope, depth), node.attr, ast.Load())
+        value = self.node(node.value, scope, depth)
+        return _entry(value, node.attr) or ast.Attribute(value, node.attr, ast.Load())
 
     def subscript(self, node: ast.Subscript, scope: Scope, depth: int) -> ast.expr:
         value = self.node(node.value, scope, depth)
+        found = _entry(value, node.slice.value) if isinstance(node.slice, ast.Constant) else None
+        if found is not None:
+            return found
         if isinstance(node.slice, ast.Slice):
             ends = [None if e is None else self.node(e, scope, depth) for e in (node.slice.lower, node.slice.upper)]
             step = None if node.slice.step is None else self.node(node.slice.step, scope, depth)
@@ -376,6 +380,9 @@ class Rendering:
 
     def call(self, node: ast.Call, scope: Scope, depth: int) -> ast.expr:
         """Return a call of a function."""
+        if isinstance(node.func, ast.Name) and node.func.id == "dict" and node.keywords and not node.args:
+            keys: list[ast.expr | None] = [ast.Constant(one.arg) for one in node.keywords]
+            return ast.Dict(keys, [self.node(one.value, scope, depth) for one in node.keywords])
         if node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
             raise Unsupported(f"{ast.unparse(node)[:60]} has no word here")
         given = [self.node(item, scope, depth) for item in node.args]
@@ -477,6 +484,14 @@ def _addressed(pieces: list[Token]) -> list[Token]:
         return pieces
     kind, _, package = pieces[1].text.strip().partition(" ")
     return [Token(TEXT, "package://"), *tokens(package.strip()), *pieces[2:]] if kind == "find" else pieces
+
+
+def _entry(table: ast.expr, key: Any) -> ast.expr | None:
+    """Return an entry of a table that stands in an expression: none can in ours."""
+    for one, value in zip(table.keys, table.values, strict=True) if isinstance(table, ast.Dict) else ():
+        if isinstance(one, ast.Constant) and one.value == key:
+            return value
+    return None
 
 
 def _is_blank(node: ast.expr) -> bool:

@@ -169,6 +169,14 @@ class Program:
         self.tops[id(element)][-1] = (included, own)
         self._collect(included.document.root, included, when, (*within, key))
 
+    def add(self, name: str, element: Element) -> list[str]:
+        """Take down a file whose name is known by now; return the properties that are new."""
+        if id(element) not in self.tops:
+            here = Path(element.document.source.path).parent
+            path = self.packages.resolve(name, Path()) if "://" in name else Path(os.path.normpath(here / name))
+            self._include_one(path or Path("/no-package"), element, (), ())
+        return self._name_properties()
+
     def _space(self, element: Element) -> str:
         """Return the space of the names of a file that is included: its own, or that of the file it is included in."""
         around = self.spaces.get(id(element.document), "")
@@ -359,15 +367,21 @@ class Program:
         if comments:
             self.property_comments.setdefault(name, comments)
 
-    def _name_properties(self) -> None:
-        """Give each property a variable; one that is an argument and nothing else is that argument."""
+    def _name_properties(self) -> list[str]:
+        """Give each property a variable; one that is an argument and nothing else is that argument.
+
+        Return the names of those that had none.
+        """
         from .expressions import usable
         from .scopes import sole_name
 
         taken = {variable.ours for variable in self.arguments.values()}
         for name, variable in self.arguments.items():
             variable.ours = usable(name, lambda _: False)
-        for name, definitions in self.properties.items():
+        taken |= {one.ours for one in self.scope.names.values() if isinstance(one, Variable)}
+        fresh = [name for name in self.properties if name not in self.scope.names]
+        for name in fresh:
+            definitions = self.properties[name]
             if name in self.unsaid:
                 self.scope.names[name] = Unsaid(self.unsaid[name])
                 continue
@@ -380,6 +394,7 @@ class Program:
             taken.add(made.ours)
             made.values += [definition.value for definition in definitions]
             self.scope.names[name] = made
+        return fresh
 
 
 def _calls(element: Element) -> Iterator[str]:

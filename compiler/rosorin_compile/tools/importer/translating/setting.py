@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from ....xml.markup import Element
 from .pieces import Body, Macro, When, Whens
@@ -28,6 +29,9 @@ from .scopes import (
     sole_name,
 )
 from .texts import EXPRESSION, Unsupported, signed, tokens
+
+if TYPE_CHECKING:
+    from .expressions import Rendering
 
 
 class MacroScope(Scope):
@@ -200,20 +204,37 @@ class Setting:
                 variable.head().values += [one for one in argument.values if is_plain(one.text)]
 
 
+def constant(value: Value) -> Any:
+    """Return what a value is wherever it is asked; None if that depends on an argument or a parameter."""
+    from .expressions import folded
+
+    try:
+        return folded(_rendering().value(value))
+    except Unsupported:
+        return None
+
+
 def decided(when: When) -> bool | None:
     """Return whether a condition holds wherever it is asked; None if that depends on an argument or a parameter."""
-    from .expressions import Rendering, folded
+    from .expressions import folded
 
-    def of_local(variable: Variable) -> ast.expr | None:
-        plain = variable.where == LOCAL and [one for one, on in variable.definitions if not on]
-        return rendering.value(plain[0]) if plain and len(variable.definitions) == 1 else None
-
-    rendering = Rendering(lambda _: None, of_local)
     try:
-        holds = folded(rendering.condition(when.value))
+        holds = folded(_rendering().condition(when.value))
     except Unsupported:
         return None
     return None if holds is None else bool(holds) == when.holds
+
+
+def _rendering() -> Rendering:
+    """Return what renders expressions with the properties of macros that have one value."""
+    from .expressions import Rendering
+
+    def of_local(variable: Variable) -> ast.expr | None:
+        plain = variable.where == LOCAL and [one for one, on in variable.definitions if not on]
+        return made.value(plain[0]) if plain and len(variable.definitions) == 1 else None
+
+    made = Rendering(lambda _: None, of_local)
+    return made
 
 
 def foreign(text: str) -> Iterator[str]:

@@ -37,7 +37,7 @@ from .scopes import (
     literal,
     sole_name,
 )
-from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, tokens
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported
 from .walking import InMacro
 
 OWN = "own prefix"
@@ -501,16 +501,17 @@ class Values:
 
     def mapping_of(self, value: Value) -> Any:
         """Return a table that Python makes (``dict(a=1)``, ``{'a': 1}``) as a mapping; None if it is none."""
-        pieces = tokens(value.text)
-        if len(pieces) != 1 or pieces[0].kind != "expression":
+        pieces = expanded(value.text, value.scope)
+        if len(pieces) != 1 or pieces[0][0].kind != EXPRESSION:
             return None
         from .expressions import source_tree
 
+        (piece, scope), *_ = pieces
         try:
-            tree = source_tree(pieces[0].text)
+            tree = source_tree(piece.text)
         except ValueError:
             return None
-        return self.mapping(tree, value)
+        return self.mapping(tree, Value(piece.text, scope, value.sink, value.span))
 
     def mapping(self, tree: ast.expr, value: Value) -> Any:
         pairs: list[tuple[Any, ast.expr]] = []

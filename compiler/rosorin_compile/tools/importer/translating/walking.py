@@ -6,16 +6,19 @@ a link or a joint a named value with parameters. ``inlined`` are macros that are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ....frontend.tree import Map
 from ....xml.markup import Element, Remark
 from .entries import joint_entry, link_entry, material_entry, one_of_level, reads, units_of
+from .fixing import value_of
 from .flattened import Place, flat_entries, place_of
+from .naming import variables_in
 from .pieces import Body, Call, Entry, Handed, Listed, Macro, Named, Use, When, Whens, Xml
-from .program import Program, with_comments
+from .program import Fixed, Program, with_comments
 from .scopes import (
+    ARGUMENT,
     CONDITION,
     FREE,
     NAME,
@@ -28,7 +31,7 @@ from .scopes import (
     Variable,
     note,
 )
-from .setting import MacroScope, Setting, decided, foreign
+from .setting import MacroScope, Setting, constant, decided, foreign
 from .texts import Parameter, Unsupported
 
 MAX_DEPTH = 60
@@ -57,12 +60,7 @@ class Walker(Setting):
 
     def walk(self) -> None:
         """Walk over everything."""
-        for name, definitions in self.program.properties.items():
-            variable = self.program.scope.names[name]
-            for definition in definitions if isinstance(variable, Variable) else ():
-                for on in definition.when:
-                    note(on.value)
-                self.hand(definition.value, variable)  # type: ignore[arg-type]
+        self.note_properties(self.program.properties)
         for variable in self.program.arguments.values():
             for value in variable.values:
                 self.hand(value, variable)
@@ -71,6 +69,15 @@ class Walker(Setting):
         file = self.program.root
         self.robot(file.document.root, file.body, file.body.scope, (), top=True)
         self.spread()
+
+    def note_properties(self, names: Iterable[str]) -> None:
+        """Take down how properties at the top of files are used."""
+        for name in names:
+            variable = self.program.scope.names[name]
+            for definition in self.program.properties[name] if isinstance(variable, Variable) else ():
+                for on in definition.when:
+                    note(on.value)
+                self.hand(definition.value, variable)  # type: ignore[arg-type]
 
     # What stands in a robot, or in a macro that is a part.
 
@@ -105,7 +112,7 @@ class Walker(Setting):
             if decided(on) is not False:
                 self.robot(child, body, scope, (*when, on), top)
         elif tag == "xacro:include":
-            self.include(child, body, when, top)
+            self.include(child, body, scope, when, top)
         elif tag == "xacro:property":
             if not top:
                 self.local(child, body, scope, when)
@@ -140,9 +147,9 @@ class Walker(Setting):
         note(made)
         return made
 
-    def include(self, element: Element, body: Body, when: Whens, top: bool) -> None:
+    def include(self, element: Element, body: Body, scope: Scope, when: Whens, top: bool) -> None:
         if id(element) in self.program.unclear:
-            raise self.program.unclear[id(element)]
+            self.note_properties(self.program.add(self.file_named(element, scope), element))
         files = self.program.tops.get(id(element))
         guard = self.program.guards.get(id(element))
         if guard is not None:
@@ -155,7 +162,20 @@ class Walker(Setting):
             if top:
                 self.robot(file.document.root, file.body, file.body.scope, (*when, *more), top=True)
             else:
-                self.robot(file.document.root, body, body.scope, (*when, *more), top=True)
+                self.robot(file.document.root, body, scope, (*when, *more), top=True)
+
+    def file_named(self, element: Element, scope: Scope) -> str:
+        """Return the name of a file that is included in a macro. Raises Fixed for one that an argument has a say in."""
+        value = Value(element.get("filename"), scope, FREE, element.span)
+        text = constant(value)
+        if isinstance(text, str):
+            return text
+        for variable in variables_in(value):
+            name = variable.name if variable.where == ARGUMENT else ""
+            said = value_of(self.program, name) if name else None
+            if said is not None:
+                raise Fixed(name, said)
+        raise self.program.unclear[id(element)]
 
     def block(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
         """Take a block that is inserted among links and joints."""

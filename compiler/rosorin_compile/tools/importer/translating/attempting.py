@@ -93,7 +93,7 @@ def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
         variable.used = True
     wanted = wishes(how.wanted, _asked(documents, how.words))
     tail = {**_sections(how.imported), **_tail(how.accepts, wanted)}
-    files = {**_files(program, documents, how, tail), **data.files}
+    files = {**_files(program, documents, how, tail, data), **data.files}
     return Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents)
 
 
@@ -122,11 +122,19 @@ def _name_macros(program: Program, macros: list[Macro]) -> None:
             taken.add(macro.ours)
 
 
-def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, Any]) -> dict[str, str]:
-    """Return the texts of the files."""
+def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, Any], data: Data) -> dict[str, str]:
+    """Return the texts of the files; one that stands in its own package already is included from there."""
     tree = tree_of(how.imported)
     root = program.root.name
-    included = [file.name for file in program.files.values() if file.name != root and documents.files.get(file.name)]
+    included: list[str] = []
+    beside: dict[str, str] = {}
+    for file in program.files.values():
+        sections = documents.files.get(file.name)
+        if file.name != root and sections:
+            text = _text_of(sections, program, documents, file.name, how)
+            address = data.address_of(file, text)
+            included.append(address or file.name)
+            beside |= {} if address else {file.name: text}
     head: dict[str, Any] = {
         "rosorin_compile": Verbatim("1"),
         "robot": how.changed.name or documents.name or str(tree["robot"]),
@@ -135,16 +143,13 @@ def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, 
         head["source"] = {key: str(value) for key, value in tree["source"].items()}
     if included:
         head["include"] = included
-    made: dict[str, str] = {}
-    for file in program.files.values():
-        sections = documents.files.get(file.name) or {}
-        if file.name == root:
-            sections = {**head, **sections, **tail}
-        elif not sections:
-            continue
-        document = {key: sections[key] for key in sorted(sections, key=_rank) if sections[key]}
-        made[file.name] = layout(document, _remarks(program, documents, file.name, how.changed.schema))
-    return made
+    sections = {**head, **(documents.files.get(root) or {}), **tail}
+    return {root: _text_of(sections, program, documents, root, how), **beside}
+
+
+def _text_of(sections: Mapping[str, Any], program: Program, documents: Documents, name: str, how: How) -> str:
+    document = {key: sections[key] for key in sorted(sections, key=_rank) if sections[key]}
+    return layout(document, _remarks(program, documents, name, how.changed.schema))
 
 
 def accepted(source: Source, probes: bool = True) -> list[Any]:

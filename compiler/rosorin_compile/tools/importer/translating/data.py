@@ -1,5 +1,7 @@
 """Data: tables in YAML that a xacro loads. They stay files: of their package where that has a name, else beside.
 
+What a xacro of another package becomes is included from there, too, where that package has it already.
+
 A package has a name where the description finds it by it: in the environment, or around its folder. What is loaded from
 another one, or from beside the xacro, is copied into the folder of the description.
 """
@@ -10,7 +12,9 @@ import os
 import re
 from pathlib import Path
 
-from ....frontend.packages import Packages
+from ....frontend.packages import Packages, package_name
+from ....project import DESCRIPTIONS
+from .pieces import File
 from .program import Program
 from .texts import Unsupported
 
@@ -41,6 +45,18 @@ class Data:
             return False
         self.used[package] = folder
         return True
+
+    def address_of(self, file: File, text: str) -> str:
+        """Return the address at which the package of a xacro has what it becomes, to the letter; empty if none."""
+        folders = [folder for folder in Path(file.path).parents if package_name(folder)][:1]
+        if not folders or Path(self.program.root.path).is_relative_to(folders[0]):
+            return ""
+        package = package_name(folders[0])
+        there = sorted((folders[0] / DESCRIPTIONS).rglob(Path(file.name).name))
+        same = next((one for one in there if _is_text(one, text)), None)
+        if same is None or not self.finds(package):
+            return ""
+        return f"{_ADDRESS}{package}/{same.relative_to(folders[0]).as_posix()}"
 
     def _of_package(self, package: str, file: str, rest: bool) -> str:
         folder = self.program.packages.find(package)
@@ -80,6 +96,13 @@ class Data:
                     self.files[name] = one.read_text("utf-8")
             except (OSError, ValueError) as problem:
                 raise Unsupported(f"{one.name} cannot be read: {problem}") from None
+
+
+def _is_text(path: Path, text: str) -> bool:
+    try:
+        return path.stat().st_size <= _BYTES and path.read_text("utf-8") == text
+    except (OSError, ValueError):
+        return False
 
 
 def opened(text: str) -> str:

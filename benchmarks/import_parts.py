@@ -86,7 +86,7 @@ def _judge(path: Path, imported: Imported, row: dict[str, Any]) -> None:
     row["flat"] = lines(write(imported, outputs(imported)))
     if found is imported:
         return
-    row["parts"] = repeated(tree_of(found))
+    row["parts"] = repeated(tree_of(found), reordered=False)
     trip = check_round_trip(imported, path.parent / "made")
     row |= {"lines": lines(trip.files), "largest": trip.largest}
     kept = trip.shown is not imported and not trip.diagnostics

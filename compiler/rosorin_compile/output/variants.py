@@ -40,7 +40,7 @@ INDEX = "sweep.json"
 BEGIN = b'{"sweep": '
 _PATIENCE = 10.0  # seconds in which processes of a run that was killed end what they are at
 _NO_LINKS = {errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.EXDEV, errno.ENOSYS}
-_KNOWN_SOUND = 200_000  # objects of which a process remembers that they are as they were
+_KNOWN_SOUND = 4_000  # objects of which a process remembers that they are as they were
 _READ_ONLY = 0o444
 
 

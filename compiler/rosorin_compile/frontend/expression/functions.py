@@ -182,7 +182,12 @@ def _text(value: Any) -> str:
 
 
 def _numbers(text: Any) -> list[Any]:
-    return [float(word) for word in text.split()] if isinstance(text, str) else list(text)
+    if not isinstance(text, str):
+        return list(text)
+    try:
+        return [float(word) for word in text.split()]
+    except ValueError:
+        raise ExpressionError(f'"{text}" is not numbers with blanks between', help="write it as '0 0 1'") from None
 
 
 def _replace(text: str, old: str, new: str) -> str:

@@ -167,7 +167,8 @@ class _Mending:
             try:
                 found = self.once()
             except Fixed as problem:
-                found = self.fixed.update({problem.name: problem.text})
+                found = None
+                self.fixed[problem.name] = problem.text
             except InMacro as problem:
                 found = self.in_macro(problem)
             except InProperty as problem:
@@ -218,34 +219,46 @@ class _Mending:
         choices = choices_of(used, options.arguments)
         rows, possible = combinations(choices)
         self.last, refused = faults(made.files, source, rows, made.packages, made.documents.elements)
-        if not self.last:
-            more = undecided(reached(made.program, self.flat), choices) or self.unfollowed(made, used)
-            if more:  # what there is would not follow them
-                self.fixed |= more
-                self.begin()
-                return None
-            how = how._replace(accepts=accepted(source, probes=False))  # nobody asks for the probes any more
+        if self.last:
+            return self.mend(made, len(accepts), len(trees))
+        more = undecided(reached(made.program, self.flat), choices) or self.unfollowed(made, used)
+        if more:  # what there is would not follow them
+            self.fix(more)
+            return None
+        wanted = accepted(source, probes=False)  # nobody asks for the probes any more
+        if wanted != accepts:
+            how = how._replace(accepts=wanted)
             made = attempt(source.path, options, how)
-            self.proven = _Proven(made, how, [row for row in rows if all(text != PROBE for _, text in row)])
-            return _translation(made, self.out, self.flat, rows, possible, refused)
-        if not self.texts and any(_NO_LIST.search(one.text) for one in self.last):
+        self.proven = _Proven(made, how, [row for row in rows if all(text != PROBE for _, text in row)])
+        return _translation(made, self.out, self.flat, rows, possible, refused)
+
+    def fix(self, arguments: Mapping[str, str]) -> None:
+        """Begin anew without some arguments."""
+        self.fixed |= arguments
+        self.begin()
+
+    def mend(self, made: Attempt, accepts: int, trees: int) -> Translation | None:
+        """Find out what to do otherwise the next time; return why there is no translation if nothing is left.
+
+        ``accepts`` and ``trees`` are how many rules were accepted and how many robots known when this was attempted.
+        """
+        source, texts = self.source, [one.text for one in self.last]
+        if not self.texts and any(map(_NO_LIST.search, texts)):
             self.texts = True
             return None
-        if not self.turns and any("more than a full turn" in one.text for one in self.last):
+        if not self.turns and any("more than a full turn" in text for text in texts):
             self.turns = True
             return None
-        if len(accepted(source)) > len(accepts):  # other arguments break other rules
+        if len(accepted(source)) > accepts:  # other arguments break other rules
             return None
-        if self.flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
+        if self.flat and len([one for one in source.known.values() if one.tree is not None]) > trees:
             return None
         frozen = reached(made.program, self.flat)
-        changed = [name for name, _ in self.last[0].combination if name in frozen]
+        changed = {name: frozen[name] for name, _ in self.last[0].combination if name in frozen}
         if changed:  # what is flat does not follow them
-            self.fixed |= {name: frozen[name] for name in changed}
-            self.begin()
-            return None
-        if not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
-            return Translation({}, reason=self.last[0].text)
+            self.fix(changed)
+        elif not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
+            return Translation({}, reason=texts[0])
         return None
 
     def unfollowed(self, made: Attempt, used: Mapping[str, Variable]) -> dict[str, str]:

@@ -9,6 +9,7 @@ files, ``told.txt`` what is said of them.
 from __future__ import annotations
 
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -48,6 +49,14 @@ def test_a_xacro_becomes_this_description(name: str) -> None:
     folder = expected(name)
     files = [path for path in folder.rglob("*") if path.is_file()]
     assert made(name) == {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in files}
+
+
+def test_every_comment_of_the_source_is_there() -> None:
+    source = (FOLDER / "comments" / "robot.xacro").read_text("utf-8")
+    lines = made("comments")["robot.yaml"].splitlines()
+    comments = [comment.strip() for comment in re.findall(r"<!--(.*?)-->", source)]
+    assert len(comments) == 13
+    assert [comment for comment in comments if [line.strip() for line in lines].count(f"# {comment}") != 1] == []
 
 
 if __name__ == "__main__":

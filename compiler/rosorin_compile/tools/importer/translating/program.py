@@ -135,7 +135,7 @@ class Program:
             elif tag == "xacro:macro":
                 self._macro(child, file, comments)
             elif tag == "xacro:arg":
-                self._argument(child, file)
+                self._argument(child, file, comments)
             elif tag == "xacro:property":
                 self._property(child, file, when, comments)
 
@@ -330,11 +330,14 @@ class Program:
             if name not in self.arguments:
                 self._declare(name, text, self.root.document.root.span, self.root)
 
-    def _argument(self, element: Element, file: File) -> None:
+    def _argument(self, element: Element, file: File, comments: tuple[str, ...] = ()) -> None:
         text = element.get("default") if "default" in element.attributes else None
         if element.get("name") in self.environment:
             raise Unsupported(f'the argument "{element.get("name")}" is called like a variable of the environment')
         self._declare(element.get("name"), text, element.span, file)
+        variable = self.arguments.get(element.get("name"))
+        if variable is not None and not variable.comments:
+            variable.comments = comments
 
     def _declare(self, name: str, default: str | None, span: Span, file: File) -> None:
         if name in self.fixed:
@@ -429,4 +432,16 @@ def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:
             waiting = []
         elif isinstance(item, Remark) and item.kind == "comment":
             waiting.append(item.text)
+    return found
+
+
+def comments_within(element: Element) -> list[str]:
+    """Return the comments in a link or a joint that nothing in it has a place for: those above visuals have one."""
+    found: list[str] = []
+    for one in element.iter():
+        kept: set[str] = set()
+        for child, comments in with_comments(one):
+            kept.update(comments if one is element and child.tag in ("visual", "collision") else ())
+        remarks = [item.text for item in one.content if isinstance(item, Remark) and item.kind == "comment"]
+        found += [text for text in remarks if text not in kept]
     return found

@@ -146,7 +146,7 @@ class Renderer(Elements):
         """Write what stands at the top of a file."""
         self.macro = None
         self.body(file.body, file.name, ())
-        lets = self.locals(file.body)
+        lets = self.locals(file.body, ("let",))
         if lets:
             self.documents.section(file.name, "let").update(lets)
 
@@ -159,7 +159,7 @@ class Renderer(Elements):
         parts[macro.ours] = made
         self.body(macro.body, file, ("parts", macro.ours), made)  # type: ignore[arg-type]
         params = self.params(macro)
-        lets = self.locals(macro.body)  # type: ignore[arg-type]
+        lets = self.locals(macro.body, ("parts", macro.ours, "let"))  # type: ignore[arg-type]
         if macro.body is not None and self.extra:
             lets |= self.extra
         head = {**({"params": params} if params else {}), **({"let": lets} if lets else {})}
@@ -495,13 +495,14 @@ class Renderer(Elements):
                 made[leaf.name]["default"] = default_of(leaf)
         return made
 
-    def locals(self, body: Body) -> dict[str, Any]:
-        """Return the properties of a macro that it uses."""
+    def locals(self, body: Body, path: tuple[Any, ...]) -> dict[str, Any]:
+        """Return the properties of a macro that it uses; ``path`` is where they are going to stand."""
         made: dict[str, Any] = {}
         for variable in body.locals:
             if variable in self.used:
                 try:
                     made[variable.ours] = self.defined(variable.definitions, variable)
+                    self.documents.remark(body.file.name, (*path, variable.ours), variable.comments)
                 except Unsupported as problem:
                     if body.macro is not None:
                         raise
@@ -563,7 +564,9 @@ class Renderer(Elements):
                 declared["default"] = self.of_variable(Value(text, self.program.scope, "free"), variable, kind)
             if declared["type"] == "text" and is_choice(variable) and len(self.choices.get(name, ())) > 1:
                 declared["one_of"] = list(self.choices[name])
-            self.documents.section(self.program.argument_files[name].name, "args")[variable.ours] = declared
+            file = self.program.argument_files[name].name
+            self.documents.section(file, "args")[variable.ours] = declared
+            self.documents.remark(file, ("args", variable.ours), variable.comments)
 
 
 def _list_of(texts: list[str]) -> ast.expr:

@@ -53,6 +53,7 @@ class Variable:
     used: bool = False
     span: Span | None = None
     definitions: list[tuple[Value, Any]] = field(default_factory=list)
+    comments: tuple[str, ...] = ()
     unsaid: str = ""  # why its value cannot be said
     _group: Variable | None = None
 

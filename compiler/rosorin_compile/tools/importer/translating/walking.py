@@ -16,7 +16,7 @@ from .fixing import value_of
 from .flattened import Place, flat_entries, place_of
 from .naming import variables_in
 from .pieces import Body, Call, Entry, Handed, Listed, Macro, Named, Use, When, Whens, Xml
-from .program import Fixed, Program, with_comments
+from .program import Fixed, Program, comments_within, with_comments
 from .scopes import (
     ARGUMENT,
     CONDITION,
@@ -81,10 +81,22 @@ class Walker(Setting):
 
     # What stands in a robot, or in a macro that is a part.
 
-    def robot(self, element: Element, body: Body, scope: Scope, when: Whens, top: bool = False) -> None:
-        """Take what an element holds: links, joints, calls, and what the language has no word for."""
+    def robot(
+        self,
+        element: Element,
+        body: Body,
+        scope: Scope,
+        when: Whens,
+        top: bool = False,
+        above: tuple[str, ...] = (),
+    ) -> None:
+        """Take what an element holds: links, joints, calls, and what the language has no word for.
+
+        ``above`` are the comments above the element, where they speak of the first that it holds.
+        """
         for child, comments in with_comments(element):
-            self.one(child, body, scope.latest(), when, comments, top)
+            self.one(child, body, scope.latest(), when, (*above, *comments), top)
+            above = ()
 
     def one(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
         """Take one element; what cannot be said of one at the top of a file is told as ``AtTop``."""
@@ -110,12 +122,15 @@ class Walker(Setting):
         if tag in ("xacro:if", "xacro:unless"):
             on = self.condition(child, scope)
             if decided(on) is not False:
-                self.robot(child, body, scope, (*when, on), top)
+                self.robot(child, body, scope, (*when, on), top, comments)
         elif tag == "xacro:include":
             self.include(child, body, scope, when, top)
         elif tag == "xacro:property":
             if not top:
+                before = len(body.locals)
                 self.local(child, body, scope, when)
+                for variable in body.locals[before:]:
+                    variable.comments = comments
         elif tag == "xacro:macro":
             self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), when)
         elif tag == "xacro:arg":
@@ -195,6 +210,7 @@ class Walker(Setting):
     def named(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
         name = self.value(child, "name", scope, NAME)
         read = link_entry if child.tag == "link" else joint_entry
+        comments = (*comments, *comments_within(child))
         made = Named(name, read(self, child, scope), when, comments, child, self.at or child)
         (body.links if child.tag == "link" else body.joints).append(made)
 

@@ -1,8 +1,8 @@
 """Values with named fields: ``dataclass`` and ``NamedTuple``, as the standard library has them, but made when used.
 
 The library writes and compiles functions for each class where it is defined; of a run's time that was a tenth, mostly
-for classes that it had no value of. Here a class gets its own ``__init__`` or ``__new__`` with its first value, and
-shares everything else. A type checker sees the library's.
+for classes that it had few values of, or none. Here all classes share everything; one that many values are made of gets
+its own ``__init__`` or ``__new__``. A type checker sees the library's.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from typing import NamedTuple
 else:
     _MISSING = object()
+    _MANY = 40  # values: so many take as long to make without a function of their class as that takes to compile
 
     class _Field:
         """What ``field`` says of one."""
@@ -63,11 +64,39 @@ else:
         return value
 
     def _first_init(cls, kw_only):
+        made = 0
+        then = hasattr(cls, "__post_init__")
+
         def __init__(self, *given, **named):
+            nonlocal made
+            made += 1
+            if made < _MANY and not (kw_only and given) and _filled(self.__dict__, cls._record, given, named):
+                if then:
+                    self.__post_init__()
+                return
             cls.__init__ = _own_init(cls, kw_only)
             cls.__init__(self, *given, **named)
 
         return __init__
+
+    def _filled(own, fields, given, named):
+        """Put the values of fields into a table; say whether the call was right: else a function has the words."""
+        if len(given) > len(fields):
+            return False
+        values = dict(zip(fields, given))  # noqa: B905 - what is not given has a default, or a name
+        if not values.keys().isdisjoint(named):
+            return False
+        values.update(named)
+        for name, one in fields.items():
+            if name in values:
+                own[name] = values.pop(name)
+            elif one.default is not _MISSING:
+                own[name] = one.default
+            elif one.factory is not _MISSING:
+                own[name] = one.factory()
+            else:
+                return False
+        return not values
 
     def _own_init(cls, kw_only):
         """Return the ``__init__`` of a class, with a parameter a field."""
@@ -146,11 +175,27 @@ else:
             return cls
 
     def _first_new(cls):
+        made, fields, defaults = 0, cls._fields, cls._field_defaults
+
         def __new__(asked, *given, **named):
+            nonlocal made
+            made += 1
+            whole = len(given) == len(fields) and not named
+            values = given if whole else _completed(fields, defaults, given, named)
+            if made < _MANY and values is not None:
+                return tuple.__new__(asked, values)
             cls.__new__ = _own_new(cls)
             return cls.__new__(asked, *given, **named)
 
         return __new__
+
+    def _completed(fields, defaults, given, named):
+        """Return the values of all fields; None if the call was wrong: then a function has the words."""
+        rest = fields[len(given) :]
+        if len(given) > len(fields) or not named.keys() <= set(rest):
+            return None
+        values = {**defaults, **named}
+        return (*given, *[values[name] for name in rest]) if values.keys() >= set(rest) else None
 
     def _own_new(cls):
         """Return the ``__new__`` of a class, with a parameter a field."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from decimal import Decimal
 from functools import lru_cache
 
 from .startup.records import NamedTuple
@@ -55,7 +54,12 @@ def decimal(value: float) -> str:
     >>> decimal(7.5437e-05), decimal(1e21), decimal(-0.0), decimal(3.0)
     ('0.000075437', '1000000000000000000000', '0', '3')
     """
-    return _without_zeros(format(Decimal(exact(value)), "f"))
+    text = exact(value)
+    if "e" not in text:
+        return text
+    from decimal import Decimal
+
+    return _without_zeros(format(Decimal(text), "f"))
 
 
 def _without_zeros(text: str) -> str:

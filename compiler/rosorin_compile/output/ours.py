@@ -118,9 +118,9 @@ def is_marked(data: bytes) -> bool:
 
 def digest(data: bytes) -> str:
     """Return what tells a file from any other."""
-    import hashlib
+    from ..startup.cache import sha256
 
-    return hashlib.sha256(data).hexdigest()
+    return sha256(data)
 
 
 def kept_name(path: Path, data: bytes | None = None) -> Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
@@ -37,6 +36,8 @@ def cells(text: str) -> int:
 
 @lru_cache(maxsize=4096)
 def _cells(letter: str) -> int:
+    import unicodedata  # most texts are of ASCII
+
     if unicodedata.category(letter) in ("Mn", "Me", "Cf"):
         return 0
     return 2 if unicodedata.east_asian_width(letter) in ("W", "F") else 1

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...model import Mesh, Shape, Transform
+from ...startup.cache import sha256
 from .planning import Planning
 
 _DECIMALS = 9
@@ -47,9 +48,7 @@ def _carrying(planning: Planning) -> set[str]:
 
 
 def _hash(data: bytes) -> str:
-    import hashlib  # brings OpenSSL, and most robots have no matrix
-
-    return hashlib.sha256(data).hexdigest()[:32]
+    return sha256(data)[:32]
 
 
 def _solid(shape: Shape) -> list[Any]:

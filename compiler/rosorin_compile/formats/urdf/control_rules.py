@@ -5,7 +5,6 @@ Where the sources of these rules are, ``control`` says.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Iterator, Mapping
 
 from ...diagnostics import ERROR, WARNING, Diagnostic, did_you_mean
@@ -216,6 +215,8 @@ def _meant(word: str, known: Iterable[str]) -> str:
         return ""
     if word.casefold() in _WORDS and _WORDS[word.casefold()] in names:
         return _WORDS[word.casefold()]
+    import difflib
+
     return next(iter(difflib.get_close_matches(word.casefold(), names, n=1, cutoff=_ALIKE)), "")
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy as copy_of
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -177,6 +176,8 @@ class Reader:
 
     def again(self) -> Reader:
         """Return a reader that has read the same, for another expansion; what both have loaded they share."""
+        from copy import copy as copy_of
+
         made = copy_of(self)
         made.files, made.resolved, made.diagnostics = list(self.files), list(self.resolved), list(self.diagnostics)
         made.found, made.shares = set(self.found), dict(self.shares)

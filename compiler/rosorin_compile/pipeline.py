@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,12 +25,12 @@ from .frontend.validate import validate
 from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
-from .rules import acceptable, check, plugged
 from .startup.records import NamedTuple
 
 if TYPE_CHECKING:
     from .formats.imported import Imported
     from .formats.mesh_files import Searched
+    from .formats.templating import Templates
     from .frontend.asked import Asked
     from .frontend.expand.files import Kept
     from .frontend.expand.included_robots import How, Tell
@@ -95,6 +96,48 @@ class Understood(NamedTuple):
     used: frozenset[Entry] = frozenset()
 
 
+class Task(NamedTuple):
+    """The artifacts of a robot that are asked for; ``path`` is the first file of its description."""
+
+    robot: Robot
+    outputs: tuple[Output, ...]
+    tree: Map
+    path: Path
+
+    def templates(self) -> Templates:
+        """Return what renders the templates of the robot."""
+        from .formats.templating import Templates
+
+        return Templates(self.path.parent, first=self.path)
+
+
+class Made(NamedTuple):
+    """The artifact of one output (None where its template fails), and what its format cannot say."""
+
+    artifact: Artifact | None
+    diagnostics: list[Diagnostic]
+
+
+class Maker:
+    """Makes artifacts, one after the other."""
+
+    def foresee(self, task: Callable[[], Task | None]) -> None:
+        """Learn what will most likely be asked for, before the description is judged.
+
+        ``task`` returns it, unless that depends on more; it may raise whatever comes of a description that is not
+        right.
+        """
+
+    def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
+        """Return the artifacts by the outputs, and the templates of the description that were used."""
+        templates = task.templates()
+        made = []
+        for number, output in enumerate(task.outputs):
+            step(f"making {output.file},", number, len(task.outputs))
+            made.append(make_one(task, output, templates))
+        return made, templates.read()
+
+
 def understand(
     path: Path,
     arguments: Mapping[str, Any] | None = None,
@@ -118,6 +161,8 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     ``wanted`` are outputs that somebody asks for: names under ``outputs``, or of formats, which are taken with their
     defaults (see ``frontend.wanted``).
     """
+    from .rules import acceptable, check, plugged  # once a second process has begun, if there is one
+
     said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics, *plugged_diagnostics()]
     if expanded.tree is None:
         return Understood(expanded, None, arrange(said))
@@ -154,6 +199,7 @@ class Readers:
         """Return the robot of a file; ``by`` is the place that names it."""
         from .formats.imported import ReadOptions
         from .formats.reading import read_robot
+        from .rules import acceptable
 
         read = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell, trust=how.trust), by)
         # Notes on what is accepted: the rules say so again, of the whole robot.
@@ -240,38 +286,63 @@ def compile_robot(
     search: Search | None = None,
     wanted: Sequence[str] = (),
     kept: Kept | None = None,
+    maker: Maker | None = None,
 ) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
-    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``, ``kept`` as in ``expand``.
+    ``packages`` as in ``understand``; ``search``, ``wanted`` and ``maker`` as in ``emitted``, ``kept`` as in
+    ``expand``.
     """
-    understood = understand(path, arguments, tell, packages, wanted, kept)
-    compiled = emitted(understood, path, search, wanted)
+    maker = maker or Maker()
+    expanded = expand(path, arguments or {}, Readers(), tell, packages, kept)
+    if expanded.tree is not None and not has_errors(expanded.diagnostics):
+        maker.foresee(partial(_foreseen, expanded.tree, path, search is not None, wanted))
+    understood = judged(expanded, wanted)
+    compiled = emitted(understood, path, search, wanted, maker)
     if understood.expanded.scope is not None:
         understood.expanded.scope.ledger.forget()
     return compiled
 
 
-def emitted(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:
+def _foreseen(tree: Map, path: Path, searches: bool, wanted: Sequence[str]) -> Task | None:
+    """Return what ``emitted`` will make if nothing is wrong; None where that depends on the files of meshes."""
+    tree, _ = with_wanted(tree, wanted, FORMATS)
+    robot = lower(tree).robot
+    if robot is None or (searches and _has_files(robot)):
+        return None
+    return Task(robot, _outputs(robot, wanted), tree, path)
+
+
+def emitted(
+    understood: Understood,
+    path: Path,
+    search: Search | None = None,
+    wanted: Sequence[str] = (),
+    maker: Maker | None = None,
+) -> Compiled:
     """Return the artifacts of a robot that is understood; ``path`` is its first file.
 
     ``search`` looks for the files of meshes, by the tree and the outputs; without it each is taken to be where the
     artifacts look. ``wanted`` are the names of the only outputs that are made, in their order; without it all are.
+    ``maker`` makes them.
     """
     expanded, lowered, diagnostics, used = understood
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
+    from .rules import acceptable
+
     robot, meshes = lowered.robot, None
-    named = {output.name: output for output in robot.outputs}
-    outputs = tuple(named[name] for name in dict.fromkeys(wanted)) if wanted else robot.outputs
-    if search is not None and (any(map(_has_file, robot.links)) or any(one.texture for one in robot.materials)):
+    outputs = _outputs(robot, wanted)
+    if search is not None and _has_files(robot):
         # An artifact that opens or measures meshes finds the same ones, whether the others are made or not.
         records = [FORMATS[output.backend] for output in outputs]
         opening = any(one.opens is not None or one.measures for one in records)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = meshes.told_to(robot)
-    artifacts, said, templates = _emit(robot, outputs, expanded.tree, path)
+    made, templates = (maker or Maker()).make(Task(robot, outputs, expanded.tree, path))
+    artifacts = tuple(one.artifact for one in made if one.artifact is not None)
+    said = [diagnostic for one in made for diagnostic in one.diagnostics]
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
     if has_errors(said):
@@ -283,36 +354,36 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
     return Compiled(robot, artifacts, arrange([*diagnostics, *said]), inputs, led, meshes)
 
 
+def _outputs(robot: Robot, wanted: Sequence[str]) -> tuple[Output, ...]:
+    """Return the outputs that are made."""
+    named = {output.name: output for output in robot.outputs}
+    return tuple(named[name] for name in dict.fromkeys(wanted)) if wanted else robot.outputs
+
+
+def _has_files(robot: Robot) -> bool:
+    """Say whether a robot has meshes or textures."""
+    return any(map(_has_file, robot.links)) or any(one.texture for one in robot.materials)
+
+
 def _has_file(link: Link) -> bool:
     """Say whether a link has a mesh or a texture."""
     return any(isinstance(shape.geometry, Mesh) or shape.texture for shape in (*link.visual, *link.collision))
 
 
-def _emit(
-    robot: Robot, outputs: Sequence[Output], tree: Map, path: Path
-) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
-    """Return the artifacts that outputs ask for, what the formats cannot say, and the templates used."""
-    from .formats.templating import TemplateProblem, Templates
+def make_one(task: Task, output: Output, templates: Templates) -> Made:
+    """Return the artifact that an output asks for."""
+    from .formats.templating import TemplateProblem
 
-    templates = Templates(path.parent, first=path)
-    artifacts: list[Artifact] = []
-    diagnostics: list[Diagnostic] = []
-    for number, output in enumerate(outputs):
-        step(f"making {output.file},", number, len(outputs))
-        place = locate(tree, ("outputs", output.name), key=True)
-        try:
-            text, said = FORMATS[output.backend].written(robot, output, templates)
-        except TemplateProblem as problem:
-            found = problem.diagnostic
-            there = error(found.rule, found.message, place.span, found.help, place.stack())
-            diagnostics.append(found if found.span else there)
-            continue
-        diagnostics += [
-            d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said
-        ]
-        withheld = FORMATS[output.backend].is_withheld(output)
-        artifacts.append(Artifact(output.file, text, output.backend, output.name, withheld))
-    return tuple(artifacts), diagnostics, templates.read()
+    place = locate(task.tree, ("outputs", output.name), key=True)
+    try:
+        text, said = FORMATS[output.backend].written(task.robot, output, templates)
+    except TemplateProblem as problem:
+        found = problem.diagnostic
+        there = error(found.rule, found.message, place.span, found.help, place.stack())
+        return Made(None, [found if found.span else there])
+    placed = [d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said]
+    withheld = FORMATS[output.backend].is_withheld(output)
+    return Made(Artifact(output.file, text, output.backend, output.name, withheld), placed)
 
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:

@@ -71,16 +71,19 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     model = Known(robot)
     for number, artifact in enumerate(artifacts):
         step(f"proving {artifact.file},", number, len(artifacts))
-        try:
-            known = _known(robot, artifact, model)
-            reading = _reading(artifact, known)
-        except ValueError:
-            return _disagreements(robot, artifacts)
-        if reading is None:
-            continue
-        if _misfits(artifact) or any(True for _ in _wrong(robot, reading, known, ())):
+        if not agrees(robot, artifact, model):
             return _disagreements(robot, artifacts)
     return []
+
+
+def agrees(robot: Robot, artifact: Artifact, model: Known) -> bool:
+    """Say whether a compiled artifact says what the model says; ``model`` is what is known of the robot."""
+    try:
+        known = _known(robot, artifact, model)
+        reading = _reading(artifact, known)
+    except ValueError:
+        return False
+    return reading is None or not (_misfits(artifact) or any(True for _ in _wrong(robot, reading, known, ())))
 
 
 def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:

@@ -23,16 +23,22 @@ if TYPE_CHECKING:
     from ..formats.mesh_files import Searched
     from ..frontend.tree import Map
     from ..model import Output
-    from ..pipeline import Compiled
+    from ..pipeline import Compiled, Maker
 
 
 def compile_one(
-    given: Given, description: Description, console: Console, meshes: bool = False, wanted: Sequence[str] = ()
+    given: Given,
+    description: Description,
+    console: Console,
+    meshes: bool = False,
+    wanted: Sequence[str] = (),
+    maker: Maker | None = None,
 ) -> Compiled:
     """Return what becomes of one description; a file of arguments that is no good is a problem like others.
 
     What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
     for; without that each is taken to be where the artifacts look. ``wanted`` are the only outputs that are made.
+    ``maker`` makes them.
     """
     from ..frontend.load import LoadError
     from ..pipeline import Compiled, compile_robot
@@ -42,22 +48,33 @@ def compile_one(
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
     search = partial(search_meshes, given, description) if meshes else None
-    compiled = compile_robot(description.path, arguments, telling(given, console), given.packages, search, wanted)
+    tell = telling(given, console)
+    compiled = compile_robot(description.path, arguments, tell, given.packages, search, wanted, maker=maker)
     console.tell_read(read_by(given, compiled))
     return compiled
 
 
 def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
-    return proven(compile_one(given, description, console, meshes=True, wanted=wanted))
+    from .beside import TwoProcesses
+
+    maker = TwoProcesses()
+    try:
+        compiled = compile_one(given, description, console, meshes=True, wanted=wanted, maker=maker)
+    finally:
+        maker.end()
+    return proven(compiled, maker.proven)
 
 
-def proven(compiled: Compiled) -> Compiled:
-    """Return what was compiled once it is read back: no command writes, copies or compares what has not been."""
+def proven(compiled: Compiled, held: Collection[str] = ()) -> Compiled:
+    """Return what was compiled once it is read back: no command writes, copies or compares what has not been.
+
+    ``held`` are the names of outputs that were read back when they were made. If one was not right, all are read.
+    """
+    if compiled.robot is None or all(artifact.output in held for artifact in compiled.artifacts):
+        return compiled
     from ..meaning.agreement import agreement
 
-    if compiled.robot is None or not compiled.artifacts:
-        return compiled
     wrong = agreement(compiled.robot, compiled.artifacts)
     return compiled._replace(artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
 

@@ -17,7 +17,7 @@ from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
 from ..project import ON_STDIN, Description, NoDescription, first_file, stdin_of
 from ..startup.again import RAW
-from .compiling import compile_one, lacks_meshes, proven, read_by, search_meshes, telling
+from .compiling import compile_proven, lacks_meshes, proven, read_by, search_meshes, telling
 from .given import Given, given_arguments, no_half_mark, texts
 from .options import argument_options, depfile_options, package_option, place
 from .robots import is_foreign, keep_run, one
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
     if options.depfile is not None and target is None:
         raise WrongUsage("a depfile needs a target: write -o FILE, or --depfile-target NAME")
     description = _robot(words)
-    compiled = proven(_compiled(given, description, console, words[0], options.lenient))
+    compiled = _compiled(given, description, console, words[0], options.lenient)
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
@@ -133,12 +133,12 @@ def _meant(robot: str) -> str:
 
 
 def _compiled(given: Given, description: Description, console: Console, output: str, lenient: bool) -> Compiled:
-    """Return what becomes of one output of a robot in any format; ``lenient`` is about those in others than ours."""
+    """Return what becomes of one output of a robot in any format, proven; ``lenient`` is about those in others."""
     from ..frontend.load import LoadError
     from ..pipeline import Compiled
 
     if not is_foreign(description.path):
-        return compile_one(given, description, console, meshes=True, wanted=(output,))
+        return compile_proven(given, description, console, (output,))
     from .foreign import emit_foreign
 
     try:
@@ -150,7 +150,7 @@ def _compiled(given: Given, description: Description, console: Console, output: 
     wanted = (output,)
     compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, wanted, lenient)
     console.tell_read(read_by(given, compiled))
-    return compiled
+    return proven(compiled)
 
 
 def _put(

@@ -1,0 +1,142 @@
+"""Two processes for one robot: artifacts are made and proven in a second one too, where there is a second core.
+
+The second is a copy of the first (fork), begun once the description is read: it makes artifacts while the first one
+holds description and robot against the rules. Each takes the next output of a list when it is done with one, so that
+both end at about the same time. What the second one does not answer for, for whatever reason, the first one makes.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..diagnostics.progress import hide, step
+from ..pipeline import Made, Maker, Task, make_one
+
+if TYPE_CHECKING:
+    from ..formats.templating import Templates
+
+# What takes long is begun first; the formats of artifacts by that, the longest first.
+_LONG = ("mjcf", "urdf", "sdf", "srdf", "frames_picture", "frames", "robot_model")
+_MOST = 200  # outputs: the number of one is a byte
+
+Answer = tuple[int, Made, bool, set[Path]]  # the number of the output, what became of it, is it proven, templates
+
+
+class TwoProcesses(Maker):
+    """Makes the artifacts of one robot in two processes; ``proven`` are the outputs that were read back, by name."""
+
+    def __init__(self) -> None:
+        self.proven: set[str] = set()
+        self._second: _Second | None = None
+
+    def foresee(self, task: Callable[[], Task | None]) -> None:
+        """Begin, if there is a core for a second process."""
+        threads = sys.modules.get("threading")  # a copy of a process has none of its threads, but their locks
+        alone = threads is None or threads.active_count() == 1
+        if sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
+            self._second = _Second(task)
+
+    def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
+        """Return the artifacts by the outputs, and the templates of the description that were used."""
+        if self._second is None:
+            return super().make(task)
+        templates = task.templates()
+        answers = {answer[0]: answer for answer in _made(task, self._second.todo(), templates)}
+        answers.update({answer[0]: answer for answer in self._second.answers()})
+        left = [number for number in range(len(task.outputs)) if number not in answers]
+        answers.update({answer[0]: answer for answer in _made(task, left, templates)})
+        self.proven = {task.outputs[number].name for number, _, proven, _ in answers.values() if proven}
+        templates.used.update(*(used for _, _, _, used in answers.values()))
+        return [answers[number][1] for number in range(len(task.outputs))], templates.read()
+
+    def end(self) -> None:
+        """Let the second process go, whatever it is at."""
+        if self._second is not None:
+            self._second.end()
+            self._second = None
+
+
+def _made(task: Task, numbers: Iterable[int], templates: Templates) -> Iterator[Answer]:
+    """Make the artifacts of some outputs, by their numbers, and hold each against the model."""
+    from ..formats.known import Known
+    from ..meaning.agreement import agrees
+
+    model = Known(task.robot)
+    for number in numbers:
+        output = task.outputs[number]
+        step(f"making {output.file},", number, len(task.outputs))
+        made = make_one(task, output, templates)
+        yield number, made, made.artifact is not None and agrees(task.robot, made.artifact, model), templates.used
+
+
+class _Second:
+    """The second process, and the list of what is to do, which both take from: a byte an output."""
+
+    def __init__(self, task: Callable[[], Task | None]) -> None:
+        self._taken, listed = os.pipe()
+        self._answers, answers = os.pipe()
+        self._child = os.fork()
+        if self._child == 0:
+            _answer(task, listed, self._taken, answers)
+        os.close(listed)
+        os.close(answers)
+
+    def todo(self) -> Iterator[int]:
+        """Yield what is to do, one after the other."""
+        return _in_turn(self._taken)
+
+    def answers(self) -> list[Answer]:
+        """Return what the second process has made, once it is done; nothing if it did not come so far."""
+        import pickle
+
+        try:
+            with open(self._answers, "rb", closefd=False) as opened:
+                found: list[Answer] = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
+        except (EOFError, OSError, pickle.UnpicklingError):
+            return []
+        return found
+
+    def end(self) -> None:
+        """Stop the process if it still runs."""
+        os.close(self._taken)
+        os.close(self._answers)
+        os.kill(self._child, signal.SIGKILL)
+        os.waitpid(self._child, 0)
+
+
+def _in_turn(taken: int) -> Iterator[int]:
+    """Yield what nobody has taken from the list; once it is written, and as long as there is something."""
+    while byte := os.read(taken, 1):
+        yield byte[0]
+
+
+def _answer(task_of: Callable[[], Task | None], listed: int, taken: int, answers: int) -> None:
+    """Be the second process: list what is to do, make what nobody has taken, tell it, and end without a word."""
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        hide()
+        task = task_of()
+        if task is not None:
+            os.write(listed, bytes(_order(task)))
+            os.close(listed)
+            found = list(_made(task, _in_turn(taken), task.templates()))
+            import pickle
+
+            with open(answers, "wb") as opened:
+                pickle.dump(found, opened, protocol=5)
+    finally:
+        os._exit(0)
+
+
+def _order(task: Task) -> list[int]:
+    """Return the numbers of the outputs to be shared, what takes long first. Plug-ins run in the first process."""
+    from ..formats import is_built_in
+
+    rank = {name: place for place, name in enumerate(_LONG)}
+    numbers = [number for number, output in enumerate(task.outputs[:_MOST]) if is_built_in(output.backend)]
+    return sorted(numbers, key=lambda number: rank.get(task.outputs[number].backend, len(rank)))

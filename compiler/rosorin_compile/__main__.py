@@ -28,7 +28,7 @@ def main() -> int:
 
 
 def program() -> int:
-    """Run the command line as all that the process does: it ends with it, what it holds is not taken apart first.
+    """Run the installed command, and end the process with it, without taking apart first what it holds.
 
     That takes Python a tenth of a short run. With numpy there may be libraries that still hold lines of their own: then
     it ends as any other.
@@ -49,4 +49,4 @@ def program() -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(program())
+    raise SystemExit(main())

@@ -143,6 +143,8 @@ MODULES = {
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
 ASKED_BY_SHELLS = "complete"
 
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # what writing to a stream can end in
+
 _WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
 _MORE = """rosorin-compile COMMAND --help says more about one.
 Exit codes: 0 fine, 1 problems or differences, 2 wrong usage."""
@@ -183,7 +185,7 @@ def _run(words: list[str]) -> int:
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _say_no_more()
         return PROBLEMS
     except Exception as problem:
         # Python 3.11 wraps what comes while a class is made.
@@ -199,10 +201,19 @@ def _shown(options: argparse.Namespace) -> bool:
     return not (for_programs or getattr(options, "quiet", False))
 
 
+def _say_no_more() -> None:
+    """Let standard output lead nowhere, so that Python does not try it again at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _stopped(problem: Exception) -> int:
-    """Say that a plug-in stopped the run, or a name that no file can have; whatever else was raised goes on."""
+    """Say that a plug-in stopped the run, a name that no file can have, or a full disk; whatever else goes on."""
     from .plugins import PluginFailed
 
+    if isinstance(problem, OSError) and problem.errno in _FULL and problem.filename is None:
+        _say_no_more()
+        sys.stderr.write(f"rosorin-compile: cannot write to standard output: {problem.strerror}\n")
+        return PROBLEMS
     if isinstance(problem, OSError) and problem.errno == errno.ENAMETOOLONG:
         sys.stderr.write(f"rosorin-compile: no file can have so long a name: {str(problem.filename)[:60]}...\n")
         return USAGE

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import inspect
 import pickle
 import typing
 from collections.abc import Mapping
@@ -140,3 +141,48 @@ def test_one_that_adds_a_method() -> None:
     assert Named(1.0).doubled() == 6.0
     assert type(Named(1.0, 4.0)) is Named
     assert Named(2.0)._replace(x=1.0).doubled() == 6.0
+
+
+@pytest.mark.parametrize("kind", [Point, Named, Link, Open], ids=lambda kind: kind.__name__)
+def test_the_first_values_are_as_the_later_ones(kind: Any) -> None:
+    """A class gets a function of its own when many values were made of it."""
+    right: list[tuple[tuple[Any, ...], dict[str, Any]]] = [((1,), {}), ((), {"size" if kind is Open else "x": 1})]
+    for given, named in right if kind is not Link else GIVEN:
+        values = [kind(*given, **named) for _ in range(60)]
+        assert all(value == values[0] for value in values)
+    function = kind.__new__ if issubclass(kind, tuple) else kind.__init__
+    assert "given" not in str(inspect.signature(function))
+
+
+class Asked(records.NamedTuple):
+    """Its fields are called as what Python itself hands over."""
+
+    asked: str
+    self: str = ""
+    given: str = ""
+    named: str = ""
+
+
+@records.dataclass(frozen=True)
+class Own:
+    own: str
+    given: str = ""
+
+
+def test_fields_may_have_any_name() -> None:
+    for _ in range(60):
+        assert Asked(asked="a", self="b") == ("a", "b", "", "")
+        assert vars(Own(own="a", given="b")) == {"own": "a", "given": "b"}
+
+
+@pytest.mark.parametrize(
+    ("given", "named"), [((1, 2, 3), {}), ((1,), {"x": 1}), ((), {"y": 1}), ((1,), {"z": 1})], ids=str
+)
+def test_a_wrong_call_is_told_as_python_tells_it(given: tuple[int, ...], named: dict[str, int]) -> None:
+    class Few(records.NamedTuple):
+        x: float
+        y: float = 2.0
+
+    for _ in range(2):
+        with pytest.raises(TypeError, match=r"__new__\(\)"):
+            Few(*given, **named)

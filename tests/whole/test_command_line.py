@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile import __version__
 from rosorin_compile.cli import COMMANDS, GROUPS, MODULES, main, parse, parser
 from rosorin_compile.tools.parser import Parser
 from rosorin_compile.tools.schema import names
@@ -199,3 +201,41 @@ def test_without_a_word_it_shows_its_help(capsys: Shown) -> None:
     assert shown.out == ""
     assert shown.err.startswith("usage: rosorin-compile [-h] [--version] COMMAND ...\n")
     assert all(f"\n  {name} " in shown.err for name in COMMANDS)
+
+
+AS_INSTALLED = """
+import atexit, sys, threading, time
+{before}
+from rosorin_compile.__main__ import program
+sys.argv = ["rosorin-compile", *{words}]
+raise SystemExit(program())
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "words", "code", "out"),
+    [
+        ("", ["--version"], 0, f"rosorin-compile {__version__}\n"),
+        ("", ["nonsense"], 2, ""),
+        ("atexit.register(print, 'bye')", ["nonsense"], 2, "bye\n"),
+        ("threading.Timer(0.2, print, ['late']).start()", ["nonsense"], 2, "late\n"),
+        ("import numpy", ["--version"], 0, f"rosorin-compile {__version__}\n"),
+    ],
+    ids=["answer", "wrong", "at exit", "thread", "numpy"],
+)
+def test_the_installed_command_ends_with_all_said(before: str, words: list[str], code: int, out: str) -> None:
+    text = AS_INSTALLED.format(before=before, words=words)
+    ran = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout) == (code, out)
+
+
+@pytest.mark.parametrize(
+    "words", [["schema", "robot_diff"], ["--version"], ["frames", "rosorin"], ["print", "urdf", "rosorin"]]
+)
+def test_a_full_disk_is_told(words: list[str]) -> None:
+    command = [sys.executable, "-m", "rosorin_compile", *words]
+    with Path("/dev/full").open("w") as full:
+        ran = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert ran.returncode == 1
+    assert ran.stderr.endswith("cannot write to standard output: No space left on device\n")
+    assert "Traceback" not in ran.stderr

@@ -67,7 +67,7 @@ else:
         made = 0
         then = hasattr(cls, "__post_init__")
 
-        def __init__(self, *given, **named):
+        def __init__(self, /, *given, **named):
             nonlocal made
             made += 1
             if made < _MANY and not (kw_only and given) and _filled(self.__dict__, cls._record, given, named):
@@ -177,7 +177,7 @@ else:
     def _first_new(cls):
         made, fields, defaults = 0, cls._fields, cls._field_defaults
 
-        def __new__(asked, *given, **named):
+        def __new__(asked, /, *given, **named):
             nonlocal made
             made += 1
             whole = len(given) == len(fields) and not named

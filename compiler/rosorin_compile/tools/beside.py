@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from ..diagnostics.progress import hide, step
 from ..pipeline import Made, Maker, Task, make_one
+from ..startup.cache import cache_refused, refused_too
 
 if TYPE_CHECKING:
     from ..formats.templating import Templates
@@ -82,6 +83,7 @@ class _Second:
         self._answers, answers = os.pipe()
         self._child = os.fork()
         if self._child == 0:
+            os.close(self._answers)  # else nobody would be told that the first process is gone
             _answer(task, listed, self._taken, answers)
         os.close(listed)
         os.close(answers)
@@ -96,10 +98,11 @@ class _Second:
 
         try:
             with open(self._answers, "rb", closefd=False) as opened:
-                found: list[Answer] = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
+                found, refused = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
         except (EOFError, OSError, pickle.UnpicklingError):
             return []
-        return found
+        refused_too(refused)
+        return list(found)
 
     def end(self) -> None:
         """Stop the process if it still runs."""
@@ -128,7 +131,7 @@ def _answer(task_of: Callable[[], Task | None], listed: int, taken: int, answers
             import pickle
 
             with open(answers, "wb") as opened:
-                pickle.dump(found, opened, protocol=5)
+                pickle.dump((found, cache_refused()), opened, protocol=5)
     finally:
         os._exit(0)
 

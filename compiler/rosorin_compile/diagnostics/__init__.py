@@ -15,6 +15,7 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any
 
+from ..startup import patterns
 from ..startup.records import NamedTuple
 from .letters import difference, look
 from .wording import and_more, counted, first_of
@@ -133,8 +134,8 @@ def with_calls(diagnostic: Diagnostic) -> Diagnostic:
 MAX_COMPARED = 60
 MAX_LISTED = 40
 
-_NAME = re.compile(r'"[^"]*"')
-_VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
+_NAME = patterns.compile(r'"[^"]*"')
+_VARYING = patterns.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 _PLACES = 6  # places named of one thing
 _EACH = ("stand-in",)  # rules whose every case is told
 
@@ -229,7 +230,7 @@ def _parts(name: str) -> list[str]:
     return [part for part in _BETWEEN.split(name.casefold()) if part]
 
 
-_BETWEEN = re.compile(r"[\W_]+")
+_BETWEEN = patterns.compile(r"[\W_]+")
 
 
 def _holds(longer: list[str], shorter: list[str]) -> bool:

@@ -7,7 +7,6 @@ there are none: there the Python is made when a template is first used, and kept
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
@@ -17,6 +16,7 @@ from typing import Any, NoReturn
 from markupsafe import Markup, escape
 
 from ..project import data_folder
+from ..startup import patterns
 from ..startup.cache import cache_folder, digest, keep, recalled
 
 FOLDER = "ahead"
@@ -31,7 +31,7 @@ _ASKED = frozenset(
     "resolve_or_missing undefined concat filters getattr getitem call eval_ctx save revert autoescape "
     "internalcode TemplateRuntimeError".split()
 )
-_FILTER = re.compile(r"environment\.filters\['(\w+)'\]")
+_FILTER = patterns.compile(r"environment\.filters\['(\w+)'\]")
 
 
 class Unsuited(Exception):

@@ -7,20 +7,21 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
+from ..startup import patterns
 from ..startup.records import NamedTuple
 from ..units import parse_quantity
 from .tree import Instance, Map, Seq, Text, first_line
+
+with patterns.compiled_later():  # libyaml has no use for them
+    import yaml
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -67,9 +68,9 @@ MAX_BYTES = 20_000_000
 MAX_DEPTH = 60
 MAX_NODES = 1_000_000
 
-_INT = re.compile(r"[-+]?[0-9]+\Z")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
-_BASED = re.compile(r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z")
+_INT = patterns.compile(r"[-+]?[0-9]+\Z")
+_FLOAT = patterns.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
+_BASED = patterns.compile(r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z")
 _WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= dict.fromkeys(("true", "True", "TRUE"), True)
 _WORDS |= dict.fromkeys(("false", "False", "FALSE"), False)

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 from xml.parsers import expat
 
+from ..startup import patterns
 from ..startup.records import NamedTuple
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ def damage(text: str) -> str:
 
 
 _OPENINGS = (("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"))
-_TAG = re.compile(r"<[^<>\"']*(?:\"[^\"]*\"[^<>\"']*|'[^']*'[^<>\"']*)*")
+_TAG = patterns.compile(r"<[^<>\"']*(?:\"[^\"]*\"[^<>\"']*|'[^']*'[^<>\"']*)*")
 _SPELT = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
 _IN_QUOTES = _SPELT | {'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 

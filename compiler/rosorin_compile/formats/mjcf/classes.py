@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from markupsafe import Markup
 
+from ...startup import patterns
 from ...startup.records import NamedTuple
 from ..templating import attributes
 from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, VISUAL, VISUAL_GROUP
@@ -26,7 +27,7 @@ _SIDE = ("axis", "range", "ctrlrange", "forcerange")
 _KINDS = ("position", "velocity", "motor", "general")
 _TARGETS = ("name", "class", "joint", "jointinparent", "tendon", "site", "refsite", "body", "slidersite", "cranksite")
 
-_CLASS = re.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
+_CLASS = patterns.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
 
 Texts = Mapping[str, str]
 

@@ -7,11 +7,11 @@ that a distribution lacks is left out for it.
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ...model import Output, Robot
+from ...startup import patterns
 from ...startup.records import NamedTuple
 from ..distributions import DISTRIBUTIONS, JAZZY, title
 from ..format import Fact, Facts, Value
@@ -24,7 +24,7 @@ DISTRIBUTION: Mapping[str, Any] = {
     "description": "The distribution of ROS 2 whose nodes it is for; default jazzy.",
 }
 PARAMETERS = "ros__parameters"
-_PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
+_PLAIN = patterns.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
 
 

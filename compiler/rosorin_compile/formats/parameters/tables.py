@@ -14,6 +14,7 @@ from typing import Any
 
 from ...model import NODE, Publisher
 from ...project import data_folder
+from ...startup import patterns
 from ...startup.records import NamedTuple, dataclass, field
 from ..distributions import HUMBLE, JAZZY, known
 from .values import refused
@@ -24,7 +25,7 @@ MANAGER = "controller_manager"
 # Keys that every node has, and those below which any name may stand.
 _ANY_NODE = ("use_sim_time", "start_type_description_service")
 _ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
-_VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
+_VARIABLE = patterns.compile(r"(__map_\w+|<[a-z]+>)")
 
 
 class Key(NamedTuple):

@@ -13,6 +13,7 @@ from typing import Any
 
 from ...diagnostics import did_you_mean
 from ...diagnostics.wording import listed, quoted
+from ...startup import patterns
 
 _WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
 _UNQUOTED = {
@@ -20,7 +21,7 @@ _UNQUOTED = {
     "int": re.compile(r"[-+]?\d+"),
     "double": re.compile(r"[-+]?\d+\.\d*"),
 }
-_NONE = re.compile(r"(?!)")
+_NONE = patterns.compile(r"(?!)")
 _MANY = {"bool": "booleans", "int": "whole numbers", "double": "doubles", "string": "texts"}
 
 

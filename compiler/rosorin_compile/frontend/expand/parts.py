@@ -6,7 +6,6 @@ A part is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in th
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Callable, Hashable
 from contextlib import suppress
@@ -17,6 +16,7 @@ from typing import Any
 from ...diagnostics import WARNING, Diagnostic, Related, Span, did_you_mean, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
+from ...startup import patterns
 from ...startup.records import NamedTuple
 from ...units import Quantity
 from ..expression.functions import kind_of
@@ -331,7 +331,7 @@ class Parts:
 
 
 # What a part knows of its use: an expression that speaks of it comes to something else each time.
-_OF_USE = re.compile(r"\b(name|prefix)\b")
+_OF_USE = patterns.compile(r"\b(name|prefix)\b")
 _SHARED = frozenset(("help", "params", "let", "links", "joints"))
 
 

@@ -6,12 +6,12 @@ A part speaks of its own links and joints by their short names, and of the frame
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ...model import Pose, Transform, pose_of
 from ...model.drive import ROLES
+from ...startup import patterns
 from ...startup.records import NamedTuple
 from ...units import ANGLE, LENGTH, Dimension, Quantity
 from ...xml.elements import found_in
@@ -40,7 +40,7 @@ _NAMING = frozenset(
     )
 )
 # Names that the MJCF makes of that of a link, and ends of those that it makes of that of a joint.
-_MADE = re.compile(r"(.+)_(?:collision|visual)_\d+")
+_MADE = patterns.compile(r"(.+)_(?:collision|visual)_\d+")
 _SEVERAL = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 
 Rename = Callable[[str], str]

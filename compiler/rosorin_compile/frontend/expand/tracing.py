@@ -7,18 +7,18 @@ something to say.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Any
 
 from ...diagnostics import Span
+from ...startup import patterns
 from ..expression import names_in, pieces
 from ..tree import Instance, Map, Place, Seq
 from .scope import Scope
 
 # A name alone, or an entry of a table or a list: ${m}, ${wheel.mass}, ${sizes[0]}.
-_ONE = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
-_STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
+_ONE = patterns.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
+_STEP = patterns.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
 MAX_STEPS = 20
 
 

@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping
 
 from ...diagnostics.wording import printable
+from ...startup import patterns
 from ...startup.records import NamedTuple
 from ...units import UNITS, Quantity, parse_quantity
 from .functions import CONSTANTS, ExpressionError
@@ -19,7 +20,7 @@ from .functions import CONSTANTS, ExpressionError
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FACTOR = r"[A-Za-z]+(?:\^-?\d)?(?![\w(])"
 # Texts and names are passed by, so that what is in them is no literal.
-_TOKEN = re.compile(
+_TOKEN = patterns.compile(
     r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[^\W\d]\w*|"""
     rf"(?<![\w.])(?P<number>{_NUMBER})[ ]*(?P<unit>{_FACTOR}(?:[*/]{_FACTOR})*)"
 )

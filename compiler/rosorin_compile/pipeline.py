@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -121,12 +120,8 @@ class Made(NamedTuple):
 class Maker:
     """Makes artifacts, one after the other."""
 
-    def foresee(self, task: Callable[[], Task | None]) -> None:
-        """Learn what will most likely be asked for, before the description is judged.
-
-        ``task`` returns it, unless that depends on more; it may raise whatever comes of a description that is not
-        right.
-        """
+    def foresee(self, task: Task) -> None:
+        """Learn what will most likely be asked for, while the rules still look at the robot."""
 
     def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
         """Return the artifacts by the outputs, and the templates of the description that were used."""
@@ -155,25 +150,34 @@ def understand(
     return judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted)
 
 
-def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
+def judged(
+    expanded: Expanded, wanted: Sequence[str] = (), foresee: Callable[[Robot, Map], None] | None = None
+) -> Understood:
     """Return what a tree says, and whether it may.
 
     ``wanted`` are outputs that somebody asks for: names under ``outputs``, or of formats, which are taken with their
-    defaults (see ``frontend.wanted``).
+    defaults (see ``frontend.wanted``). ``foresee`` is called with a robot that only the rules have not seen.
     """
-    from .rules import acceptable, check, plugged  # once a second process has begun, if there is one
-
-    said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics, *plugged_diagnostics()]
+    plugged = (*plugged_functions().diagnostics, *plugged_diagnostics())
     if expanded.tree is None:
-        return Understood(expanded, None, arrange(said))
+        return Understood(expanded, None, arrange([*expanded.diagnostics, *plugged, *_plugged_rules()]))
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
     expanded = expanded._replace(tree=tree)
-    said += unknown_outputs
     step("validating")
-    diagnostics = [*said, *validate(tree, FORMATS), *unknown(tree, acceptable())]
-    if has_errors(diagnostics):
+    diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs, *validate(tree, FORMATS)]
+    lowered = None if has_errors(diagnostics) else lower(tree)
+    if (
+        foresee is not None
+        and lowered is not None
+        and lowered.robot is not None
+        and not has_errors(lowered.diagnostics)
+    ):
+        foresee(lowered.robot, tree)
+    from .rules import acceptable, check  # only now: another process may have begun, which needs none
+
+    diagnostics += [*_plugged_rules(), *unknown(tree, acceptable())]
+    if lowered is None or has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
-    lowered = lower(tree)
     diagnostics += lowered.diagnostics
     if lowered.robot is not None:
         try:
@@ -184,6 +188,13 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
         diagnostics += expanded.unused
     left = settled(tree, diagnostics, acceptable())
     return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
+
+
+def _plugged_rules() -> tuple[Diagnostic, ...]:
+    """Return what is wrong with the rules of plug-ins."""
+    from .rules import plugged
+
+    return plugged().diagnostics
 
 
 class Readers:
@@ -295,23 +306,16 @@ def compile_robot(
     ``expand``.
     """
     maker = maker or Maker()
-    expanded = expand(path, arguments or {}, Readers(), tell, packages, kept)
-    if expanded.tree is not None and not has_errors(expanded.diagnostics):
-        maker.foresee(partial(_foreseen, expanded.tree, path, search is not None, wanted))
-    understood = judged(expanded, wanted)
+
+    def foresee(robot: Robot, tree: Map) -> None:
+        if search is None or not _has_files(robot):  # else what is made depends on them
+            maker.foresee(Task(robot, _outputs(robot, wanted), tree, path))
+
+    understood = judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted, foresee)
     compiled = emitted(understood, path, search, wanted, maker)
     if understood.expanded.scope is not None:
         understood.expanded.scope.ledger.forget()
     return compiled
-
-
-def _foreseen(tree: Map, path: Path, searches: bool, wanted: Sequence[str]) -> Task | None:
-    """Return what ``emitted`` will make if nothing is wrong; None where that depends on the files of meshes."""
-    tree, _ = with_wanted(tree, wanted, FORMATS)
-    robot = lower(tree).robot
-    if robot is None or (searches and _has_files(robot)):
-        return None
-    return Task(robot, _outputs(robot, wanted), tree, path)
 
 
 def emitted(

@@ -36,9 +36,10 @@ def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str
         if path is None:
             return None
         stamp = json.loads(recalled(path) or b"")
-        if stamp["tool"] != tool_mark() or contents(os.fspath(folder)) != stamp["outputs"]:
-            return None
+        # An input is what is most likely another one, and soonest looked at.
         if any(digest(Path(name).read_bytes()) != read for name, read in stamp["inputs"].items()):
+            return None
+        if contents(os.fspath(folder)) != stamp["outputs"] or stamp["tool"] != tool_mark():
             return None
         if any(leads(Resolved(*one)) != one[-1] for one in stamp["resolved"]):
             return None

@@ -1,8 +1,8 @@
 """Two processes for one robot: artifacts are made and proven in a second one too, where there is a second core.
 
-The second is a copy of the first (fork), begun once the description is read: it makes artifacts while the first one
-holds description and robot against the rules. Each takes the next output of a list when it is done with one, so that
-both end at about the same time. What the second one does not answer for, for whatever reason, the first one makes.
+The second is a copy of the first (fork), begun once the robot is known: it makes artifacts while the first one holds
+the robot against the rules. Each takes the next output of a list when it is done with one, so that both end at about
+the same time. What the second one does not answer for, for whatever reason, the first one makes.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,7 @@ class TwoProcesses(Maker):
         self.proven: set[str] = set()
         self._second: _Second | None = None
 
-    def foresee(self, task: Callable[[], Task | None]) -> None:
+    def foresee(self, task: Task) -> None:
         """Begin, if there is a core for a second process."""
         threads = sys.modules.get("threading")  # a copy of a process has none of its threads, but their locks
         alone = threads is None or threads.active_count() == 1
@@ -44,7 +44,9 @@ class TwoProcesses(Maker):
 
     def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
         """Return the artifacts by the outputs, and the templates of the description that were used."""
-        if self._second is None:
+        if self._second is None:  # the files of meshes had to be found first
+            self.foresee(task)
+        if self._second is None or self._second.task != task:
             return super().make(task)
         templates = task.templates()
         answers = {answer[0]: answer for answer in _made(task, self._second.todo(), templates)}
@@ -78,14 +80,16 @@ def _made(task: Task, numbers: Iterable[int], templates: Templates) -> Iterator[
 class _Second:
     """The second process, and the list of what is to do, which both take from: a byte an output."""
 
-    def __init__(self, task: Callable[[], Task | None]) -> None:
+    def __init__(self, task: Task) -> None:
+        self.task = task
         self._taken, listed = os.pipe()
+        os.write(listed, bytes(_order(task)))  # a pipe holds more without anybody who reads
+        os.close(listed)
         self._answers, answers = os.pipe()
         self._child = os.fork()
         if self._child == 0:
             os.close(self._answers)  # else nobody would be told that the first process is gone
-            _answer(task, listed, self._taken, answers)
-        os.close(listed)
+            _answer(task, self._taken, answers)
         os.close(answers)
 
     def todo(self) -> Iterator[int]:
@@ -113,25 +117,21 @@ class _Second:
 
 
 def _in_turn(taken: int) -> Iterator[int]:
-    """Yield what nobody has taken from the list; once it is written, and as long as there is something."""
+    """Yield what nobody has taken from the list."""
     while byte := os.read(taken, 1):
         yield byte[0]
 
 
-def _answer(task_of: Callable[[], Task | None], listed: int, taken: int, answers: int) -> None:
-    """Be the second process: list what is to do, make what nobody has taken, tell it, and end without a word."""
+def _answer(task: Task, taken: int, answers: int) -> None:
+    """Be the second process: make what nobody has taken, tell it, and end without a word."""
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         hide()
-        task = task_of()
-        if task is not None:
-            os.write(listed, bytes(_order(task)))
-            os.close(listed)
-            found = list(_made(task, _in_turn(taken), task.templates()))
-            import pickle
+        import pickle
 
-            with open(answers, "wb") as opened:
-                pickle.dump((found, cache_refused()), opened, protocol=5)
+        found = list(_made(task, _in_turn(taken), task.templates()))
+        with open(answers, "wb") as opened:
+            pickle.dump((found, cache_refused()), opened, protocol=5)
     finally:
         os._exit(0)
 

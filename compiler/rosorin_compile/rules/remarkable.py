@@ -46,6 +46,8 @@ class _Collector:
         self.plain: set[int] = set()
 
     def visit(self, node: Map | Seq) -> None:
+        if id(node) in self.plain:
+            return
         before = self.marks
         pairs: Any = enumerate(node)
         if isinstance(node, Map):
@@ -54,10 +56,9 @@ class _Collector:
         for key, item in pairs:
             kind = type(item)
             if kind is Map or kind is Seq:
-                if id(item) not in self.plain:
-                    self.path.append(key)
-                    self.visit(item)
-                    self.path.pop()
+                self.path.append(key)
+                self.visit(item)
+                self.path.pop()
             elif kind is float or kind is int:
                 if not -FULL_TURN <= item <= FULL_TURN:
                     self.mark(self.found.numbers, (*self.path, key), item)
@@ -70,7 +71,7 @@ class _Collector:
         source = node.get("source")
         if isinstance(source, Map) and source.get("status") == "stand_in":
             self.mark(self.found.stand_ins, tuple(self.path), node)
-        for key in node if not "".join(node).isprintable() else ():
+        for key in node:
             if not key.isprintable() and NOT_XML.search(key):
                 self.mark(self.found.keys, (*self.path, key), key)
 

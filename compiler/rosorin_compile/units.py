@@ -161,6 +161,7 @@ def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
     return (a, b, c, d)
 
 
+@lru_cache(maxsize=1_000)
 def parse_quantity(text: str) -> Quantity | None:
     """Return the quantity that ``text`` says ("12.5 mm"), or None if it is not a number and a known unit."""
     match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None

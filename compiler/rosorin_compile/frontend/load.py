@@ -236,8 +236,9 @@ class _Composer:
 
     def span(self, event: Any) -> Span:
         start, end = event.start_mark, event.end_mark
-        length = end.column - start.column if end.line == start.line else 1
-        return Span(self.source, start.line + 1, start.column + 1, max(1, length))
+        line, column = start.line, start.column
+        length = end.column - column if end.line == line else 1
+        return Span(self.source, line + 1, column + 1, length if length > 1 else 1)
 
     def fail(self, rule: str, message: str, event: Any, help: str) -> LoadError:
         return LoadError(error(rule, message, self.span(event), help))
@@ -249,6 +250,8 @@ class _Composer:
             raise self.fail("yaml-too-large", f"more than {MAX_NODES:,} values", event, "split the file, or use a loop")
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
+        if isinstance(event, yaml.ScalarEvent) and event.tag is None and not event.anchor:  # as nearly all are
+            return Text(event.value) if event.style else plain_scalar(event.value)
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event)
         self.check_tag(event)
@@ -283,17 +286,20 @@ class _Composer:
 
     def mapping(self, event: Any, events: Iterator[Any], depth: int) -> Map:
         made = Map(self.span(event), self.via)
+        key_spans, value_spans = made.key_spans, made.value_spans
         for key_event in events:
             if isinstance(key_event, yaml.MappingEndEvent):
                 return made
             key = self.key(key_event)
             key_span = self.span(key_event)
             if key in made:
-                related = [Related("first defined here", made.key_spans[key])]
+                related = [Related("first defined here", key_spans[key])]
                 message = f'the key "{key}" stands twice in one mapping'
                 raise LoadError(error("duplicate-key", message, key_span, "rename or remove one", related))
             value_event = next(events)
-            made.put(key, self.value(value_event, events, depth + 1), key_span, self.span(value_event))
+            made[key] = self.value(value_event, events, depth + 1)
+            key_spans[key] = key_span
+            value_spans[key] = self.span(value_event)
         return made
 
     def key(self, event: Any) -> str:
@@ -306,10 +312,12 @@ class _Composer:
 
     def sequence(self, event: Any, events: Iterator[Any], depth: int) -> Seq:
         made = Seq(self.span(event), self.via)
+        value_spans = made.value_spans
         for item in events:
             if isinstance(item, yaml.SequenceEndEvent):
                 break
-            made.put(self.value(item, events, depth + 1), self.span(item))
+            made.append(self.value(item, events, depth + 1))
+            value_spans.append(self.span(item))
         return made
 
     def scalar(self, event: Any) -> Any:

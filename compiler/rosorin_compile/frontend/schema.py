@@ -180,10 +180,10 @@ def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
     None where the schema has no number at all.
     """
     # The names of entries and the indices of items make no difference: what is asked for is found once for all.
-    named = 0 if path and path[0] in ONE_ENTRY else 1
-    return _unit_of(
-        tuple("*" if i == named == 1 else 0 if isinstance(step, int) else step for i, step in enumerate(path))
-    )
+    steps = [0 if isinstance(step, int) else step for step in path]
+    if len(steps) > 1 and steps[0] not in ONE_ENTRY:
+        steps[1] = "*"
+    return _unit_of(tuple(steps))
 
 
 @lru_cache(maxsize=2_000)

@@ -45,7 +45,6 @@ class Map(dict[str, Any]):
     __slots__ = ("key_spans", "span", "value_spans", "via")
 
     def __init__(self, span: Span, via: Instance | None = None) -> None:
-        super().__init__()
         self.span = span
         self.via = via
         self.key_spans: dict[str, Span] = {}
@@ -66,9 +65,15 @@ class Map(dict[str, Any]):
 
     def like(self, changes: Mapping[str, Any]) -> Map:
         """Return a mapping of the same keys, which never grows, with some values changed."""
-        made = Map(self.span, self.via)
-        made.update(self)
+        made = self.by(self.via)
         made.update(changes)
+        return made
+
+    def by(self, via: Instance | None) -> Map:
+        """Return a mapping of the same entries, which never grows, that came here by ``via``."""
+        made = Map.__new__(Map)
+        made.update(self)
+        made.span, made.via = self.span, via
         made.key_spans, made.value_spans = self.key_spans, self.value_spans
         return made
 
@@ -79,7 +84,6 @@ class Seq(list[Any]):
     __slots__ = ("span", "value_spans", "via")
 
     def __init__(self, span: Span, via: Instance | None = None) -> None:
-        super().__init__()
         self.span = span
         self.via = via
         self.value_spans: list[Span] = []

@@ -26,7 +26,7 @@ RULES = (
     Rule("not-finite", "A number is NaN or infinite.", "Write a number, or leave the key out.", SHAPE),
 )
 
-MANY = 20_000  # mappings and lists
+MANY = 4_000  # mappings and lists
 
 
 def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
@@ -38,7 +38,7 @@ def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
     plain = walk.plain(tree)
     diagnostics = [walk.diagnostics_of(tree, path) for path in walk.not_finite]
     judge = judge_of(plain.get("outputs"), formats)
-    # Of a large tree the validator takes less time.
+    # Of a large tree the validator takes less time, with that which it takes before it speaks.
     if len(walk.done) > MANY or not judge.certain.fits(plain):
         diagnostics += _complaints(tree, plain, judge)
     for path, quantity in walk.misfits:
@@ -84,26 +84,26 @@ class _Walk:
         self.misfits: list[tuple[Steps, Quantity]] = []
 
     def plain(self, value: Map | Seq) -> Any:
-        known = self.done.get(id(value))
-        if known is None:
-            before = len(self.not_finite) + len(self.misfits)
-            known = self._walk(value)
-            sound = before == len(self.not_finite) + len(self.misfits)
-            if sound or value.via is None or not value.via.made:  # what is wrong in a part is told of all that are made
-                self.done[id(value)] = known
-        return known
+        before = len(self.not_finite) + len(self.misfits)
+        made = self._walk(value)
+        sound = before == len(self.not_finite) + len(self.misfits)
+        if sound or value.via is None or not value.via.made:  # what is wrong in a part is told of all that are made
+            self.done[id(value)] = made
+        return made
 
     def _walk(self, value: Map | Seq) -> Any:
         changed: Any = None
         pairs: Any = value.items() if isinstance(value, Map) else enumerate(value)
         for key, item in pairs:
             kind = type(item)
-            if kind is str or kind is bool or item is None:
+            if kind is str or kind is bool or item is None or (kind is float and math.isfinite(item)):
                 continue
             if kind is Map or kind is Seq:
-                self.path.append(key)
-                plain = self.plain(item)
-                self.path.pop()
+                plain = self.done.get(id(item))
+                if plain is None:
+                    self.path.append(key)
+                    plain = self.plain(item)
+                    self.path.pop()
             else:
                 plain = self._scalar(item, key)
             if plain is not item:
@@ -115,12 +115,10 @@ class _Walk:
     def _allowed(self, key: str | int) -> tuple[Dimension, ...] | None:
         """Return the dimensions that a number may have at a key of the piece that is walked; None for any."""
         # The names of entries and the indices of items make no difference.
-        path = self.path
-        if path and path[0] in ONE_ENTRY:
-            return _dimensions(tuple(0 if type(s) is int else s for s in (*path, key)))
-        where = (path[0], "*", *[0 if type(s) is int else s for s in path[2:]]) if len(path) > 1 else tuple(path)
-        last = "*" if len(path) == 1 else 0 if type(key) is int else key
-        return _dimensions((*where, last))
+        steps = [0 if type(step) is int else step for step in (*self.path, key)]
+        if len(steps) > 1 and steps[0] not in ONE_ENTRY:
+            steps[1] = "*"
+        return _dimensions(tuple(steps))
 
     def _scalar(self, item: Any, key: str | int) -> Any:
         if isinstance(item, Quantity):

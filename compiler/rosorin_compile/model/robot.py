@@ -399,7 +399,14 @@ class Robot:
 
     def published_by(self, kind: str) -> tuple[Joint, ...]:
         """Return the joints whose publisher is of a kind, in the order of the description."""
-        return tuple(joint for joint in self.joints if joint.publisher.kind == kind)
+        return self._by_publisher.get(kind, ())
+
+    @cached_property
+    def _by_publisher(self) -> Mapping[str, tuple[Joint, ...]]:
+        by_kind: dict[str, list[Joint]] = {}
+        for joint in self.joints:
+            by_kind.setdefault(joint.publisher.kind, []).append(joint)
+        return {kind: tuple(joints) for kind, joints in by_kind.items()}
 
     def in_urdf(self) -> tuple[Joint, ...]:
         """Return the joints of the URDF: those of robot_state_publisher, and those that it cannot move.
@@ -416,9 +423,9 @@ class Robot:
     @cached_property
     def is_tree(self) -> bool:
         """Whether joints and links are one tree."""
-        if not all(joint.parent in self.link and joint.child in self.link for joint in self.joints):
-            return False
         children = {joint.child for joint in self.joints}
+        if not (children <= self.link.keys() and self.joints_from.keys() <= self.link.keys()):
+            return False
         # Each link but one has one joint above it; what is not reached from there goes round in a circle.
         return len(children) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
@@ -12,8 +13,9 @@ from ..model import Inertial, Link, Mesh, Vector, principal_moments, volume_of
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..startup.records import NamedTuple
 from ..units import Quantity
+from . import alike
 from .case import Case, at, exists, number
-from .sizes import longest
+from .sizes import all_ways, longest
 
 AFTER = "inertia"
 
@@ -87,24 +89,26 @@ class _Body(NamedTuple):
 )
 def plausible(case: Case) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
-    reach = math.fsum(math.hypot(*joint.origin.xyz) for joint in case.robot.joints)
-    for link in case.robot.links:
-        inertial = link.inertial
-        if inertial is None or not inertial.mass > 0:
-            continue
-        path = case.link(link.name, "inertial")
-        if exists(case.tree, (*path, "density")):
-            yield from _density(case, link, path)
-        if inertial.mass <= NO_MASS:
-            continue
-        moments = None if exists(case.tree, (*path, "of")) else principal_moments(inertial)
-        if _is_usual(link, inertial, moments):
-            continue
-        bounds, whole = _bounds(link)
-        body = _Body(link, inertial, path, bounds, whole, reach)
-        told = list(_mass(case, body)) or (list(_inertia(case, body, moments)) if moments else [])
-        yield from told
-        yield from _centre(case, body)
+    return alike.links(case.robot).problems(partial(_plausible, case))
+
+
+def _plausible(case: Case, link: Link) -> Iterator[Diagnostic]:
+    inertial = link.inertial
+    if inertial is None or not inertial.mass > 0:
+        return
+    path = case.link(link.name, "inertial")
+    if exists(case.tree, (*path, "density")):
+        yield from _density(case, link, path)
+    if inertial.mass <= NO_MASS:
+        return
+    moments = None if exists(case.tree, (*path, "of")) else principal_moments(inertial)
+    if _is_usual(link, inertial, moments):
+        return
+    bounds, whole = _bounds(link)
+    body = _Body(link, inertial, path, bounds, whole, all_ways(case.robot))
+    told = list(_mass(case, body)) or (list(_inertia(case, body, moments)) if moments else [])
+    yield from told
+    yield from _centre(case, body)
 
 
 def _is_usual(link: Link, inertial: Inertial, moments: Vector | None) -> bool:

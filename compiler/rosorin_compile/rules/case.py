@@ -42,11 +42,13 @@ class Case(NamedTuple):
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:
         """Return the path of a joint, or of what is in it; that of a sensor for the joint that mounts it."""
-        return (*self.places.get(("joint", joint.name), ("joints", joint.name)), *rest)
+        path = self.places.get(("joint", joint.name)) or ("joints", joint.name)
+        return (*path, *rest) if rest else path
 
     def link(self, name: str, *rest: str | int) -> Path:
         """Return the path of a link, or of what is in it."""
-        return (*self.places.get(("link", name), ("links", name)), *rest)
+        path = self.places.get(("link", name)) or ("links", name)
+        return (*path, *rest) if rest else path
 
     def end(self, joint: Joint, which: str) -> Path:
         """Return the path of the name of the link at the "parent" or the "child" end of a joint."""

@@ -36,6 +36,8 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
     """Links, joints and sensors that would own map, odom or earth; ``edges`` may."""
     robot = case.robot
     for frame in WORLD_FRAMES:
+        if frame not in robot.link and frame not in robot.joints_from and frame not in robot.joint_to:
+            continue
         at: Path | None = case.link(frame) if frame in robot.link else None
         key = at is not None and at[0] == "links"
         for joint in robot.joints:

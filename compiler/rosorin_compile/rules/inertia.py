@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
-from ..model import principal_moments
+from ..model import Link, principal_moments
+from . import alike
 from .case import Case, number
 
 AFTER = "mimic"
@@ -41,27 +43,30 @@ ROUNDING = 1e-9
 )
 def physical(case: Case) -> Iterator[Diagnostic]:
     """Masses that are not positive, and inertias that no body has."""
-    for link in case.robot.links:
-        inertial = link.inertial
-        if inertial is None:
-            continue
-        path = case.link(link.name, "inertial")
-        if not inertial.mass > 0:
-            message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg; a mass is above zero'
-            help = "leave inertial out for a frame without mass"
-            yield case.problem("mass-not-positive", message, (*path, "mass"), help)
-        low, middle, high = principal_moments(inertial)
-        if high == low == 0 and not inertial.mass > 0:
-            continue
-        moments = f"{number(low)}, {number(middle)} and {number(high)} kg*m^2"
-        if low <= ROUNDING * 1e-3 * abs(high):
-            message = f'the inertia of link "{link.name}" is not positive definite: its principal moments are {moments}'
-            help = "a body has three moments above zero; check the signs and that no product is too large"
-            yield case.problem("inertia-not-positive-definite", message, (*path, "inertia"), help, within=True)
-        elif low + middle < high * (1 - ROUNDING):
-            message = (
-                f'no body has the inertia of link "{link.name}": of its principal moments {moments}'
-                " the largest is more than the sum of the others"
-            )
-            help = "check the order ixx, iyy, izz and the units (triangle inequality)"
-            yield case.problem("inertia-triangle", message, (*path, "inertia"), help, within=True)
+    return alike.links(case.robot).problems(partial(_physical, case))
+
+
+def _physical(case: Case, link: Link) -> Iterator[Diagnostic]:
+    inertial = link.inertial
+    if inertial is None:
+        return
+    path = case.link(link.name, "inertial")
+    if not inertial.mass > 0:
+        message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg; a mass is above zero'
+        help = "leave inertial out for a frame without mass"
+        yield case.problem("mass-not-positive", message, (*path, "mass"), help)
+    low, middle, high = principal_moments(inertial)
+    if high == low == 0 and not inertial.mass > 0:
+        return
+    moments = f"{number(low)}, {number(middle)} and {number(high)} kg*m^2"
+    if low <= ROUNDING * 1e-3 * abs(high):
+        message = f'the inertia of link "{link.name}" is not positive definite: its principal moments are {moments}'
+        help = "a body has three moments above zero; check the signs and that no product is too large"
+        yield case.problem("inertia-not-positive-definite", message, (*path, "inertia"), help, within=True)
+    elif low + middle < high * (1 - ROUNDING):
+        message = (
+            f'no body has the inertia of link "{link.name}": of its principal moments {moments}'
+            " the largest is more than the sum of the others"
+        )
+        help = "check the order ixx, iyy, izz and the units (triangle inequality)"
+        yield case.problem("inertia-triangle", message, (*path, "inertia"), help, within=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, Check, rule
@@ -12,6 +13,7 @@ from ..frontend.tree import Path
 from ..model import AXLELESS, Joint, Limit
 from ..model.geometry import norm
 from ..units import Quantity, describe, parse_unit
+from . import alike
 from .case import Case, at, exists, number
 
 AFTER = "frames"
@@ -39,18 +41,21 @@ _WITHOUT_EFFECT = {
 )
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Axes that are zero, or not of unit length. Readers differ in whether they normalise."""
-    for joint in case.robot.joints:
-        if joint.is_fixed or joint.type in AXLELESS:
-            continue
-        length = norm(joint.axis)
-        path = case.joint(joint, "axis")
-        if length < ZERO_AXIS:
-            help = "name the direction, such as [0, 0, 1]"
-            yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero: no direction', path, help)
-        elif abs(length - 1) > AXIS_TOLERANCE:
-            unit = ", ".join(number(c / length + 0.0) for c in joint.axis)
-            message = f'the axis of joint "{joint.name}" has length {number(length)}, not 1'
-            yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{unit}]")
+    return alike.joints(case.robot).problems(partial(_axis, case))
+
+
+def _axis(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    if joint.is_fixed or joint.type in AXLELESS:
+        return
+    length = norm(joint.axis)
+    path = case.joint(joint, "axis")
+    if length < ZERO_AXIS:
+        help = "name the direction, such as [0, 0, 1]"
+        yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero: no direction', path, help)
+    elif abs(length - 1) > AXIS_TOLERANCE:
+        unit = ", ".join(number(c / length + 0.0) for c in joint.axis)
+        message = f'the axis of joint "{joint.name}" has length {number(length)}, not 1'
+        yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{unit}]")
 
 
 @rule(
@@ -112,17 +117,20 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 )
 def limits(case: Case) -> Iterator[Diagnostic]:
     """Limits that readers of URDF ask for and that are missing, and limits that no joint can have."""
-    for joint in case.robot.joints:
-        if joint.type in ("revolute", "prismatic") and joint.limit is None:
-            help = "add limit: {lower: , upper: , effort: , velocity: }"
-            if joint.type == "revolute":
-                help += ", or make it continuous"
-            message = f'joint "{joint.name}" is {joint.type} and has no limit'
-            yield case.problem("limit-missing", message, case.joint(joint, "limit"), help)
-        elif (joint.moves or joint.type == "planar") and joint.limit is not None:
-            yield from _missing(case, joint, joint.limit)
-            yield from _span(case, joint, joint.limit)
-            yield from _strength(case, joint, joint.limit)
+    return alike.joints(case.robot).problems(partial(_limit, case))
+
+
+def _limit(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    if joint.type in ("revolute", "prismatic") and joint.limit is None:
+        help = "add limit: {lower: , upper: , effort: , velocity: }"
+        if joint.type == "revolute":
+            help += ", or make it continuous"
+        message = f'joint "{joint.name}" is {joint.type} and has no limit'
+        yield case.problem("limit-missing", message, case.joint(joint, "limit"), help)
+    elif (joint.moves or joint.type == "planar") and joint.limit is not None:
+        yield from _missing(case, joint, joint.limit)
+        yield from _span(case, joint, joint.limit)
+        yield from _strength(case, joint, joint.limit)
 
 
 def _missing(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
@@ -184,22 +192,19 @@ def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
-    sound: set[tuple[int, str]] = set()  # what many joints of a type share is looked at once
-    for joint in case.robot.joints:
-        entry = (at(case.tree, case.joint(joint)) or {}) if joint.moves else {}
-        for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
-            values = entry.get(part)
-            if not values or (id(values), joint.type) in sound:
-                continue
-            quantities = [key for key, value in values.items() if isinstance(value, Quantity)]
-            wrong = [one for key in quantities for one in _unit(case, joint, case.joint(joint, part, key))]
-            yield from wrong
-            if not wrong:
-                sound.add((id(values), joint.type))
+    yield from alike.joints(case.robot).problems(partial(_units, case))
     for pose in case.robot.poses:
         for name in pose.positions:
             if name in case.robot.joint and case.robot.joint[name].moves:
                 yield from _unit(case, case.robot.joint[name], ("poses", pose.name, "positions", name))
+
+
+def _units(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    entry = (at(case.tree, case.joint(joint)) or {}) if joint.moves else {}
+    for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
+        for key, value in (entry.get(part) or {}).items():
+            if isinstance(value, Quantity):
+                yield from _unit(case, joint, case.joint(joint, part, key))
 
 
 def _unit(case: Case, joint: Joint, path: Path) -> Iterator[Diagnostic]:
@@ -232,10 +237,9 @@ def unit_of(joint: Joint, path: Path) -> str | None:
 def without_effect(case: Case) -> Iterator[Diagnostic]:
     """Find what is said of a joint and means nothing on one of its type."""
     for joint in case.robot.joints:
-        path = case.joint(joint)
-        if path[0] != "joints":
-            continue
-        for key in _WITHOUT_EFFECT.get(joint.type, ()):
+        keys = _WITHOUT_EFFECT.get(joint.type, ())
+        path = case.joint(joint) if keys else ("",)
+        for key in keys if path[0] == "joints" else ():
             if exists(case.tree, (*path, key)):
                 message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
                 help = f"remove {key}, or correct the type of the joint"

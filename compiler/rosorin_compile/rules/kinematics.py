@@ -38,8 +38,11 @@ def known_joints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _mentions_of_links(case: Case) -> Iterator[_Mention]:
+    """Yield what names links, of joints those alone that name one that is not there."""
     robot = case.robot
     for joint in robot.joints:
+        if joint.parent in robot.link and joint.child in robot.link:  # as of nearly all
+            continue
         for which in ("parent", "child"):
             path = case.end(joint, which)
             owner = f'sensor "{path[1]}"' if path[0] == "sensors" else f'joint "{joint.name}"'
@@ -118,6 +121,8 @@ def _is_key(path: Path) -> bool:
 @rule("two-parents", "A link is the child of two joints.", "Correct one `child`, or remove a joint.", JOINTS)
 def one_parent(case: Case) -> Iterator[Diagnostic]:
     """Links that are the child of more than one joint."""
+    if case.robot.is_tree:
+        return
     for child, joints in children(case.robot).items():
         if len(joints) < 2:
             continue
@@ -158,6 +163,8 @@ def _left_out(case: Case) -> list[str]:
 @rule("joint-cycle", "Joints lead back to where they began.", "Let one of them begin at another link.", JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Joints that lead back to where they began. Where a link of the circle has two parents, that is the cause."""
+    if case.robot.is_tree:
+        return
     order = {name: index for index, name in enumerate(case.robot.joint)}
     for circle in cycles(case.robot):
         chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
@@ -177,6 +184,8 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 def one_root(case: Case) -> Iterator[Diagnostic]:
     """More than one root, and links that no joint names. An unknown child is the cause of the root that it leaves."""
     robot = case.robot
+    if robot.is_tree:
+        return
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
     for joint in robot.joints:
         if joint.child in robot.link or joint.child in WORLD_FRAMES:

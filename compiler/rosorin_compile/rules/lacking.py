@@ -18,10 +18,16 @@ FEW_WITHOUT_COLLISION = 0.25  # or a single one
 
 
 class _Piece(NamedTuple):
-    """Links that fixed joints hold together, and whether a joint moves them."""
+    """Links that fixed joints hold together, whether a joint moves them, and what one of them has.
+
+    A mass may be one that is none, which is told already.
+    """
 
     links: list[Link]
     moves: bool
+    has_mass: bool
+    is_seen: bool
+    collides: bool
 
 
 @rule(
@@ -39,10 +45,10 @@ class _Piece(NamedTuple):
 def parts(case: Case) -> Iterator[Diagnostic]:
     """Find moving parts without mass or without collision, where others have one."""
     pieces = _pieces(case)
-    moving = [piece for piece in pieces if piece.moves and any(link.visual or link.collision for link in piece.links)]
-    light = [piece for piece in moving if not _has_mass(piece)]
+    moving = [piece for piece in pieces if piece.moves and (piece.is_seen or piece.collides)]
+    light = [piece for piece in moving if not piece.has_mass]
     if len(light) <= FEW_WITHOUT_MASS * len(moving) or len(moving) == 1:
-        heavy = sum(map(_has_mass, pieces))
+        heavy = sum(piece.has_mass for piece in pieces)
         for piece in light if heavy else ():
             link = next(link for link in piece.links if link.visual or link.collision)
             have = "another part of the robot has" if heavy == 1 else f"{heavy} other parts of the robot have"
@@ -50,8 +56,8 @@ def parts(case: Case) -> Iterator[Diagnostic]:
             help = "give it an inertial: engines drop it, or refuse the robot"
             path = case.link(link.name)
             yield case.problem("inertial-missing", message, path, help, severity=WARNING, key=True)
-    seen = [piece for piece in moving if any(link.visual for link in piece.links)]
-    through = [piece for piece in seen if not any(link.collision for link in piece.links)]
+    seen = [piece for piece in moving if piece.is_seen]
+    through = [piece for piece in seen if not piece.collides]
     others = len(seen) - len(through)
     if others > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)):
         for piece in through:
@@ -60,11 +66,6 @@ def parts(case: Case) -> Iterator[Diagnostic]:
             message += " other parts of the robot"
             path = case.link(link.name)
             yield case.problem("collision-missing", message, path, "give it a collision", severity=NOTE, key=True)
-
-
-def _has_mass(piece: _Piece) -> bool:
-    """Say whether a part has a mass, or one that is none, which is told already."""
-    return any(link.inertial is not None for link in piece.links)
 
 
 def _pieces(case: Case) -> list[_Piece]:
@@ -80,11 +81,21 @@ def _pieces(case: Case) -> list[_Piece]:
     for joint in case.robot.joints:
         if joint.is_fixed and joint.parent in above and joint.child in above:
             above[first(joint.child)] = first(joint.parent)
-    moved = {first(joint.child) for joint in case.robot.joints if not joint.is_fixed and joint.child in above}
+    top = {name: first(name) for name in above}
+    moved = {top[joint.child] for joint in case.robot.joints if not joint.is_fixed and joint.child in top}
     pieces: dict[str, list[Link]] = {}
     for link in case.robot.links:
-        pieces.setdefault(first(link.name), []).append(link)
-    return [_Piece(links, name in moved) for name, links in pieces.items()]
+        pieces.setdefault(top[link.name], []).append(link)
+    return [_piece(links, name in moved) for name, links in pieces.items()]
+
+
+def _piece(links: list[Link], moves: bool) -> _Piece:
+    has_mass = is_seen = collides = False
+    for link in links:
+        has_mass = has_mass or link.inertial is not None
+        is_seen = is_seen or bool(link.visual)
+        collides = collides or bool(link.collision)
+    return _Piece(links, moves, has_mass, is_seen, collides)
 
 
 @rule(

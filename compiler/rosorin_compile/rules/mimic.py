@@ -53,6 +53,8 @@ def circles(case: Case) -> Iterator[list[Joint]]:
     """Yield each circle of followers once, beginning with the joint that the description names first."""
     done: set[str] = set()
     for start in case.robot.joints:
+        if start.mimic is None:
+            continue
         chain: list[Joint] = []
         joint: Joint | None = start
         while joint is not None and joint.name not in done:

@@ -96,9 +96,11 @@ def letters(case: Case) -> Iterator[Diagnostic]:
         kinds.setdefault("link" if name.kind == "frame" else name.kind, []).append(name)
     for kind, group in kinds.items():
         text = "".join(one.name for one in group)
-        if not (text.isascii() and text.isprintable()):
+        plain = text.isascii() and text.isprintable()
+        if not plain:
             yield from _unseen(case, group)
-        yield from _alike(case, group, by_case=kind not in _BY_CASE)
+        if not plain or len({look(one.name) for one in group}) < len(group):
+            yield from _alike(case, group, by_case=kind not in _BY_CASE)
         if kind in ("link", "joint") and "/" in text:
             yield from _slashes(case, group)
 

@@ -34,15 +34,18 @@ class Claim(NamedTuple):
 
 
 def claims(case: Case) -> dict[str, list[Claim]]:
-    """Return who publishes the transform into each frame, in the order of the description.
+    """Return who publishes the transform into each frame that an edge leads to, in the order of the description.
+
+    Into another frame only a joint leads, and nobody else can publish that.
 
     Of a link with two parents only the first is taken: that is the cause, whoever publishes. Edges with a condition
     that means nothing are left out.
     """
     by_child: dict[str, list[Claim]] = {}
-    for child, joints in children(case.robot).items():
+    led_to = {edge.child for edge in case.robot.edges}
+    for child, joints in children(case.robot).items() if led_to else ():
         joint = joints[0]
-        if joint.publisher.kind != UNPUBLISHED:
+        if child in led_to and joint.publisher.kind != UNPUBLISHED:
             owner = f'{owner_of(joint.publisher)} (joint "{joint.name}")'
             path = turn_of_urdf(case, joint) or case.end(joint, "child")
             by_child[child] = [Claim(owner, path, joint.parent, joint=joint.name)]

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from ..diagnostics import NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, rule
 from ..diagnostics.wording import first_of
 from ..model import Cylinder, Joint
+from . import alike
 from .case import Case, exists, number
 
 AFTER = "ranges"
 
 SHOWN = 8
+UNSAID = (1.0, 0.0, 0.0)
 ALONG = 0.9  # cosine: an axle within 25 degrees of an axis lies along it
 
 _WHAT = {
@@ -35,19 +38,22 @@ _WHAT = {
 )
 def negative(case: Case) -> Iterator[Diagnostic]:
     """Find what a simulation knows of a joint and is below zero."""
-    for joint in case.robot.joints:
-        if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
-            continue  # a part calculates the others from it
-        for part, values in (("dynamics", joint.dynamics), ("actuator", joint.actuator)):
-            for key in _WHAT:
-                value = getattr(values, key, 0.0) or 0.0
-                if value < 0:
-                    place = case.joint(joint, part, key)
-                    message = (
-                        f'the {key} of joint "{joint.name}" is {number(value)}{case.stands_in(place)}, below zero:'
-                        f" {_WHAT[key]}"
-                    )
-                    yield case.problem("dynamics-negative", message, place, "write it without the sign")
+    return alike.joints(case.robot).problems(partial(_negative, case))
+
+
+def _negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
+    if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
+        return  # a part calculates the others from it
+    for part, values in (("dynamics", joint.dynamics), ("actuator", joint.actuator)):
+        for key in _WHAT:
+            value = getattr(values, key, 0.0) or 0.0
+            if value < 0:
+                place = case.joint(joint, part, key)
+                message = (
+                    f'the {key} of joint "{joint.name}" is {number(value)}{case.stands_in(place)}, below zero:'
+                    f" {_WHAT[key]}"
+                )
+                yield case.problem("dynamics-negative", message, place, "write it without the sign")
 
 
 @rule(
@@ -68,7 +74,9 @@ def unsaid(case: Case) -> Iterator[Diagnostic]:
     """Joints without an axis: in one note, but for wheels that would tumble."""
     silent: list[Joint] = []
     for joint in case.robot.joints:
-        if not (joint.moves or joint.type == "planar") or exists(case.tree, case.joint(joint, "axis")):
+        if joint.axis != UNSAID or not (joint.moves or joint.type == "planar"):
+            continue
+        if exists(case.tree, case.joint(joint, "axis")):
             continue
         if joint.type == "continuous" and _lies_across(case, joint):
             message = (

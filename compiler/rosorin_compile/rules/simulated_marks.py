@@ -106,6 +106,8 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("body-value", message, ("root", "mjcf", "align"), "leave it out", key=True)
     bases = {output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"}
     for link in case.robot.links:
+        if not link.mjcf:
+            continue
         path = case.link(link.name, "mjcf")
         joint = case.robot.joint_to.get(link.name)
         world = case.robot.simulation.root.world

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path
-from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Shape, Sphere
+from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Robot, Shape, Sphere
 from ..model.bounds import Bounds, ball_of, bounds_of
+from ..model.robot import of_robot
 from ..units import Quantity
+from . import alike
 from .case import Case, at, exists, number
 
 AFTER = "bodies"
@@ -28,6 +31,7 @@ OVERSIZED = 20.0
 FAR_OFF = 10.0
 # No robot is larger that has such shapes, and a plate on a small joint is no mistake.
 LARGE = 2.0  # m
+NO_WAY = (0.0, 0.0, 0.0)
 # All of a robot within this: the smallest that people build on joints are centimetres.
 TINY = 0.005  # m
 # Of the larger diagonal: collision that is a rough guess at the visual overlaps it at least nearly.
@@ -52,13 +56,16 @@ ELSEWHERE = 0.25
 )
 def shapes(case: Case) -> Iterator[Diagnostic]:
     """Scales of meshes, and collision away from the visual."""
-    for link in case.robot.links:
-        for purpose, own in (("visual", link.visual), ("collision", link.collision)):
-            for index, shape in enumerate(own):
-                if isinstance(shape.geometry, Mesh):
-                    yield from _scale(case, link, shape.geometry, case.link(link.name, purpose, index, "mesh", "scale"))
-        if link.visual and link.collision:
-            yield from _elsewhere(case, link)
+    return alike.links(case.robot).problems(partial(_shapes, case))
+
+
+def _shapes(case: Case, link: Link) -> Iterator[Diagnostic]:
+    for purpose, own in (("visual", link.visual), ("collision", link.collision)):
+        for index, shape in enumerate(own):
+            if isinstance(shape.geometry, Mesh):
+                yield from _scale(case, link, shape.geometry, case.link(link.name, purpose, index, "mesh", "scale"))
+    if link.visual and link.collision:
+        yield from _elsewhere(case, link)
 
 
 def _scale(case: Case, link: Link, mesh: Mesh, path: Path) -> Iterator[Diagnostic]:
@@ -115,35 +122,47 @@ def _middle(bounds: Bounds) -> str:
 )
 def robot_size(case: Case) -> Iterator[Diagnostic]:
     """Shapes and joints of one robot that are not in one unit."""
-    ways = [joint for joint in case.robot.joints if any(joint.origin.xyz)]
-    reach = math.fsum(math.hypot(*joint.origin.xyz) for joint in ways)
+    ways = [joint for joint in case.robot.joints if joint.origin.xyz != NO_WAY]
+    reach = all_ways(case.robot)
     if len(ways) < 2 or not reach > 0:  # an object, or a robot that says nothing about its size
         return
-    largest = 0.0
-    for link in case.robot.links:
-        for purpose, own in (("visual", link.visual), ("collision", link.collision)):
-            for index, shape in enumerate(own):
-                key, size = longest(shape)
-                largest = max(largest, size)
-                if size > LARGE and reach * OVERSIZED < size:
-                    place = case.link(link.name, purpose, index, *key)
-                    message = (
-                        f'a shape of link "{link.name}" is {number(size)} m long{case.stands_in(place)}, and all ways'
-                        f" between joints of the robot are {number(reach)} m"
-                    )
-                    help = f'write "{number(size)} mm" if millimetres are meant'
-                    yield case.problem("size-implausible", message, place, help, severity=WARNING)
+    kinds = alike.links(case.robot)
+    yield from kinds.problems(partial(_oversized, case, reach))
     for joint in ways:
-        yield from _far(case, joint, reach)
+        if math.hypot(*joint.origin.xyz) > LARGE:
+            yield from _far(case, joint, reach)
+    shapes = (shape for link in kinds.first.values() for shape in (*link.visual, *link.collision))
+    largest = max((longest(shape)[1] for shape in shapes), default=0.0)
     if reach + largest < TINY:
         first = max(ways, key=lambda joint: math.hypot(*joint.origin.xyz))
         yield _tiny(case, first, reach + largest)
 
 
+@of_robot
+def all_ways(robot: Robot) -> float:
+    """Return how long all ways between joints of a robot are together (m)."""
+    return math.fsum(math.hypot(*joint.origin.xyz) for joint in robot.joints)
+
+
+def _oversized(case: Case, reach: float, link: Link) -> Iterator[Diagnostic]:
+    """Yield a warning about each shape that is very long against all ways between joints, ``reach``."""
+    for purpose, own in (("visual", link.visual), ("collision", link.collision)):
+        for index, shape in enumerate(own):
+            key, size = longest(shape)
+            if size > LARGE and reach * OVERSIZED < size:
+                place = case.link(link.name, purpose, index, *key)
+                message = (
+                    f'a shape of link "{link.name}" is {number(size)} m long{case.stands_in(place)}, and all ways'
+                    f" between joints of the robot are {number(reach)} m"
+                )
+                help = f'write "{number(size)} mm" if millimetres are meant'
+                yield case.problem("size-implausible", message, place, help, severity=WARNING)
+
+
 def _far(case: Case, joint: Joint, reach: float) -> Iterator[Diagnostic]:
     """Yield a warning about a joint that is farther than all others together, by a bare number."""
     xyz, way = joint.origin.xyz, math.hypot(*joint.origin.xyz)
-    if way <= LARGE or way <= FAR_OFF * (reach - way) or _is_world(case, joint.parent):
+    if way <= FAR_OFF * (reach - way) or _is_world(case, joint.parent):
         return
     place = case.joint(joint, "xyz", max(range(3), key=lambda index: abs(xyz[index])))
     if isinstance(at(case.tree, place), Quantity):
@@ -211,6 +230,8 @@ def twins(case: Case) -> Iterator[Diagnostic]:
     """Joints that are equal in all but their names, with equal links: a wheel that was copied and not moved."""
     first: dict[Any, Joint] = {}
     for joint in case.robot.joints:
+        if len(case.robot.joints_from[joint.parent]) < 2:
+            continue
         link = case.robot.link.get(joint.child)
         if link is None or not (link.visual or link.collision) or _is_speck(link):
             continue

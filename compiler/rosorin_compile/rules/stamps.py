@@ -50,14 +50,16 @@ def known(case: Case) -> Iterator[Diagnostic]:
     A frame that somebody publishes in another mode is a gap, which is said; but not where the description has nobody
     publish it in that mode.
     """
-    robot = case.robot
+    robot, stamped = case.robot, list(stamps(case))
+    if not stamped:
+        return
     frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
     published, silent = legal_steps(case), silences(case)
     whens = [step.edge.when for step in (*published, *silent) if step.edge]
     modes = conditions.modes_in(robot, whens)
     whole = is_tree(case) and len(modes) <= conditions.MAX_MODES
     told: set[str] = set()
-    for stamp in stamps(case):
+    for stamp in stamped:
         if stamp.frame not in frames:
             message = f'there is no frame "{stamp.frame}", which {stamp.who} stamps its messages with'
             help = suggest(stamp.frame, frames, "name a frame of the robot")

@@ -28,17 +28,28 @@ class Step(NamedTuple):
 
 def steps(case: Case) -> list[Step]:
     """Return all transforms that are published in some combination of modes."""
+    return [*_of_joints(case), *_of_edges(case)]
+
+
+def _of_joints(case: Case) -> list[Step]:
     joints = [joint for joint in case.robot.joints if joint.publisher.kind != UNPUBLISHED]
-    made = [Step(joint.parent, joint.child, case.end(joint, "parent"), None) for joint in joints]
-    for index, edge in enumerate(case.robot.edges):
-        if not (edge.joint and edge.publisher.kind == UNPUBLISHED):
-            made.append(Step(edge.parent, edge.child, case.edge(index, "parent"), edge))
-    return made
+    return [Step(joint.parent, joint.child, case.end(joint, "parent"), None) for joint in joints]
+
+
+def _of_edges(case: Case) -> list[Step]:
+    edges = [(index, edge) for index, edge in enumerate(case.robot.edges)]
+    made = [(i, edge) for i, edge in edges if not (edge.joint and edge.publisher.kind == UNPUBLISHED)]
+    return [Step(edge.parent, edge.child, case.edge(index, "parent"), edge) for index, edge in made]
 
 
 def legal_steps(case: Case) -> list[Step]:
     """Return the transforms that are published in some combination of modes and whose conditions mean something."""
-    return [step for step in steps(case) if step.edge is None or conditions.is_legal(case, step.edge)]
+    return [*_of_joints(case), *legal_edges(case)]
+
+
+def legal_edges(case: Case) -> list[Step]:
+    """Return those of ``legal_steps`` that are no joints: they alone depend on modes."""
+    return [step for step in _of_edges(case) if step.edge is None or conditions.is_legal(case, step.edge)]
 
 
 def silences(case: Case) -> list[Step]:
@@ -76,7 +87,7 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
 )
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges that lead, with the joints between, back to where they began, in some combination of modes."""
-    if not is_tree(case):
+    if not is_tree(case) or not case.robot.edges:
         return
     published = legal_steps(case)
     if not _circle(published):
@@ -174,7 +185,7 @@ def _urdf_roots(case: Case) -> list[str]:
     joints = case.robot.in_urdf()
     reached = {joint.child for joint in joints}
     roots = list(dict.fromkeys(joint.parent for joint in joints if joint.parent not in reached))
-    return sorted(roots, key=lambda root: -len(below(case.robot, root)))
+    return sorted(roots, key=lambda root: -len(below(case.robot, root))) if len(roots) > 1 else roots
 
 
 @rule(
@@ -185,7 +196,7 @@ def _urdf_roots(case: Case) -> list[str]:
 )
 def one_tree(case: Case) -> Iterator[Diagnostic]:
     """Frames that are published, but cut off from the rest by a joint that is on no topic or a parent nobody knows."""
-    if not is_tree(case):
+    if not is_tree(case) or not case.robot.published_by(UNPUBLISHED):
         return
     published = steps(case)
     links = set(case.robot.link)
@@ -218,10 +229,11 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent there."""
-    published, silent = legal_steps(case), silences(case)
-    modes = conditions.modes_in(case.robot, [step.edge.when for step in (*published, *silent) if step.edge])
+    edges, silent = legal_edges(case), silences(case)
+    modes = conditions.modes_in(case.robot, [step.edge.when for step in (*edges, *silent) if step.edge])
     if not is_tree(case) or not modes:
         return
+    published = legal_steps(case)
     if len(modes) > conditions.MAX_MODES:
         yield from _too_many_for_a_tree(case, published, len(modes))
         return

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from ..diagnostics import ERROR, WARNING, Diagnostic, Span
 from ..diagnostics.registry import NUMBERS, Check, rule
 from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path
-from ..model import Vector
+from ..model import Link, Vector
 from ..units import Quantity
+from . import alike
 from .case import Case, at, number, written
 from .remarkable import FULL_TURN, NOT_XML
 
@@ -69,14 +71,17 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
 def turns(case: Case) -> Iterator[Diagnostic]:
     """Look at the bare angles of ``rpy`` that are less than a full turn, and that nobody writes in radians."""
     for joint in case.robot.joints:
-        yield from _turn(case, joint.origin.rpy, case.joint(joint))
-    for link in case.robot.links:
-        if link.inertial is not None:
-            yield from _turn(case, link.inertial.pose.rpy, case.link(link.name, "inertial"))
-        for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
-            for index, shape in enumerate(shapes):
-                if shape.pose.rpy != _STRAIGHT:
-                    yield from _turn(case, shape.pose.rpy, case.link(link.name, purpose, index))
+        if joint.origin.rpy != _STRAIGHT:
+            yield from _turn(case, joint.origin.rpy, case.joint(joint))
+    yield from alike.links(case.robot).problems(partial(_turns_of, case))
+
+
+def _turns_of(case: Case, link: Link) -> Iterator[Diagnostic]:
+    if link.inertial is not None:
+        yield from _turn(case, link.inertial.pose.rpy, case.link(link.name, "inertial"))
+    for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
+        for index, shape in enumerate(shapes):
+            yield from _turn(case, shape.pose.rpy, case.link(link.name, purpose, index))
 
 
 def _turn(case: Case, rpy: Vector, path: Path) -> Iterator[Diagnostic]:

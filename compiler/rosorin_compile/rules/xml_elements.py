@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 from ..diagnostics import WARNING, Diagnostic, Related, Source, nearest
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Instance, Path, locate
-from ..model import ROBOT_STATE_PUBLISHER
+from ..model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
+from ..model.robot import of_robot
 from ..startup.records import NamedTuple
 from ..xml.elements import Found, canonical, damage, found_in, tree_of
 from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
+from . import alike
 from .case import Case, suggest
 from .kinematics import WORLD_FRAMES
 
@@ -89,15 +91,27 @@ def _kept(case: Case) -> Iterator[tuple[Path, str]]:
     robot = case.robot
     for index, text in enumerate(robot.urdf_elements):
         yield case.places.get(("urdf_element", str(index)), ("urdf_elements", index)), text
-    for link in robot.links:
+    links, joints = _with_elements(robot)
+    for link in links:
         yield from _listed(case.link(link.name), link.urdf_elements)
         for purpose in ("visual", "collision"):
             for index, shape in enumerate(getattr(link, purpose)):
-                if shape.urdf_elements:
-                    yield from _listed(case.link(link.name, purpose, index), shape.urdf_elements)
-    for joint in robot.joints:
-        if joint.urdf_elements:
-            yield from _listed(case.joint(joint), joint.urdf_elements)
+                yield from _listed(case.link(link.name, purpose, index), shape.urdf_elements)
+    for joint in joints:
+        yield from _listed(case.joint(joint), joint.urdf_elements)
+
+
+@of_robot
+def _with_elements(robot: Robot) -> tuple[list[Link], list[Joint]]:
+    """Return the links and the joints that have texts for the URDF, as few do."""
+    kinds = alike.links(robot)
+    shaped = {
+        kind
+        for kind, link in kinds.first.items()
+        if any(shape.urdf_elements for shape in (*link.visual, *link.collision))
+    }
+    links = [link for kind, link in zip(kinds.kinds, robot.links, strict=True) if link.urdf_elements or kind in shaped]
+    return links, [joint for joint in robot.joints if joint.urdf_elements]
 
 
 def _of_mjcf(case: Case) -> Iterator[tuple[Path, str]]:

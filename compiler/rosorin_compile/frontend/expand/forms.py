@@ -88,9 +88,9 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
             sound = False
     sound &= not hides_letters("prefix", entry, scope)
     for key, dimension in _POSE.items():
-        sound &= _check_vector(f"{owner} {key}", entry, key, dimension, scope)
-    sound &= _check_kind(owner, entry, "with", Map, scope, evaluated=False)
-    sound &= _check_kind(owner, entry, "content", Map, scope, evaluated=False)
+        sound &= key not in entry or _check_vector(f"{owner} {key}", entry, key, dimension, scope)
+    for key in ("with", "content"):
+        sound &= key not in entry or _check_kind(owner, entry, key, Map, scope, evaluated=False)
     content = entry.get("content")
     if isinstance(content, Map):
         sound &= _check_keys(f"content of {owner}", content, SECTIONS, scope)

@@ -72,12 +72,16 @@ class Ledger:
             return True
         known = self.constant.get(id(value))
         if known is None:
-            items = value.values() if isinstance(value, Map) else value
-            known = all(self.is_constant(item) for item in items)
-            if isinstance(value, Map):
-                known = known and "for" not in value and "if" not in value and not any("$" in key for key in value)
-            self.constant[id(value)] = known
+            known = self.constant[id(value)] = self._is_constant(value)
         return known
+
+    def _is_constant(self, value: Map | Seq) -> bool:
+        if isinstance(value, Map) and ("for" in value or "if" in value or "$" in "".join(value)):
+            return False
+        for item in value.values() if isinstance(value, Map) else value:  # noqa: SIM110 - twice as fast as all()
+            if not self.is_constant(item):
+                return False
+        return True
 
     def plan(self, value: Map | Seq) -> tuple[Step, ...]:
         """Return the steps that evaluate a piece."""

@@ -83,7 +83,8 @@ class Parts:
         self.sound: dict[int, bool] = {}
         # What parts without parts, loops and elements of XML came to, by the part and what it was given.
         self.made: dict[Hashable, _Made] = {}
-        self.alone: dict[int, frozenset[str] | None] = {}
+        self.alone: dict[int, tuple[str, ...] | None] = {}
+        self.found: dict[str, Definition] = {}
 
     def instantiate(self, name: str, entry: Any, scope: Scope, where: Place, depth: int = 0) -> Map:
         """Return the fragment of a description that a ``use`` entry makes. Raises Failed after reporting."""
@@ -108,10 +109,7 @@ class Parts:
             self.ledger.scopes[id(via)] = partial(self._again, made, definition, via, name, prefix, entry)
             scope.count(made.nodes, where.span, where.via)
             EFFORT.total += made.work
-            fragment = Map(made.fragment.span, via)
-            fragment.update(made.fragment)
-            fragment.key_spans, fragment.value_spans = made.fragment.key_spans, made.fragment.value_spans
-            return self._placed(name, fragment, made.names, entry, scope, where)
+            return self._placed(name, made.fragment.by(via), made.names, entry, scope, where)
         inner = Scope(self.ledger, definition.scope, via)
         inner.prefix = prefix
         made = self._evaluated(definition, name, inner, entry, depth)
@@ -145,8 +143,8 @@ class Parts:
         return (
             id(body),
             entry.get("mirror") is not None,
-            *(own[word] for word in sorted(read)),
-            *((key, type(value), _exactly(value)) for key, value in values),
+            *[own[word] for word in read],
+            *[(key, type(value), _exactly(value)) for key, value in values],
         )
 
     def _again(self, made: _Made, definition: Definition, via: Instance, name: str, prefix: str, entry: Map) -> Scope:
@@ -239,7 +237,7 @@ class Parts:
                     name = inner.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instantiate(name, resolved, inner, place_of_key, depth)
-                    size = sum(len(section or ()) for section in fragment.values())  # parts in parts multiply
+                    size = sum(map(len, filter(None, fragment.values())))  # parts in parts multiply
                     scope.count(size, place_of_key.span, place_of_key.via)
                     join(tree, fragment, SECTIONS, scope)
             except Failed:
@@ -260,8 +258,8 @@ class Parts:
             help = "the part is attached to a frame: write parent: FRAME"
             scope.report("missing-key", f'use "{name}" needs the key "parent"', where, help)
             raise Failed
-        ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None]
-        if ignored and not mounted:
+        ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None] if not mounted else []
+        if ignored:
             place = Place(entry.key_spans[ignored[0]], scope.via or entry.via)
             help = "in the part, write parent: mount where it is attached; or remove the key"
             message = f'use "{name}" has "{ignored[0]}", but nothing of the part is attached to "{MOUNT}"'
@@ -275,7 +273,11 @@ class Parts:
         if not isinstance(name, str):
             scope.report("missing-key", 'a use needs the key "part"', where, "name a part of parts: or of the library")
             raise Failed
-        place = Place(entry.value_spans["part"], scope.via or entry.via)
+        if name not in self.found:
+            self.found[name] = self._looked_up(name, scope, Place(entry.value_spans["part"], scope.via or entry.via))
+        return self.found[name]
+
+    def _looked_up(self, name: str, scope: Scope, place: Place) -> Definition:
         if "/" not in name:
             return self._definition(name, name, self.own, self.scope, scope, place)
         file, _, short = name.rpartition("/")
@@ -335,7 +337,7 @@ _OF_USE = patterns.compile(r"\b(name|prefix)\b")
 _SHARED = frozenset(("help", "params", "let", "links", "joints"))
 
 
-def _read_by(body: Map) -> frozenset[str] | None:
+def _read_by(body: Map) -> tuple[str, ...] | None:
     """Return which of its name and its prefix a part speaks of; None for one that is evaluated anew each time.
 
     That is one with parts or loops within, or with anything beside links and joints: who made what in it has to be
@@ -355,7 +357,7 @@ def _read_by(body: Map) -> frozenset[str] | None:
             waiting += value.values()
         elif isinstance(value, Seq):
             waiting += value
-    return frozenset(read)
+    return tuple(sorted(read))
 
 
 def _exactly(value: Any) -> Hashable:
@@ -423,6 +425,10 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
         elif isinstance(have, Seq) and isinstance(value, Seq):
             for item, span in zip(value, value.value_spans, strict=True):
                 have.put(item, span)
+        elif isinstance(have, Map) and isinstance(value, Map) and have.keys().isdisjoint(value):
+            have.update(value)
+            have.key_spans.update(value.key_spans)
+            have.value_spans.update(value.value_spans)
         elif isinstance(have, Map) and isinstance(value, Map):
             for name, entry in value.items():
                 if name in have:

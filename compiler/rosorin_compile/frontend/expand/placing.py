@@ -203,9 +203,10 @@ def _made_by(entry: Any, via: Instance | None, before: Any) -> Any:
     """
     if via is None or not isinstance(entry, Map) or (entry.via is not None and entry.via.made):
         return entry
-    made = entry.like({}) if entry is before else entry
-    made.via = via
-    return made
+    if entry is before:
+        return entry.by(via)
+    entry.via = via
+    return entry
 
 
 def _by(text: Any, via: Instance | None) -> Any:
@@ -237,14 +238,14 @@ def _named_in(value: Any, key: str, texts: Mapping[str, Rename]) -> Any:
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
     """Return an entry with some values changed; a new key has the place of the entry."""
+    if changes.keys() <= entry.keys():
+        return entry.like(changes)
     same = {key: value for key, value in changes.items() if key in entry}
     new = {key: value for key, value in changes.items() if value is not None and key not in entry}
-    made = entry.like(same)
-    if new:
-        made = made.copied()
-        for key, value in new.items():
-            span = getattr(value, "span", entry.span)
-            made.put(key, value, span, span)
+    made = entry.like(same).copied()
+    for key, value in new.items():
+        span = getattr(value, "span", entry.span)
+        made.put(key, value, span, span)
     return made
 
 
@@ -525,7 +526,7 @@ class _Placer:
         parent = entry.get("parent")
         if isinstance(parent, str):
             changes["parent"] = self.frame(parent)
-            if parent == MOUNT and any(value is not None for value in self.mount):
+            if parent == MOUNT and self.mount != (None, None):
                 changes |= self._mounted(entry, changes)
         return changes | self._published(entry)
 

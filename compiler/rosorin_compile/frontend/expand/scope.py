@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error
 from ...diagnostics.progress import step
@@ -269,10 +269,8 @@ class Scope:
                 self.report("too-large", message, Place(span, via), "use fewer or smaller loops")
             raise Failed
 
-    def _check_work(self, place: Place) -> None:
-        """Raise Failed, after reporting it once, when the expressions of the description take too long together."""
-        if self.ledger.work <= MAX_WORK:
-            return
+    def _too_much_work(self, place: Place) -> NoReturn:
+        """Raise Failed, after reporting it once: the expressions of the description take too long together."""
         if not self.ledger.full:
             self.ledger.full = True
             message = f"the expressions of the description take more than {MAX_WORK:,} steps together"
@@ -321,7 +319,8 @@ class Scope:
                 raise Failed
             try:
                 value = evaluate(piece.text, self.lookup)
-                self._check_work(Place(span, via))
+                if self.ledger.work > MAX_WORK:
+                    self._too_much_work(Place(span, via))
                 if isinstance(value, (list, dict)):
                     self.count(weight(value), span, via)
                 if piece.is_whole:

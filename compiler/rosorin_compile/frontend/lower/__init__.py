@@ -313,6 +313,7 @@ class _Lowering:
         path: Path = ("joints", name)
         self.place_joint(name, path, entry["child"], (*path, "child"))
         axis, limit = entry.get("axis"), entry.get("limit")
+        by = publishing(entry, path, self.nodes, self.problem)
         joint = Joint(
             name=name,
             type=entry["type"],
@@ -324,22 +325,23 @@ class _Lowering:
             mimic=mimic_of(entry.get("mimic")),
             dynamics=dynamics_of(entry.get("dynamics")),
             actuator=actuator_of(entry.get("actuator")),
+            publisher=by.always,
             source=source_of(entry.get("source")),
             calibration=calibration_of(entry.get("calibration")),
             safety=safety_of(entry.get("safety_controller")),
             urdf_elements=texts_of(entry),
             mjcf=values_of(entry.get("mjcf")),
         )
-        return self.published(joint, publishing(entry, path, self.nodes, self.problem))
+        self.take_turns(joint, by)
+        return joint
 
-    def published(self, joint: Joint, publishing: Publishing) -> Joint:
-        """Return a joint with its publisher; those that take turns become edges."""
+    def take_turns(self, joint: Joint, publishing: Publishing) -> None:
+        """Make edges of the publishers of a joint that take turns."""
         for turn in publishing.turns:
             self.places["edge", str(len(self.edges))] = turn.path
             moving = not joint.is_fixed and turn.publisher.kind != STATIC_TRANSFORM_PUBLISHER
             turned = Edge(joint.parent, joint.child, turn.publisher, moving, turn.when, joint.origin)
             self.edges.append(replace(turned, source=joint.source, joint=joint.name))
-        return joint if joint.publisher == publishing.always else replace(joint, publisher=publishing.always)
 
     def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
         """Return a sensor and the fixed joints of its frame and its optical frame, those that are not there already."""
@@ -353,7 +355,8 @@ class _Lowering:
         self.place_joint(joint, path, frame, (*path, "frame"))
         by = publishing(entry, path, self.nodes, self.problem)
         mount = pose_of_entry(entry)
-        mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), by)]
+        mounts = [Joint(joint, "fixed", entry["parent"], frame, mount, publisher=by.always, source=source)]
+        self.take_turns(mounts[0], by)
         optical = entry.get("optical") or None
         pose = optical_pose(optical)
         named, turned = optical["frame"] if optical else "", entry.get("optical") is False
@@ -371,8 +374,9 @@ class _Lowering:
         joint = optical.get("joint", f"{optical['frame']}_joint")
         self.place_joint(joint, path, optical["frame"], (*path, "frame"))
         by = publishing(optical, path, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
-        made = Joint(joint, "fixed", sensor.frame, optical["frame"], pose, source=sensor.source)
-        return self.published(made, by)
+        made = Joint(joint, "fixed", sensor.frame, optical["frame"], pose, publisher=by.always, source=sensor.source)
+        self.take_turns(made, by)
+        return made
 
     def elements(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[Simulated, ...]:
         """Return what a simulation has of a sensor; two elements of a kind with one name are a problem."""
@@ -467,6 +471,9 @@ class Publishing(NamedTuple):
         return Publishing(_optical(self.always), turns)
 
 
+_ALWAYS_OF_THE_URDF = Publishing(OF_THE_URDF)
+
+
 def _optical(publisher: Publisher) -> Publisher:
     if publisher.kind != STATIC_TRANSFORM_PUBLISHER:
         return publisher
@@ -486,6 +493,8 @@ def node(name: str, path: Path, nodes: Mapping[str, Publisher], problem: Problem
 
 def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publisher], problem: Problem) -> Publishing:
     """Return who publishes the joint of an entry that stands at a path."""
+    if "publisher" not in entry and entry.get("type") not in AXLELESS:  # as of nearly all
+        return _ALWAYS_OF_THE_URDF
     wanted, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
 
     def one(value: Any, at: Path) -> Publisher:

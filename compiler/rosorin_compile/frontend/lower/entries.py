@@ -115,7 +115,7 @@ def pair_of(value: Any) -> tuple[float, float] | None:
 
 def values_of(entry: Mapping[str, Any] | None) -> dict[str, Attribute]:
     """Return attributes in MuJoCo's words, by name."""
-    return {name: attribute_of(value) for name, value in sorted((entry or {}).items())}
+    return {name: attribute_of(value) for name, value in sorted(entry.items())} if entry else {}
 
 
 def attribute_of(value: Any) -> Attribute:

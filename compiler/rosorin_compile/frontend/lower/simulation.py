@@ -78,6 +78,8 @@ def lower_simulation(tree: Mapping[str, Any]) -> Simulation:
 
 def marked_of(entry: Mapping[str, Any]) -> tuple[Marked, ...]:
     """Return the sites, cameras and lights of a link."""
+    if _MARKED.keys().isdisjoint(entry):
+        return ()
     return tuple(
         Marked(tag, name, pose_of_entry(one or {}), _others(one or {}, _PLACED))
         for section, tag in _MARKED.items()

@@ -1,0 +1,49 @@
+"""Alike: links, and joints, that hold the very same values, as those that one part makes do; one speaks for all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from typing import Generic, TypeVar
+
+from ..diagnostics import Diagnostic
+from ..model import Joint, Link, Robot
+from ..model.robot import of_robot
+
+T = TypeVar("T", Link, Joint)
+
+
+class Kinds(Generic[T]):
+    """The links or joints of a robot, each with its kind; those of one kind differ in names and places alone."""
+
+    def __init__(self, items: Sequence[T], kind_of: Callable[[T], Hashable]) -> None:
+        self.items: Sequence[T] = items
+        self.kinds = [kind_of(item) for item in items]
+        self.first: dict[Hashable, T] = {}
+        for kind, item in zip(self.kinds, items, strict=True):
+            self.first.setdefault(kind, item)
+
+    def problems(self, look: Callable[[T], Iterable[Diagnostic]]) -> Iterator[Diagnostic]:
+        """Yield what ``look`` finds wrong with each; where that is nothing with one, it is nothing with its kind."""
+        wrong = {kind for kind, first in self.first.items() if any(True for _ in look(first))}
+        for kind, item in zip(self.kinds, self.items, strict=True) if wrong else ():
+            if kind in wrong:
+                yield from look(item)
+
+
+@of_robot
+def links(robot: Robot) -> Kinds[Link]:
+    """Return the links by their inertials and shapes: lowering makes those of one piece of the tree once."""
+    return Kinds(robot.links, lambda link: (id(link.inertial), id(link.visual), id(link.collision)))
+
+
+@of_robot
+def joints(robot: Robot) -> Kinds[Joint]:
+    """Return the joints by their types, axes, limits and what moves them; not by their origins."""
+    return Kinds(
+        robot.joints,
+        lambda joint: (
+            joint.type,
+            joint.axis,
+            *map(id, (joint.limit, joint.mimic, joint.dynamics, joint.actuator, joint.calibration, joint.safety)),
+        ),
+    )

@@ -155,11 +155,12 @@ class Sheet:
         self._once: dict[Hashable, Block] = {}
         self._same: set[tuple[int, int]] = set()
 
-    def held(self) -> Held:
-        """Return what was found that is not known."""
+    def held(self, data: object = None) -> Held:
+        """Return what was found that is not known; ``data`` is what a schema is about."""
         from .known import Held
 
-        return Held(self.facts, self._parents, self._solids, frozenset(self._names.union(self._parents.values())))
+        names = frozenset(self._names.union(self._parents.values()))
+        return Held(self.facts, self._parents, self._solids, names, data)
 
     def take(self, kind: str, name: str, quantity: str, value: Value) -> None:
         """Take down a fact."""

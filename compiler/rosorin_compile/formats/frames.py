@@ -126,18 +126,18 @@ def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
         who, topic, when = _publishing(frame)
         motion = "moving" if frame.moving else "static"
         unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
-        numbers = _placed(frame.pose, number) if frame.pose else (unknown, "", "")
+        numbers = _placed(frame.pose.xyz, frame.pose.rpy, number) if frame.pose else (unknown, "", "")
         rows.append([_escape(frame.parent), _escape(frame.child), _escape(who), motion, topic, *numbers, _escape(when)])
     return rows
 
 
 @lru_cache(maxsize=_MANY)
-def _placed(pose: Pose, number: NumberFormat) -> tuple[str, str, str]:
+def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> tuple[str, str, str]:
     """Return a pose as three cells: position, angles in radians, angles in degrees."""
     return (
-        _vector(pose.xyz, number, "m"),
-        _vector(pose.rpy, number, "rad"),
-        _vector(_degrees(pose.rpy), _degree, "deg"),
+        _vector(xyz, number, "m"),
+        _vector(rpy, number, "rad"),
+        _vector(_degrees(rpy), _degree, "deg"),
     )
 
 

@@ -29,12 +29,14 @@ class Held(NamedTuple):
     """An artifact held against what is known: the facts that are said otherwise, and what is left to be compared.
 
     ``parents`` are those of all frames, ``solids`` the collision shapes by link, ``names`` all links that it has.
+    ``data`` is what its schema is about, if it was read for this.
     """
 
     facts: Facts
     parents: Mapping[str, str]
     solids: Mapping[str, Sequence[Solid]]
     names: frozenset[str]
+    data: object = None
 
 
 class Known:

@@ -34,11 +34,12 @@ _TOLERANCE = 1e-9
 
 
 class _Reading(NamedTuple):
-    """An artifact, what it says, and the parents of its frames."""
+    """An artifact, what it says, the parents of its frames, and what its schema is about, if that was read."""
 
     artifact: Artifact
     view: View
     parents: Mapping[str, str]
+    data: object = None
 
     @property
     def format(self) -> Format:
@@ -50,10 +51,14 @@ class _Reading(NamedTuple):
         return next(output for output in robot.outputs if output.name == self.artifact.output)
 
 
-def _misfits(artifact: Artifact) -> list[Diagnostic]:
-    """Return an error for each place where a JSON artifact does not fit its published schema."""
-    name, data = FORMATS[artifact.backend].schema, FORMATS[artifact.backend].data or json.loads
-    problems = misfits(name, data(artifact.text)) if name else []
+def _misfits(artifact: Artifact, data: object = None) -> list[Diagnostic]:
+    """Return an error for each place where a JSON artifact does not fit its published schema.
+
+    ``data`` is what the artifact says, if it was read already.
+    """
+    format = FORMATS[artifact.backend]
+    name, read = format.schema, format.data or json.loads
+    problems = misfits(name, read(artifact.text) if data is None else data) if name else []
     return [
         error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
     ]
@@ -78,7 +83,7 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
             return _disagreements(robot, artifacts)
         if reading is None:
             continue
-        if _misfits(artifact) or any(True for _ in _wrong(robot, reading, known, ())):
+        if _misfits(artifact, reading.data) or any(True for _ in _wrong(robot, reading, known, ())):
             return _disagreements(robot, artifacts)
     return []
 
@@ -118,7 +123,7 @@ def _held(artifact: Artifact, held: Held) -> _Reading:
     """Return an artifact that has been held against what is known."""
     view = view_of(held.facts, {})
     shapes = {(link, COLLISION): tuple(map(straight, solids)) for link, solids in held.solids.items()}
-    return _Reading(artifact, view._replace(shapes=shapes, names=held.names), held.parents)
+    return _Reading(artifact, view._replace(shapes=shapes, names=held.names), held.parents, held.data)
 
 
 def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:

@@ -56,11 +56,15 @@ class Class(NamedTuple):
 
 
 class _Shared(NamedTuple):
-    """Attributes that several elements of a kind share; ``members`` are their places in the list of all."""
+    """Attributes that several elements of a kind share; ``members`` are their places in the list of all.
+
+    ``words`` are those that the names of their joints have in common.
+    """
 
     tag: str
     values: Texts
     members: tuple[int, ...]
+    words: str
 
 
 class Classes:
@@ -127,9 +131,10 @@ class Classes:
         """
         for tag, members in self._cut(range(len(self._elements)), _SIDE):
             whole = self._shared(tag, members)
-            parts = [self._shared(tag, inner) for _, inner in self._cut(members, ())]
+            cut = self._cut(members, ())
+            parts = [self._shared(tag, inner) for _, inner in cut] if len(cut) > 1 else [whole]
             saved = [self._saved(one, made) for one in parts]
-            words = {self._words(one) for one in parts} - {"", "joint"}
+            words = {one.words for one in parts} - {"", "joint"}
             told_apart = len(words) == len(parts) and min(saved) > 0
             shorter = sum(max(0, more) for more in saved) >= self._saved(whole, made)
             yield from parts if told_apart or shorter else [whole]
@@ -143,7 +148,8 @@ class Classes:
         return [(tag, members) for (tag, _), members in groups.items()]
 
     def _shared(self, tag: str, members: Sequence[int]) -> _Shared:
-        return _Shared(tag, _common([self._elements[place] for place in members]), tuple(members))
+        elements = [self._elements[place] for place in members]
+        return _Shared(tag, _common(elements), tuple(members), _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> str:
         """Return the class of joints that all joints of these actuators are of, if it has no actuators yet."""
@@ -156,15 +162,12 @@ class Classes:
 
     def _called(self, shared: _Shared) -> str:
         """Return a name that no class has, after what the names of the joints have in common."""
-        words = self._words(shared) or shared.tag
+        words = shared.words or shared.tag
         name, number = f"{self._prefix}{words}", 1
         while name in self._taken:
             number += 1
             name = f"{self._prefix}{words}_{number}"
         return name
-
-    def _words(self, shared: _Shared) -> str:
-        return _words_of([self._elements[place].joint for place in shared.members])
 
     def _saved(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> int:
         """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
@@ -180,8 +183,8 @@ def _alike(element: Named, without: Sequence[str]) -> Iterable[tuple[str, str]]:
     """Return the attributes by which elements share a class; of an actuator of another kind its name."""
     if element.tag != "joint" and element.tag not in _KINDS:
         return [("name", element.values["name"])]
-    own = _OWN if element.tag == "joint" else _TARGETS
-    return [(key, text) for key, text in element.values.items() if key not in (*own, *without)]
+    others = (*(_OWN if element.tag == "joint" else _TARGETS), *without)
+    return [(key, text) for key, text in element.values.items() if key not in others]
 
 
 def _common(members: Sequence[Named]) -> Texts:

@@ -59,7 +59,7 @@ class Known:
             elif edge.pose is not None:
                 self._poses.setdefault(edge.child, (edge.parent, edge.pose))
         self._places: dict[str, Placed] = {}
-        self._masses: dict[str, tuple[float, Vector, Six]] = {}
+        self._masses: dict[int, tuple[float, Vector, Six]] = {}
         self._blocks: dict[tuple[str, str], Block] = {}
         self._motions: dict[Hashable, Block] = {}
         self._motion_of: dict[str, Block] = {}
@@ -86,9 +86,12 @@ class Known:
 
     def mass(self, link: str) -> tuple[float, Vector, Six] | None:
         """Return mass, centre and moments of a link as ``facts.mass_of``; None of one without."""
-        found = self._masses.get(link)
-        if found is None and link in self._inertials:
-            found = self._masses[link] = mass_of(self._inertials[link])
+        inertial = self._inertials.get(link)
+        if inertial is None:
+            return None
+        found = self._masses.get(id(inertial))  # which links may share
+        if found is None:
+            found = self._masses[id(inertial)] = mass_of(inertial)
         return found
 
     def motion(self, joint: str) -> Block:

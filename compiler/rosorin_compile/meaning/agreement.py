@@ -96,8 +96,9 @@ def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
     weighs, others = FORMATS[artifact.backend].inertials, dict[str, Inertial]()
     if weighs is not None:
         output = next(output for output in robot.outputs if output.name == artifact.output)
-        weights = weighs(robot, output).items()
-        others = {name: one for name, one in weights if name in robot.link and one != robot.link[name].inertial}
+        own = {link.name: link.inertial for link in robot.links}
+        weights = ((name, one) for name, one in weighs(robot, output).items() if one is not own.get(name))
+        others = {name: one for name, one in weights if name in own and one != own[name]}
     return model.of(called(robot, artifact), others)
 
 
@@ -223,9 +224,9 @@ def _error(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading
 def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnostic]:
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
-    every, output = reading.format.all_solids and bool(told), reading.output(robot)
-    for link in sorted(reading.view.names) if every else sorted(told):
-        shapes = _meant(robot, link, reading, output)
+    format, output = reading.format, reading.output(robot)
+    for link in sorted(reading.view.names) if format.all_solids and told else sorted(told):
+        shapes = _meant(robot, link, format, output, reading.view.names)
         if shapes is None:
             continue
         # Names of shapes and the like are not in every artifact.
@@ -248,13 +249,13 @@ def _solid(shape: Shape, known: Known) -> Solid:
     return found[1]
 
 
-def _meant(robot: Robot, link: str, reading: _Reading, output: Output) -> Sequence[Shape] | None:
+def _meant(robot: Robot, link: str, format: Format, output: Output, names: frozenset[str]) -> Sequence[Shape] | None:
     """Return the shapes that a link should have in an artifact; None if they cannot be compared."""
     if link not in robot.link:
         return None
     own: Sequence[Shape] | None = robot.link[link].collision
-    if reading.format.solids is not None:
-        own = reading.format.solids(robot, link, output, reading.view.names)
+    if format.solids is not None:
+        own = format.solids(robot, link, output, names)
     if own is None or any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
     return own

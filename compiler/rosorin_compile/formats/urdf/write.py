@@ -218,7 +218,7 @@ def _version(output: Output) -> str:
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
     """Return the collision shapes that a link has in a URDF that carries these frames."""
     shapes = robot.shapes_at(link, carried, "collision", _boxes(output))[0]
-    unsaid = Ellipsoid if _version(output) != "1.0" else Capsule | Ellipsoid
+    unsaid = (Ellipsoid,) if _version(output) != "1.0" else (Capsule, Ellipsoid)
     return [Shape(plain(s.geometry), s.pose) if isinstance(s.geometry, unsaid) else s for s in shapes]
 
 

@@ -207,7 +207,8 @@ class _Printer:
         self.geom_names: dict[str, list[str]] = {}
         self.simulated = SimulationPrinter(robot, number)
         self.fields: dict[str, Field] = {}
-        # What is printed of values that many links may share.
+        # What is printed of values that many joints and links may share.
+        self.motions: dict[Hashable, Mapping[str, str]] = {}
         self.printed: dict[Hashable, tuple[object, Markup | str]] = {}
         self.form = form_of(output)
         self.names, self.simulated.own_names = _geom_names(robot, self.form)
@@ -222,11 +223,20 @@ class _Printer:
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
         moving = [joint for joint in joints if joint.moves]
-        made = [Named("joint", single(joint, self.robot, self.number), joint.name) for joint in moving]
+        made = [Named("joint", joint.name, self.motion(joint), joint.name) for joint in moving]
         made += [self.simulated.actuator(drive) for drive in drives]
         self.classes = Classes(self.robot.name, made, kept)
         self.frame = self.classes.named(FRAME)
-        self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(moving)}
+        self.single = {joint.name: self.classes.printed(place) for place, joint in enumerate(moving)}
+
+    def motion(self, joint: Joint) -> Mapping[str, str]:
+        """Return the attributes of a joint but its name: one object for joints that move alike."""
+        if joint.actuator is not None or joint.mjcf:
+            return single(joint, self.robot, self.number)
+        key = (joint.type, joint.axis, id(joint.limit), id(joint.dynamics))
+        if key not in self.motions:
+            self.motions[key] = single(joint, self.robot, self.number)
+        return self.motions[key]
 
     def tree(self, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the default classes; ``shown``: some visuals show what collides; ``groups`` that are asked for."""
@@ -236,7 +246,7 @@ class _Printer:
         """Return the elements of actuators, which follow the joints in the list of those that share classes."""
         places = range(len(self.single), len(self.single) + len(drives))
         pairs = zip(places, drives, strict=True)
-        return [Part(drive.actuator.type, attributes(**self.classes.values(place))) for place, drive in pairs]
+        return [Part(drive.actuator.type, self.classes.printed(place)) for place, drive in pairs]
 
     def joints_of(self, joint: Joint) -> list[Markup]:
         """Return the attributes of the joints that a body has for one joint, in their order."""

@@ -20,6 +20,9 @@ MAX_NODE_DEPTH = 150
 _TOO_DEEP = f"nested deeper than {MAX_DEPTH} levels"
 # Compiled when they are needed first.
 _JSON = r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]'
+# Brackets of one kind, quotes and backslashes; and all else.
+_ONE_KIND = bytes.maketrans(b"{}", b"[]")
+_NO_SIGNS = bytes(set(range(256)) - set(b'[]{}"\\'))
 _INDENT = r"(?m)^[ \t?-]+"
 
 
@@ -28,11 +31,21 @@ def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = Non
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
     depth = 0
-    for match in re.finditer(_JSON, text) if text.count("[") + text.count("{") > MAX_DEPTH else ():
+    for match in re.finditer(_JSON, text) if _may_be_deep_json(text) else ():
         depth += (match[0] in "[{") - (match[0] in "]}")
         if depth > MAX_DEPTH:
             raise json.JSONDecodeError(_TOO_DEEP, text, match.start())
     return json.loads(text, parse_constant=parse_constant)
+
+
+def _may_be_deep_json(text: str) -> bool:
+    """Say whether a text might be nested too deep: its brackets are looked at alone, if none stands in a text."""
+    if text.count("[") + text.count("{") <= MAX_DEPTH:
+        return False
+    signs = text.encode("utf-8", "replace").translate(_ONE_KIND, _NO_SIGNS).replace(b'""', b"")
+    for _ in range(MAX_DEPTH):
+        signs = signs.replace(b"[]", b"")  # the innermost pairs: one level
+    return bool(signs)
 
 
 def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expression:

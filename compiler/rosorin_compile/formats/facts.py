@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
@@ -60,6 +60,7 @@ _UPRIGHT = Transform().rows
 NO_TOLERANCE: Vector = (0.0, 0.0, 0.0)
 
 Six = tuple[float, float, float, float, float, float]
+Made = TypeVar("Made")
 
 
 class Solid(NamedTuple):
@@ -152,14 +153,15 @@ class Sheet:
         self._parents: dict[str, str] = {}
         self._solids: dict[str, list[Solid]] = {}
         self._names: set[str] = set()
-        self._once: dict[Hashable, Block] = {}
+        self._once: dict[Hashable, Any] = {}
         self._same: set[tuple[int, int]] = set()
 
-    def held(self) -> Held:
-        """Return what was found that is not known."""
+    def held(self, data: object = None) -> Held:
+        """Return what was found that is not known; ``data`` is what a schema is about."""
         from .known import Held
 
-        return Held(self.facts, self._parents, self._solids, frozenset(self._names.union(self._parents.values())))
+        names = frozenset(self._names.union(self._parents.values()))
+        return Held(self.facts, self._parents, self._solids, names, data)
 
     def take(self, kind: str, name: str, quantity: str, value: Value) -> None:
         """Take down a fact."""
@@ -175,12 +177,12 @@ class Sheet:
         meant = known.block(kind, name).get(quantity)
         return meant is not None and meant[0] != value
 
-    def once(self, key: Hashable, make: Callable[[], Block]) -> Block:
+    def once(self, key: Hashable, make: Callable[[], Made]) -> Made:
         """Return what is made of words that may be said of many things; ``key`` are all of those words."""
-        block = self._once.get(key)
-        if block is None:
-            block = self._once[key] = make()
-        return block
+        if key not in self._once:
+            self._once[key] = make()
+        made: Made = self._once[key]
+        return made
 
     def add_joint(self, name: str, child: str, motion: Block) -> None:
         """Take down a joint; ``motion`` is all but its child, the same object where the same is said (``once``)."""
@@ -332,7 +334,9 @@ class FactSheet(Sheet):
             if not math.isfinite(sum(sizes)):
                 raise ValueError(f"{shape} of link {link} has no size")
             if shape.startswith(COLLISION):
-                self._solids.setdefault(link, []).append(self._solid(kind, sizes, transform))
+                key = ("shape", kind, *sizes, transform.xyz, transform.rows)
+                solid = self.once(key, lambda: self._solid(kind, sizes, transform))
+                self._solids.setdefault(link, []).append(solid)
             return
         self.add(Fact("link", link, f"{shape} geometry"), kind)
         for axis, value in zip(AXES, transform.xyz, strict=True):

@@ -6,6 +6,7 @@ import math
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic
@@ -40,6 +41,8 @@ _FRAME_WIDTHS = (18, 18, 22, 6, 10, 35, 35, 29, 8)
 _POSE_WIDTHS = (12, 18, 26, 10, 6)
 _NUMBER_WIDTH = {"m": 11, "rad": 11, "deg": 9}
 _DEGREE_DIGITS = 4
+# So much of what was printed last is remembered: a frame is the parent of the next one, and many have one pose.
+_MANY = 1_000
 
 # What Markdown gives a meaning to: these marks anywhere, and an underscore that is not inside a word.
 _MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
@@ -123,18 +126,19 @@ def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
         who, topic, when = _publishing(frame)
         motion = "moving" if frame.moving else "static"
         unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
-        numbers = _placed(frame.pose, number) if frame.pose else [unknown, "", ""]
+        numbers = _placed(frame.pose.xyz, frame.pose.rpy, number) if frame.pose else (unknown, "", "")
         rows.append([_escape(frame.parent), _escape(frame.child), _escape(who), motion, topic, *numbers, _escape(when)])
     return rows
 
 
-def _placed(pose: Pose, number: NumberFormat) -> list[str]:
+@lru_cache(maxsize=_MANY)
+def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> tuple[str, str, str]:
     """Return a pose as three cells: position, angles in radians, angles in degrees."""
-    return [
-        _vector(pose.xyz, number, "m"),
-        _vector(pose.rpy, number, "rad"),
-        _vector(_degrees(pose.rpy), _degree, "deg"),
-    ]
+    return (
+        _vector(xyz, number, "m"),
+        _vector(rpy, number, "rad"),
+        _vector(_degrees(rpy), _degree, "deg"),
+    )
 
 
 def _publishing(frame: _Frame) -> tuple[str, str, str]:
@@ -158,16 +162,13 @@ def _pose_rows(robot: Robot, number: NumberFormat) -> Iterator[list[str]]:
 def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     """Return what only holds the place of a value, as the reason and the things that it holds for."""
     by_reason: dict[str, list[str]] = {}
-    named = [(f"robot {robot.name}", robot.source)]
-    named += [(f"link {link.name}", link.source) for link in robot.links]
-    named += [(f"joint {joint.name}", joint.source) for joint in robot.joints]
-    named += [(f"sensor {sensor.name}", sensor.source) for sensor in robot.sensors]
-    named += [(f"servos {group.name}", group.source) for group in robot.servos]
-    named += [(f"pose {pose.name}", pose.source) for pose in robot.poses]
-    named += [(f"transform {edge.parent} to {edge.child}", edge.source) for edge in robot.edges]
-    for name, source in named:
-        if source.status == "stand_in":
-            by_reason.setdefault(source.note or "no reason given", []).append(name)
+    kinds: dict[str, Sequence[Any]] = {"robot": [robot], "link": robot.links, "joint": robot.joints}
+    kinds |= {"sensor": robot.sensors, "servos": robot.servos, "pose": robot.poses, "transform": robot.edges}
+    for kind, things in kinds.items():
+        for thing in things:
+            if thing.source.status == "stand_in":
+                name = f"{thing.parent} to {thing.child}" if isinstance(thing, Edge) else thing.name
+                by_reason.setdefault(thing.source.note or "no reason given", []).append(f"{kind} {name}")
     for link in robot.links:
         for shape in (*link.collision, *link.visual):
             if shape.stand_in:
@@ -192,6 +193,7 @@ def _vector(vector: Vector, number: NumberFormat, unit: str) -> str:
     return " ".join(number(value).ljust(width) for value in vector).rstrip()
 
 
+@lru_cache(maxsize=_MANY)
 def _escape(text: str) -> str:
     """Return a text of one line that Markdown shows as it is, in a cell of a table too."""
     return _MARKS.sub(r"\\\g<0>", " ".join(text.split()))
@@ -210,7 +212,7 @@ def _table(headers: Sequence[str], widths: Sequence[int], rows: list[list[str]])
 
 
 def _line(cells: Iterable[str], widths: Sequence[int]) -> str:
-    return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+    return "| " + " | ".join(map(str.ljust, cells, widths)) + " |"
 
 
 def read(text: str) -> Facts:
@@ -233,13 +235,14 @@ def _read(text: str, sheet: Sheet) -> Sheet:
         return sheet
     if not frames:
         raise ValueError("there is no table of frames")
-    tolerance = _tolerance({number for row in frames for number in _numbers(row)})
+    placed = [_numbers(row) for row in frames]
+    tolerance = _tolerance({number for numbers in set(placed) for number in numbers})
     parents: dict[str, str] = {}
-    for row in frames:
+    for row, numbers in zip(frames, placed, strict=True):
         first = parents.setdefault(row["child"], row["parent"])
         which = "" if first == row["parent"] else f" below {row['parent']}"
         which += "" if row["when"] in ("always", "never") else f" when {row['when']}"
-        _read_frame(sheet, row, tolerance, which)
+        _read_frame(sheet, row, numbers, tolerance, which)
     for row in _parse(text, _POSE_HEADERS):
         token, unit = row["position"].split(" ")
         number = number_of(token)
@@ -247,21 +250,22 @@ def _read(text: str, sheet: Sheet) -> Sheet:
     return sheet
 
 
-def _read_frame(sheet: Sheet, row: dict[str, str], tolerance: Callable[[float], float], which: str) -> None:
-    """Take down a row; ``which`` stands behind each quantity."""
+def _read_frame(
+    sheet: Sheet, row: dict[str, str], numbers: Sequence[float], tolerance: Callable[[float], float], which: str
+) -> None:
+    """Take down a row with its ``numbers``; ``which`` stands behind each quantity."""
     child, parent = row["child"], row["parent"]
     sheet.add_parent(child, parent, which)
     if sheet.known is None:  # where nothing is known of it
         sheet.take("frame", child, f"publisher{which}", Value(row["published by"]))
         sheet.take("frame", child, f"topic{which}", Value(row["topic"]))
-    numbers = _numbers(row)
     if numbers:
         x, y, z, roll, pitch, yaw = numbers
         a, b, c, d, e, f = map(tolerance, numbers)
         sheet.add_pose(child, Pose((x, y, z), (roll, pitch, yaw)), (a, b, c), (d, e, f), which)
 
 
-def _numbers(row: dict[str, str]) -> Sequence[float]:
+def _numbers(row: dict[str, str]) -> tuple[float, ...]:
     """Return the position and the angles of a row; none where only the publisher knows them."""
     if not row["roll pitch yaw (rad)"]:
         return ()
@@ -284,7 +288,7 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
             inside = tuple(cells) == tuple(headers)
         elif not cells:
             return
-        elif set("".join(cells)) != {"-"}:
+        elif cells[0].strip("-") or set("".join(cells)) != {"-"}:
             if "\\" in line:
                 cells = [re.sub(_ESCAPED, r"\1", cell) for cell in cells]
             yield dict(zip(headers, cells, strict=True))

@@ -29,12 +29,14 @@ class Held(NamedTuple):
     """An artifact held against what is known: the facts that are said otherwise, and what is left to be compared.
 
     ``parents`` are those of all frames, ``solids`` the collision shapes by link, ``names`` all links that it has.
+    ``data`` is what its schema is about, if it was read for this.
     """
 
     facts: Facts
     parents: Mapping[str, str]
     solids: Mapping[str, Sequence[Solid]]
     names: frozenset[str]
+    data: object = None
 
 
 class Known:
@@ -57,7 +59,7 @@ class Known:
             elif edge.pose is not None:
                 self._poses.setdefault(edge.child, (edge.parent, edge.pose))
         self._places: dict[str, Placed] = {}
-        self._masses: dict[str, tuple[float, Vector, Six]] = {}
+        self._masses: dict[int, tuple[float, Vector, Six]] = {}
         self._blocks: dict[tuple[str, str], Block] = {}
         self._motions: dict[Hashable, Block] = {}
         self._motion_of: dict[str, Block] = {}
@@ -84,9 +86,12 @@ class Known:
 
     def mass(self, link: str) -> tuple[float, Vector, Six] | None:
         """Return mass, centre and moments of a link as ``facts.mass_of``; None of one without."""
-        found = self._masses.get(link)
-        if found is None and link in self._inertials:
-            found = self._masses[link] = mass_of(self._inertials[link])
+        inertial = self._inertials.get(link)
+        if inertial is None:
+            return None
+        found = self._masses.get(id(inertial))  # which links may share
+        if found is None:
+            found = self._masses[id(inertial)] = mass_of(inertial)
         return found
 
     def motion(self, joint: str) -> Block:

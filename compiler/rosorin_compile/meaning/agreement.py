@@ -34,11 +34,12 @@ _TOLERANCE = 1e-9
 
 
 class _Reading(NamedTuple):
-    """An artifact, what it says, and the parents of its frames."""
+    """An artifact, what it says, the parents of its frames, and what its schema is about, if that was read."""
 
     artifact: Artifact
     view: View
     parents: Mapping[str, str]
+    data: object = None
 
     @property
     def format(self) -> Format:
@@ -50,10 +51,14 @@ class _Reading(NamedTuple):
         return next(output for output in robot.outputs if output.name == self.artifact.output)
 
 
-def _misfits(artifact: Artifact) -> list[Diagnostic]:
-    """Return an error for each place where a JSON artifact does not fit its published schema."""
-    name, data = FORMATS[artifact.backend].schema, FORMATS[artifact.backend].data or json.loads
-    problems = misfits(name, data(artifact.text)) if name else []
+def _misfits(artifact: Artifact, data: object = None) -> list[Diagnostic]:
+    """Return an error for each place where a JSON artifact does not fit its published schema.
+
+    ``data`` is what the artifact says, if it was read already.
+    """
+    format = FORMATS[artifact.backend]
+    name, read = format.schema, format.data or json.loads
+    problems = misfits(name, read(artifact.text) if data is None else data) if name else []
     return [
         error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
     ]
@@ -83,7 +88,9 @@ def agrees(robot: Robot, artifact: Artifact, model: Known) -> bool:
         reading = _reading(artifact, known)
     except ValueError:
         return False
-    return reading is None or not (_misfits(artifact) or any(True for _ in _wrong(robot, reading, known, ())))
+    return reading is None or not (
+        _misfits(artifact, reading.data) or any(True for _ in _wrong(robot, reading, known, ()))
+    )
 
 
 def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
@@ -94,8 +101,9 @@ def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
     weighs, others = FORMATS[artifact.backend].inertials, dict[str, Inertial]()
     if weighs is not None:
         output = next(output for output in robot.outputs if output.name == artifact.output)
-        weights = weighs(robot, output).items()
-        others = {name: one for name, one in weights if name in robot.link and one != robot.link[name].inertial}
+        own = {link.name: link.inertial for link in robot.links}
+        weights = ((name, one) for name, one in weighs(robot, output).items() if one is not own.get(name))
+        others = {name: one for name, one in weights if name in own and one != own[name]}
     return model.of(called(robot, artifact), others)
 
 
@@ -121,7 +129,7 @@ def _held(artifact: Artifact, held: Held) -> _Reading:
     """Return an artifact that has been held against what is known."""
     view = view_of(held.facts, {})
     shapes = {(link, COLLISION): tuple(map(straight, solids)) for link, solids in held.solids.items()}
-    return _Reading(artifact, view._replace(shapes=shapes, names=held.names), held.parents)
+    return _Reading(artifact, view._replace(shapes=shapes, names=held.names), held.parents, held.data)
 
 
 def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
@@ -221,9 +229,9 @@ def _error(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading
 def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnostic]:
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
-    every, output = reading.format.all_solids and bool(told), reading.output(robot)
-    for link in sorted(reading.view.names) if every else sorted(told):
-        shapes = _meant(robot, link, reading, output)
+    format, output = reading.format, reading.output(robot)
+    for link in sorted(reading.view.names) if format.all_solids and told else sorted(told):
+        shapes = _meant(robot, link, format, output, reading.view.names)
         if shapes is None:
             continue
         # Names of shapes and the like are not in every artifact.
@@ -246,13 +254,13 @@ def _solid(shape: Shape, known: Known) -> Solid:
     return found[1]
 
 
-def _meant(robot: Robot, link: str, reading: _Reading, output: Output) -> Sequence[Shape] | None:
+def _meant(robot: Robot, link: str, format: Format, output: Output, names: frozenset[str]) -> Sequence[Shape] | None:
     """Return the shapes that a link should have in an artifact; None if they cannot be compared."""
     if link not in robot.link:
         return None
     own: Sequence[Shape] | None = robot.link[link].collision
-    if reading.format.solids is not None:
-        own = reading.format.solids(robot, link, output, reading.view.names)
+    if format.solids is not None:
+        own = format.solids(robot, link, output, names)
     if own is None or any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
     return own

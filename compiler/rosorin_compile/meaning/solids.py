@@ -89,7 +89,7 @@ def solid_from(shape: Shape, tolerance: float = 0.0) -> Solid:
     """Return a shape of the model as a solid; ``tolerance``: how well its numbers are known (m, rotation entries)."""
     geometry, pose, sizes = shape.geometry, shape.pose, tuple[float, ...]()
     if pose.rpy != (0.0, 0.0, 0.0):
-        shape = shape.moved(Transform())
+        shape = shape.in_link
         geometry, pose = shape.geometry, shape.origin()
     elif isinstance(geometry, Box):
         box = Box(plus(geometry.lower, pose.xyz), plus(geometry.upper, pose.xyz))

@@ -467,6 +467,10 @@ class Robot:
         A link that is not carried itself is carried by the next one above it that is; what hangs on none, by the
         topmost of those that are. Joints between are at zero, those that mimic another where that puts them.
         """
+        return self._carriers(frozenset(carried))
+
+    @of_robot
+    def _carriers(self, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
         top = next(link.name for link in self.walk() if link.name in carried)
         found, here = {top: (top, Transform())}, Transform()
         for joint in reversed(self.chain(top)):

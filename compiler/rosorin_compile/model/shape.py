@@ -278,6 +278,11 @@ class Shape:
         """What has been found out about the shape: several ask, and many links may share it."""
         return {}
 
+    @cached_property  # links may share shapes
+    def in_link(self) -> Shape:
+        """The shape as ``moved`` by nothing: a box that quarter turns brought along the axes of its link lies there."""
+        return self.moved(Transform())
+
     @cached_property
     def _pieces(self) -> dict[str, tuple[Shape, ...]]:
         return {}

@@ -87,13 +87,9 @@ def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape] | None:  # noqa: ARG001
-    from .height_fields import HFIELD, form_of
-    from .unsaid import has_volume
+    from .height_fields import colliding
 
-    form, shapes = form_of(output), robot.link[link].collision
-    if form == HFIELD and any(len(shape.solids()) > 1 for shape in shapes):
-        return None
-    return [solid for shape in shapes for solid in shape.solids(form) if has_volume(solid.geometry)]
+    return colliding(robot.link[link], output)
 
 
 def _cannot_say(robot: Robot, fact: Fact) -> bool:

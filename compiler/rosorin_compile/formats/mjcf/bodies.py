@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...model import Joint, Robot
+from ...model.robot import of_robot
 
 # The body that everything else stands in.
 WORLD = "world"
@@ -40,6 +41,7 @@ def is_free(robot: Robot, joint: Joint) -> bool:
     return joint.type == "floating" and robot.simulation.root.world and joint.parent == robot.root
 
 
+@of_robot
 def weld_groups(robot: Robot) -> dict[str, list[str]]:
     """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
     top: dict[str, str] = {}

@@ -10,8 +10,7 @@ class is called after the words that the names of all its joints have: wrist of 
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 
 from markupsafe import Markup
 
@@ -27,6 +26,7 @@ _SIDE = ("axis", "range", "ctrlrange", "forcerange")
 _KINDS = ("position", "velocity", "motor", "general")
 _TARGETS = ("name", "class", "joint", "jointinparent", "tendon", "site", "refsite", "body", "slidersite", "cranksite")
 
+_WORD = patterns.compile(r"[^\W\d_]+")
 _CLASS = patterns.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
 
 Texts = Mapping[str, str]
@@ -41,9 +41,13 @@ class Part(NamedTuple):
 
 
 class Named(NamedTuple):
-    """An element that may have a class: its tag, its attributes, and the joint after which its class is called."""
+    """An element that may have a class: its tag, its name, its other attributes, the joint that names its class.
+
+    Elements that are alike may share one object of attributes, which is looked at once.
+    """
 
     tag: str
+    name: str
     values: Texts
     joint: str = ""
 
@@ -57,11 +61,15 @@ class Class(NamedTuple):
 
 
 class _Shared(NamedTuple):
-    """Attributes that several elements of a kind share; ``members`` are their places in the list of all."""
+    """Attributes that several elements of a kind share; ``members`` are their places in the list of all.
+
+    ``words`` are those that the names of their joints have in common.
+    """
 
     tag: str
     values: Texts
     members: tuple[int, ...]
+    words: str
 
 
 class Classes:
@@ -73,20 +81,22 @@ class Classes:
         self._prefix = f"{self.outer}_"
         self._elements = elements
         self._names: dict[int, str] = {}
+        self._printed: dict[tuple[int, str], Markup] = {}
         self.shared = self._share()
 
     def named(self, purpose: str) -> str:
         """Return the name of the class of geoms (``visual``, ``collision``, ``visual_of_shapes``) or of frames."""
         return f"{self._prefix}{purpose}"
 
-    def values(self, place: int) -> Texts:
+    def printed(self, place: int) -> Markup:
         """Return the attributes of the element at a place in the list: those of its class are said there."""
-        element, name = self._elements[place], self._names.get(place)
-        if name is None:
-            return element.values
-        said = next(one for one in self.shared[name] if one.tag == element.tag)
-        first = {"name": element.values["name"], "class": name}
-        return first | {key: text for key, text in element.values.items() if key not in said.values}
+        element, name = self._elements[place], self._names.get(place, "")
+        key = (id(element.values), name)
+        if key not in self._printed:
+            said = next((one.values for one in self.shared[name] if one.tag == element.tag), {}) if name else {}
+            own = {word: text for word, text in element.values.items() if word not in said}
+            self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
+        return Markup("".join((attributes(name=element.name), self._printed[key])))  # noqa: S704 - both are
 
     def tree(self, seen: bool, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.
@@ -128,23 +138,32 @@ class Classes:
         """
         for tag, members in self._cut(range(len(self._elements)), _SIDE):
             whole = self._shared(tag, members)
-            parts = [self._shared(tag, inner) for _, inner in self._cut(members, ())]
+            cut = self._cut(members, ())
+            parts = [self._shared(tag, inner) for _, inner in cut] if len(cut) > 1 else [whole]
             saved = [self._saved(one, made) for one in parts]
-            words = {self._words(one) for one in parts} - {"", "joint"}
+            words = {one.words for one in parts} - {"", "joint"}
             told_apart = len(words) == len(parts) and min(saved) > 0
             shorter = sum(max(0, more) for more in saved) >= self._saved(whole, made)
             yield from parts if told_apart or shorter else [whole]
 
     def _cut(self, places: Iterable[int], without: Sequence[str]) -> list[tuple[str, list[int]]]:
         """Return groups of elements of a kind that are alike but for their names and some attributes."""
-        groups: dict[tuple[str, frozenset[tuple[str, str]]], list[int]] = {}
+        groups: dict[Hashable, list[int]] = {}
+        known: dict[tuple[str, int], Hashable] = {}
         for place in places:
             element = self._elements[place]
-            groups.setdefault((element.tag, frozenset(_alike(element, without))), []).append(place)
-        return [(tag, members) for (tag, _), members in groups.items()]
+            if element.tag != "joint" and element.tag not in _KINDS:  # it is like no other
+                groups[element.tag, element.name, place] = [place]
+                continue
+            key = (element.tag, id(element.values))
+            if key not in known:
+                known[key] = (element.tag, frozenset(_alike(element, without)))
+            groups.setdefault(known[key], []).append(place)
+        return [(self._elements[members[0]].tag, members) for members in groups.values()]
 
     def _shared(self, tag: str, members: Sequence[int]) -> _Shared:
-        return _Shared(tag, _common([self._elements[place] for place in members]), tuple(members))
+        elements = [self._elements[place] for place in members]
+        return _Shared(tag, _common(elements), tuple(members), _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> str:
         """Return the class of joints that all joints of these actuators are of, if it has no actuators yet."""
@@ -157,15 +176,12 @@ class Classes:
 
     def _called(self, shared: _Shared) -> str:
         """Return a name that no class has, after what the names of the joints have in common."""
-        words = self._words(shared) or shared.tag
+        words = shared.words or shared.tag
         name, number = f"{self._prefix}{words}", 1
         while name in self._taken:
             number += 1
             name = f"{self._prefix}{words}_{number}"
         return name
-
-    def _words(self, shared: _Shared) -> str:
-        return _words_of([self._elements[place].joint for place in shared.members])
 
     def _saved(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> int:
         """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
@@ -178,20 +194,19 @@ class Classes:
 
 
 def _alike(element: Named, without: Sequence[str]) -> Iterable[tuple[str, str]]:
-    """Return the attributes by which elements share a class; of an actuator of another kind its name."""
-    if element.tag != "joint" and element.tag not in _KINDS:
-        return [("name", element.values["name"])]
-    own = _OWN if element.tag == "joint" else _TARGETS
-    return [(key, text) for key, text in element.values.items() if key not in (*own, *without)]
+    """Return the attributes by which elements share a class."""
+    others = (*(_OWN if element.tag == "joint" else _TARGETS), *without)
+    return [(key, text) for key, text in element.values.items() if key not in others]
 
 
 def _common(members: Sequence[Named]) -> Texts:
     """Return the attributes that all elements have, in the order of the first one."""
     first, own = members[0], _OWN if members[0].tag == "joint" else _TARGETS
+    every = {id(member.values): member.values for member in members}.values()
     return {
         key: text
         for key, text in first.values.items()
-        if key not in own and all(member.values.get(key) == text for member in members)
+        if key not in own and all(values.get(key) == text for values in every)
     }
 
 
@@ -203,7 +218,7 @@ def _words_of(names: Sequence[str]) -> str:
     >>> _words_of(["joint1", "joint2"]), _words_of(["pan", "tilt"])
     ('joint', '')
     """
-    split = [re.findall(r"[^\W\d_]+", name) for name in names]
+    split = list(map(_WORD.findall, names))
     shortest = min(map(len, split))
     begin = next((at for at in range(shortest) if len({tuple(words[at : at + 1]) for words in split}) > 1), shortest)
     rest = range(shortest - begin)

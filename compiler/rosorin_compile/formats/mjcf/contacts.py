@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from functools import cache, cached_property, partial
 
 from ...model import MERGED, Joint, Link, Mesh, Robot, Transform, Vector
 from ...model.geometry import dot, norm, unit
@@ -77,8 +77,8 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}
     solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
-    places = _places(robot)
-    geoms = {link.name: _geoms(link, form) for link in robot.links if link.collision} if implied else {}
+    places = cache(partial(_places, robot))
+    geoms = cache(lambda name: _geoms(robot.link[name], form))
     meshes = {link.name for link in robot.links if any(isinstance(one.geometry, Mesh) for one in link.collision)}
     named = {frozenset(pair) for pair in robot.disabled_contacts}
     excluded: dict[frozenset[str], tuple[str, str]] = {}
@@ -86,13 +86,13 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     left: list[tuple[str, str]] = []
     for top, below in solid.items() if implied else ():
         joint = robot.joint_to.get(top)
-        if joint is None or not below:
+        above = solid[top_of[joint.parent]] if joint is not None else []
+        if joint is None or not below or not above:
             continue
-        above = solid[top_of[joint.parent]]
         if above == [joint.parent] and below == [joint.child]:  # neighbours alone, wherever they are
             excluded.setdefault(frozenset((joint.parent, joint.child)), (joint.parent, joint.child))
             continue
-        across = _Across(robot, joint, places, geoms, meshes)
+        across = _Across(robot, joint, places(), geoms, meshes)
         for links, meeting in across.candidates(above, below):
             if across.excludes(links, meeting):
                 excluded.setdefault(frozenset(links), links)
@@ -132,14 +132,17 @@ def _spread(joint: Joint) -> list[float]:
 
 
 class _Across:
-    """What is on both sides of a joint; ``places`` are those of the links in the topmost of their side."""
+    """What is on both sides of a joint; ``places`` are those of the links in the topmost of their side.
+
+    ``geoms`` gives the shapes of a link.
+    """
 
     def __init__(
         self,
         robot: Robot,
         joint: Joint,
         places: Mapping[str, Transform],
-        geoms: Mapping[str, Sequence[Geom]],
+        geoms: Callable[[str], Sequence[Geom]],
         meshes: Set[str],
     ) -> None:
         self.robot = robot
@@ -210,7 +213,7 @@ class _Across:
 
     def _balls(self, link: str, place: Transform) -> Iterator[_Ball]:
         """Yield balls around the shapes of a link that become geoms; ``place`` is where the joint sees the link."""
-        for geom in self.geoms[link]:
+        for geom in self.geoms(link):
             first, second = self._constant(place.apply(geom.solid.middle))
             yield _Ball(first, second, geom.solid.radius, geom)
 

@@ -11,6 +11,8 @@ no link is known of is said by itself: Fact("sensor", name, "clock ...").
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ...model import Transform
@@ -108,13 +110,15 @@ def _fill(root: Element) -> None:
         classes[default.get("class", "main")] = above | own
         waiting += [(inner, above | own) for inner in default.iterfind("default")]
     colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
+    said = {(name, tag): own.items() for name, parts in classes.items() for tag, own in parts.items()}
     for section in ("worldbody", "actuator"):
         for element in (inner for top in root.iterfind(section) for inner in top.iter()):
-            for key, text in classes.get(element.get("class", ""), {}).get(element.tag, {}).items():
-                element.attrib.setdefault(key, text)
-            colour = colours.get(element.get("material", ""))
+            attributes = element.attrib
+            for key, text in said.get((attributes.get("class", ""), element.tag), ()):
+                attributes.setdefault(key, text)
+            colour = colours.get(attributes.get("material", ""))
             if colour is not None:
-                element.attrib.setdefault("rgba", colour)
+                attributes.setdefault("rgba", colour)
 
 
 def _bodies(
@@ -128,13 +132,16 @@ def _bodies(
     waiting = [(body, _TOP) for body in reversed(top.findall("body"))]
     while waiting:
         body, parent = waiting.pop()
+        parts: dict[str, list[Element]] = {}
+        for part in body:
+            parts.setdefault("freejoint" if part.get("type") == "free" else part.tag, []).append(part)
         called = sheet.text(body, "name")
         # The body of a link "world" has another name, for MuJoCo has a body of that name.
-        moved = called.startswith(f"{WORLD}_link") and any(s.get("name") == WORLD for s in body.iterfind("site"))
+        moved = called.startswith(f"{WORLD}_link") and any(s.get("name") == WORLD for s in parts.get("site", ()))
         name = WORLD if moved else called
         owners[called] = name
         sheet.add_frame(name, parent, _transform(sheet, body))
-        for joint in (one for one in body if one.tag == "freejoint" or one.get("type") == "free"):
+        for joint in parts.get("freejoint", ()):
             if parent != _TOP:
                 sheet.add(Fact("joint", sheet.text(joint, "name"), "type"), "floating")
                 sheet.add(Fact("joint", sheet.text(joint, "name"), "child"), name)
@@ -142,22 +149,27 @@ def _bodies(
                 continue
             free = True
             sheet.add(Fact("link", name, "base"), "free")
-        own = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint") if joint.get("type") != "free"}
+        own = {sheet.text(joint, "name"): joint for joint in parts.get("joint", ())}
         joints |= own
         _joints(sheet, own, name)
         owners[name] = name
-        for part in body:
-            if part.tag == "site" and part.get("name") == name:
-                sheet.add(Fact("link", name, "site"), name)
-            elif part.tag not in _PLAIN:
-                _part(sheet, name, part, owners)
-        for inertial in body.iterfind("inertial"):
+        _others(sheet, name, body, owners)
+        for inertial in parts.get("inertial", ()):
             _inertial(sheet, name, inertial)
-        _shapes(sheet, name, body.findall("geom"), scales)
-        waiting += [(child, name) for child in reversed(body.findall("body"))]
+        _shapes(sheet, name, parts.get("geom", []), scales)
+        waiting += [(child, name) for child in reversed(parts.get("body", ()))]
         if not kept:  # of thousands of bodies it would be half of the memory
             body.clear()
     return free
+
+
+def _others(sheet: FactSheet, link: str, body: Element, owners: dict[str, str]) -> None:
+    """Take down the site of a link, and what sensors are made of."""
+    for part in body:
+        if part.tag == "site" and part.get("name") == link:
+            sheet.add(Fact("link", link, "site"), link)
+        elif part.tag not in _PLAIN:
+            _part(sheet, link, part, owners)
 
 
 def _pairs(sheet: FactSheet, worldbody: Element, owners: dict[str, str]) -> None:
@@ -219,6 +231,10 @@ def _numbers(text: str) -> list[float]:
 
 
 def _transform(sheet: FactSheet, element: Element) -> Transform:
+    return sheet.once(("at", element.get("pos"), element.get("quat")), lambda: _placed(sheet, element))
+
+
+def _placed(sheet: FactSheet, element: Element) -> Transform:
     if "quat" not in element.attrib:
         return Transform(xyz=sheet.vector3(element, "pos"))
     return transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
@@ -229,7 +245,11 @@ def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
     first = next(iter(joints), "")
     base = first.removesuffix(PLANAR[0])
     for kind, ends, last in (("planar", PLANAR, "hinge"), ("floating", FLOATING, "ball")):
-        if list(joints) == [base + end for end in ends] and joints[base + ends[-1]].get("type", "hinge") == last:
+        if (
+            len(joints) == len(ends)
+            and list(joints) == [base + end for end in ends]
+            and joints[base + ends[-1]].get("type", "hinge") == last
+        ):
             sheet.add(Fact("joint", base, "type"), kind)
             sheet.add(Fact("joint", base, "child"), child)
             if kind == "planar":
@@ -249,8 +269,16 @@ def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
 
 
 def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
-    key = tuple(item for item in joint.items() if item[0] not in ("name", "class"))
-    sheet.add_joint(sheet.text(joint, "name"), child, sheet.once(key, lambda: _motion(sheet, joint)))
+    motion = sheet.once(("joint", *_said(joint)), lambda: _motion(sheet, joint))
+    sheet.add_joint(sheet.text(joint, "name"), child, motion)
+
+
+def _said(element: Element) -> Iterable[tuple[str, str]]:
+    """Return what an element says but its name and its class, whose attributes it has."""
+    said = dict(element.attrib)
+    said.pop("name", None)
+    said.pop("class", None)
+    return said.items()
 
 
 def _motion(sheet: FactSheet, joint: Element) -> Block:
@@ -283,21 +311,26 @@ def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
     mass = sheet.number(inertial, "mass")
     if mass <= LEAST:  # what a link without mass has
         return
+    sheet.add_inertial(name, mass, *sheet.once(("inertial", *_said(inertial)), lambda: _inertia(sheet, inertial)))
+
+
+def _inertia(sheet: FactSheet, inertial: Element) -> tuple[Transform, Six]:
     frame = _transform(sheet, inertial)
     diagonal = sheet.vector3(inertial, "diaginertia")
     xx, yy, zz, xy, xz, yz = sheet.vector(inertial, "fullinertia", 6, (*diagonal, 0.0, 0.0, 0.0))
-    inertia: Six = (xx, yy, zz, xy, xz, yz)
-    sheet.add_inertial(name, mass, frame, inertia)
+    return frame, (xx, yy, zz, xy, xz, yz)
 
 
 def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str, Element]) -> None:
     """Take down the geoms of a body: what they are for stands at the end of their class."""
     for purpose in (COLLISION, VISUAL):
         ours = [geom for geom in geoms if geom.get("class", "").endswith(f"_{purpose}")]
-        sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(ours)), tolerance=0.0)
+        if sheet.known is None:
+            sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(ours)), tolerance=0.0)
         for index, geom in enumerate(ours, start=1):
             kind = geom.get("type", "sphere")
-            sizes = _full_sizes(sheet, geom, kind, scales)
+            key = ("geom", kind, geom.get("size"), geom.get("mesh"))
+            sizes = sheet.once(key, partial(_full_sizes, sheet, geom, kind, scales))
             sheet.add_shape(name, f"{purpose} {index}", kind, sizes, _transform(sheet, geom))
             for part, value in zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False):
                 sheet.add_of_shape(name, f"{purpose} {index}", part, value)

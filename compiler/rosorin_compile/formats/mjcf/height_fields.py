@@ -14,8 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...model import MERGED, HeightMap, Output, Pose, Shape
+from ...model import MERGED, HeightMap, Link, Output, Pose, Shape
 from ...startup.records import NamedTuple
+from .unsaid import has_volume
 
 HFIELD = "hfield"
 _THIN = 1e-5  # m: what stands for a thickness of zero, which MuJoCo does not take
@@ -39,6 +40,14 @@ def form_of(output: Output) -> str:
 def solids(shape: Shape, form: str) -> Sequence[Shape]:
     """Return the shapes that the geoms of a shape are: a height map as boxes in a form, or as it is."""
     return (shape,) if form == HFIELD else shape.solids(form)
+
+
+def colliding(link: Link, output: Output) -> Sequence[Shape] | None:
+    """Return the shapes of the geoms that a link collides with; None where one is a height field, no shape of ours."""
+    form = form_of(output)
+    if form == HFIELD and any(len(shape.solids()) > 1 for shape in link.collision):
+        return None
+    return [solid for shape in link.collision for solid in shape.solids(form) if has_volume(solid.geometry)]
 
 
 def field_of(shape: Shape, grid: HeightMap) -> Field:

@@ -8,6 +8,7 @@ from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more
 from ...model import Inertial, Robot, principal_moments
+from ...model.robot import of_robot
 from ..facts import Six, along_link
 from .bodies import weld_groups
 
@@ -48,6 +49,7 @@ def along_link_of(inertial: Inertial) -> Six:
     return along_link(six, inertial.pose.transform())
 
 
+@of_robot
 def weightless(robot: Robot, free: bool) -> list[str]:
     """Return the links without any mass that a joint moves, and that carry mass by further joints.
 

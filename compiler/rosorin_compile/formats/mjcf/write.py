@@ -29,8 +29,8 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache, partial
 
 from markupsafe import Markup
 
@@ -52,6 +52,7 @@ from ...model import (
     Robot,
     Shape,
     Sphere,
+    Vector,
     principal_moments,
 )
 from ...model.looks import with_visuals
@@ -61,7 +62,7 @@ from ...startup.records import NamedTuple, replace
 from ...xml.elements import indented
 from ..mesh_vertices import clouds_of
 from ..templating import Templates, attributes, comment
-from .bodies import FRAME, SHOWN, VISUAL, body_name
+from .bodies import COLLISION, FRAME, SHOWN, VISUAL, body_name
 from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
@@ -94,7 +95,7 @@ class Body(NamedTuple):
     names: Markup
     inertial: Markup | str
     joints: list[Markup]
-    geoms: list[Markup]
+    geoms: list[str]
     site: Markup
     elements: Sequence[Element]
     marks: Sequence[Part]
@@ -128,7 +129,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
     shown = frozenset(link.name for link in robot.links if not link.visual and seen.link[link.name].visual)
-    printer = _Printer(seen, number, elements.bodies, free, output, form, shown)
+    printer = _Printer(seen, number, elements.bodies, free, output, weightless(robot, free), shown)
     kept = [*robot.simulation.elements, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
@@ -195,7 +196,7 @@ class _Printer:
         elements: Mapping[str, Sequence[Element]],
         free: bool,
         output: Output,
-        form: str,
+        weightless: Sequence[str],
         shown: frozenset[str],
     ) -> None:
         self.robot = robot
@@ -206,14 +207,15 @@ class _Printer:
         self.geom_names: dict[str, list[str]] = {}
         self.simulated = SimulationPrinter(robot, number)
         self.fields: dict[str, Field] = {}
-        # What is printed of values that many links may share.
-        self.printed: dict[tuple[int, int], tuple[object, Markup | str]] = {}
-        self.form = form
-        self.names, self.simulated.own_names = _geom_names(robot, form)
+        # What is printed of values that many joints and links may share.
+        self.motions: dict[Hashable, Mapping[str, str]] = {}
+        self.printed: dict[Hashable, tuple[object, Markup | str]] = {}
+        self.form = form_of(output)
+        self.names, self.simulated.own_names = _geom_names(robot, self.form)
         self.mesh_inertia = output.options.get("mesh_inertia", "shell")
         self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
-        self.weightless = frozenset(weightless(robot, free))
+        self.weightless = frozenset(weightless)
         stands = robot.simulation.root.placed or not free
         self.stands = partial(stands_at, robot, clouds=clouds_of(robot))
         self.root = robot.simulation.root.pose if stands else self.stands(home_of(robot))
@@ -221,11 +223,20 @@ class _Printer:
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
         moving = [joint for joint in joints if joint.moves]
-        made = [Named("joint", single(joint, self.robot, self.number), joint.name) for joint in moving]
+        made = [Named("joint", joint.name, self.motion(joint), joint.name) for joint in moving]
         made += [self.simulated.actuator(drive) for drive in drives]
         self.classes = Classes(self.robot.name, made, kept)
         self.frame = self.classes.named(FRAME)
-        self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(moving)}
+        self.single = {joint.name: self.classes.printed(place) for place, joint in enumerate(moving)}
+
+    def motion(self, joint: Joint) -> Mapping[str, str]:
+        """Return the attributes of a joint but its name: one object for joints that move alike."""
+        if joint.actuator is not None or joint.mjcf:
+            return single(joint, self.robot, self.number)
+        key = (joint.type, joint.axis, id(joint.limit), id(joint.dynamics))
+        if key not in self.motions:
+            self.motions[key] = single(joint, self.robot, self.number)
+        return self.motions[key]
 
     def tree(self, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the default classes; ``shown``: some visuals show what collides; ``groups`` that are asked for."""
@@ -235,7 +246,7 @@ class _Printer:
         """Return the elements of actuators, which follow the joints in the list of those that share classes."""
         places = range(len(self.single), len(self.single) + len(drives))
         pairs = zip(places, drives, strict=True)
-        return [Part(drive.actuator.type, attributes(**self.classes.values(place))) for place, drive in pairs]
+        return [Part(drive.actuator.type, self.classes.printed(place)) for place, drive in pairs]
 
     def joints_of(self, joint: Joint) -> list[Markup]:
         """Return the attributes of the joints that a body has for one joint, in their order."""
@@ -244,11 +255,9 @@ class _Printer:
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
 
-    def place(self, pose: Pose) -> dict[str, str]:
+    def place(self, pose: Pose) -> Mapping[str, str]:
         """Return a position (m) and a unit quaternion (w x y z), which is left out where nothing is turned."""
-        quaternion = pose.transform().quaternion()
-        pos = self.vector(pose.xyz)
-        return {"pos": pos} if quaternion == (1, 0, 0, 0) else {"pos": pos, "quat": self.vector(quaternion)}
+        return _place(pose.xyz, pose.rpy, self.number)
 
     def body(self, frame: Frame, after: Frame | None) -> Body:
         """Return the body of a frame; ``after`` is the next frame of the tree."""
@@ -281,7 +290,7 @@ class _Printer:
             values["gravcomp"] = self.number(link.gravity_compensation)
         return attributes(**values, **self.simulated.texts(link.mjcf))
 
-    def place_of(self, pose: Pose) -> dict[str, str]:
+    def place_of(self, pose: Pose) -> Mapping[str, str]:
         """Return the attributes of a pose; what is zero needs none."""
         values = self.place(pose)
         return values if any(pose.xyz) else {key: text for key, text in values.items() if key != "pos"}
@@ -298,10 +307,10 @@ class _Printer:
         """Return the attributes of an inertial; empty where there is no mass."""
         if inertial is None:
             return ""
-        return self.once((id(inertial), 0), inertial, lambda: self.massive(inertial))
+        return self.once(id(inertial), inertial, lambda: self.massive(inertial))
 
-    def once(self, key: tuple[int, int], values: object, make: Callable[[], Markup | str]) -> Markup | str:
-        """Return what is printed of ``values``, whose identities are the key."""
+    def once(self, key: Hashable, values: object, make: Callable[[], Markup | str]) -> Markup | str:
+        """Return what is printed of ``values``, whose identities are in the key."""
         if key not in self.printed:
             self.printed[key] = (values, make())
         return self.printed[key][1]
@@ -322,50 +331,44 @@ class _Printer:
         """Return the name of a geom that collides."""
         return self.names[geom.link, "collision", geom.number]
 
-    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
+    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[str]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
         shown = purpose == VISUAL and link.name in self.shown
         called = self.classes.named(SHOWN if shown else purpose)
         for index, solid in enumerate((solid for shape in shapes for solid in solids(shape, self.form)), start=1):
             geometry = solid.geometry
-            if not has_volume(geometry):
+            if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(self.robot, geometry)):
                 continue
             name = self.names[link.name, purpose, index]
-            values = {"name": name, "class": called, "type": type(geometry).__name__.lower()}
-            if not isinstance(geometry, (Mesh, HeightMap)):
-                place = self.once((id(geometry), id(solid.pose)), solid, partial(self.sized, geometry, solid))
-                more = self.look(solid) if purpose == VISUAL else {}
-                more |= self.simulated.touching(solid, purpose) if not shown else {}
-                if purpose == "collision":
-                    self.geom_names.setdefault(link.name, []).append(name)
-                yield Markup("".join((attributes(**values), place, attributes(**more) if more else "")))  # noqa: S704
-                continue
-            origin = solid.origin()
-            if isinstance(geometry, Mesh):
-                if not is_written(self.robot, geometry):
-                    continue
-                if not geometry.inertia and self.mesh_inertia != "legacy":
-                    geometry = replace(geometry, inertia=self.mesh_inertia)
-                key = (geometry, geometry.inertia, tuple(sorted(geometry.mjcf.items())))
-                values["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
-            elif isinstance(geometry, HeightMap):
-                field = field_of(solid, geometry)
-                values["type"] = "hfield"
-                values["hfield"] = f"{self.robot.name}_height_field_{len(self.fields) + 1}"
-                self.fields[values["hfield"]] = field
-                origin = field.pose
-            values |= self.place(origin)
-            if purpose == VISUAL:
-                values |= self.look(solid)
-            if not shown:
-                values |= self.simulated.touching(solid, purpose)
-            if purpose == "collision":
+            if purpose == COLLISION:
                 self.geom_names.setdefault(link.name, []).append(name)
-            yield attributes(**values)
+            more = self.look(solid) if purpose == VISUAL else {}
+            if not shown and (solid.contact is not None or solid.mjcf):
+                more |= self.simulated.touching(solid, purpose)
+            if isinstance(geometry, (Mesh, HeightMap)):
+                yield attributes(**{"name": name, "class": called, **self.of_file(geometry, solid), **more})
+                continue
+            key = (called, id(geometry), id(solid.pose))
+            sized = self.once(key, solid, partial(self.sized, called, geometry, solid))
+            yield "".join((attributes(name=name), sized, attributes(**more) if more else ""))
 
-    def sized(self, geometry: Geometry, solid: Shape) -> Markup:
-        """Return the sizes of a primitive, and where it sits."""
-        return attributes(size=self.vector(_half_sizes(geometry)), **self.place(solid.origin()))
+    def sized(self, called: str, geometry: Geometry, solid: Shape) -> Markup:
+        """Return the class of a primitive, its sizes, and where it sits."""
+        values = {"class": called, "type": type(geometry).__name__.lower(), "size": self.vector(_half_sizes(geometry))}
+        return attributes(**values, **self.place(solid.origin()))
+
+    def of_file(self, geometry: Mesh | HeightMap, solid: Shape) -> Mapping[str, str]:
+        """Return the type of what is no primitive, what it is of, and where it sits."""
+        if isinstance(geometry, HeightMap):
+            field = field_of(solid, geometry)
+            name = f"{self.robot.name}_height_field_{len(self.fields) + 1}"
+            self.fields[name] = field
+            return {"type": "hfield", "hfield": name, **self.place(field.pose)}
+        if not geometry.inertia and self.mesh_inertia != "legacy":
+            geometry = replace(geometry, inertia=self.mesh_inertia)
+        key = (geometry, geometry.inertia, tuple(sorted(geometry.mjcf.items())))
+        name = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
+        return {"type": "mesh", "mesh": name, **self.place(solid.origin())}
 
     def mesh(self, name: str, mesh: Mesh) -> Markup:
         """Return the attributes of a mesh."""
@@ -406,21 +409,23 @@ def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str
     places: dict[tuple[str, str, int], str] = {}
     for purpose in ("collision", "visual"):
         for link in robot.links:
-            geoms = [solid for shape in getattr(link, purpose) for solid in solids(shape, form)]
-            places |= {(link.name, purpose, number): solid.name for number, solid in enumerate(geoms, start=1)}
+            geoms = (solid for shape in getattr(link, purpose) for solid in solids(shape, form))
+            for number, solid in enumerate(geoms, start=1):
+                places[link.name, purpose, number] = solid.name
+    own = [(at, name) for at, name in places.items() if name]
     first: dict[str, str] = {}
-    for (_, purpose, _), name in places.items():
+    for (_, purpose, _), name in own:
         first.setdefault(name, purpose)
-    counts = Counter(name for (_, purpose, _), name in places.items() if first[name] == purpose)
-    names = {at: name for at, name in places.items() if name and counts[name] == 1 and first[name] == at[1]}
+    counts = Counter(name for (_, purpose, _), name in own if first[name] == purpose)
+    names = {at: name for at, name in own if counts[name] == 1 and first[name] == at[1]}
     taken, meant = set(names.values()), {}
     for at in places:
-        plain = made = "_".join(map(str, at))
+        plain = made = f"{at[0]}_{at[1]}_{at[2]}"
         while at not in names and made in taken:
             made += "_"
-        if plain not in taken:
-            meant[plain] = names.get(at, made)
-        names.setdefault(at, made)
+        name = names.setdefault(at, made)
+        if name != plain and plain not in taken:
+            meant[plain] = name
     return names, meant
 
 
@@ -436,6 +441,13 @@ def _setting(value: str | float | Sequence[float], number: NumberFormat) -> str:
     if isinstance(value, str):
         return value
     return number(value) if isinstance(value, (int, float)) else vector(value, number)
+
+
+@lru_cache(maxsize=20_000)
+def _place(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
+    quaternion = Pose(xyz, rpy).transform().quaternion()
+    pos = vector(xyz, number)
+    return {"pos": pos} if quaternion == (1, 0, 0, 0) else {"pos": pos, "quat": vector(quaternion, number)}
 
 
 def _indent(depth: int) -> str:

@@ -61,8 +61,8 @@ def _base_name(joint: Joint, robot: Robot) -> str:
 
 
 def single(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
-    """Return the attributes of a joint of one position."""
-    values = {"name": joint.name, "type": TYPES[joint.type], "axis": vector(joint.axis, number)}
+    """Return the attributes of a joint of one position, but its name."""
+    values = {"type": TYPES[joint.type], "axis": vector(joint.axis, number)}
     ends = position_range(joint)
     if ends:
         values["range"] = vector(ends, number)

@@ -67,7 +67,8 @@ class SimulationPrinter:
         values["ctrlrange"] = aims(drive)
         values["forcerange"] = actuator.force
         texts = self.texts({"name": drive.name, **values, **actuator.mjcf})
-        return Named(actuator.type, texts, drive.joint.name if drive.joint else "")
+        name = texts.pop("name")
+        return Named(actuator.type, name, texts, drive.joint.name if drive.joint else "")
 
     def material(self, name: str) -> str:
         """Return the name of a material in the file, where all begin with that of the robot; empty if it has none."""

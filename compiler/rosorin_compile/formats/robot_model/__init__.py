@@ -24,7 +24,6 @@ from ...model import (
     Robot,
     ServoGroup,
     Shape,
-    Transform,
 )
 from ...rules.case import Case, suggest
 from ..facts import AXES, Sheet
@@ -186,7 +185,7 @@ def _collision(robot: Robot, link: str, diagnostics: list[Diagnostic]) -> tuple[
     maps, solids = [], []
     for shape in robot.link[link].collision:
         if not isinstance(shape.geometry, HeightMap):
-            solids.append(shape.moved(Transform()))
+            solids.append(shape.in_link)
         elif shape.pose == IDENTITY:
             maps.append((shape.geometry, shape.stand_in))
         else:
@@ -221,7 +220,7 @@ def _number(value: float) -> float:
 
 
 def _numbers(values: Iterable[float]) -> list[float]:
-    return [_number(value) for value in values]
+    return [float(value) + 0.0 for value in values]
 
 
 def read(text: str) -> Facts:
@@ -231,17 +230,18 @@ def read(text: str) -> Facts:
     z and roll, pitch, yaw; ``joint NAME`` has type, child, axis, lower, upper; ``link NAME`` box min and box max;
     ``height map FRAME`` each cell, counted from 0; ``servo pulse_to_rad`` the calibration.
     """
-    return _read(text, Sheet()).facts
+    return _read(json_of(text, _no_number), Sheet()).facts
 
 
 def against(text: str, known: Known) -> Held:
     """Return what a driver's model says that is not known. Raises ValueError if the text is none."""
-    return _read(text, Sheet(known)).held()
+    model = json_of(text, _no_number)
+    return _read(model, Sheet(known)).held(model)
 
 
-def _read(text: str, sheet: Sheet) -> Sheet:
+def _read(model: Any, sheet: Sheet) -> Sheet:
     try:
-        return _model(json_of(text, _no_number), sheet)
+        return _model(model, sheet)
     except (KeyError, TypeError, AttributeError, OverflowError) as problem:
         raise ValueError(f"not a driver's model: {problem!r}") from None
 

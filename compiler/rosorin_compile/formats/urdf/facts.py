@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
-from ..facts import AXES, SIZES, FactSheet, number_of
+from ..facts import AXES, SIZES, FactSheet, Six, number_of
 from ..format import Fact, Facts
 
 if TYPE_CHECKING:
@@ -59,20 +59,28 @@ def _read(sheet: FactSheet) -> FactSheet:
     for joint in sheet.root.findall("joint"):
         _joint(sheet, joint)
         joint.clear()
-    _elements(sheet, Fact("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
+    _elements(sheet, ("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
     return sheet
 
 
 def _elements(
-    sheet: FactSheet, fact: Fact, element: Element, known: Sequence[str], foreign: Sequence[Element] = ()
+    sheet: FactSheet,
+    what: tuple[str, str, str],
+    element: Element,
+    known: Sequence[str],
+    foreign: Sequence[Element] = (),
 ) -> None:
-    """Take down the elements that no other artifact has; space between elements means nothing."""
+    """Take down the elements that no other artifact has; space between elements means nothing.
+
+    ``what`` is the kind and the name of what they are of, and what their quantities begin with.
+    """
     kept = [inner for inner in element if inner.tag not in known or (foreign and inner in foreign)]
     if sheet.known is not None and kept:
-        sheet.add(fact, "")  # nothing of it is known but the name
+        sheet.add(Fact(*what), "")  # nothing of it is known but the name
         return
     for number, inner in enumerate(kept, 1):
-        sheet.add(fact._replace(quantity=f"{fact.quantity} element {number} {inner.tag}".strip()), _plain(inner))
+        kind, name, begin = what
+        sheet.add(Fact(kind, name, f"{begin} element {number} {inner.tag}".strip()), _plain(inner))
 
 
 def _plain(element: Element) -> str:
@@ -98,6 +106,10 @@ def _transform(sheet: FactSheet, element: Element) -> Transform:
     origin = element.find("origin")
     if origin is None:
         return Transform()
+    return sheet.once(("origin", origin.get("xyz"), origin.get("rpy")), lambda: _placed(sheet, origin))
+
+
+def _placed(sheet: FactSheet, origin: Element) -> Transform:
     return Transform(rotation_of_rpy(sheet.vector3(origin, "rpy")), sheet.vector3(origin, "xyz"))
 
 
@@ -105,9 +117,9 @@ def _joint(sheet: FactSheet, joint: Element) -> None:
     name, kind = sheet.text(joint, "name"), sheet.text(joint, "type")
     child = sheet.text(_child(joint, "child"), "link")
     sheet.add_frame(child, sheet.text(_child(joint, "parent"), "link"), _transform(sheet, joint))
-    key = (kind, *((part.tag, *part.items()) for part in joint if part.tag not in _ENDS))
+    key = ("joint", kind, *((part.tag, *part.items()) for part in joint if part.tag not in _ENDS))
     sheet.add_joint(name, child, sheet.once(key, lambda: _motion(sheet, joint, kind)))
-    _elements(sheet, Fact("joint", name, ""), joint, _OF_JOINT)
+    _elements(sheet, ("joint", name, ""), joint, _OF_JOINT)
 
 
 def _motion(sheet: FactSheet, joint: Element, kind: str) -> Block:
@@ -151,18 +163,24 @@ def _link(sheet: FactSheet, link: Element, materials: Mapping[str, Element]) -> 
     name = sheet.text(link, "name")
     inertial = link.find("inertial")
     if inertial is not None:
-        mass, inertia = number_of(sheet.text(_child(inertial, "mass"), "value")), _child(inertial, "inertia")
-        xx, yy, zz, xy, xz, yz = (number_of(sheet.text(inertia, entry)) for entry in _INERTIA)
-        sheet.add_inertial(name, mass, _transform(sheet, inertial), (xx, yy, zz, xy, xz, yz))
+        key = ("inertial", *((part.tag, *part.items()) for part in inertial))
+        sheet.add_inertial(name, *sheet.once(key, lambda: _inertial(sheet, inertial)))
     shapes_of = {"collision": link.findall("collision"), "visual": link.findall("visual")}
     foreign = [shape for shapes in shapes_of.values() for shape in shapes if _is_foreign(shape)]
     for purpose, every in shapes_of.items():
         shapes = [shape for shape in every if shape not in foreign]
-        if shapes:
+        if shapes and sheet.known is None:
             sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(shapes)), tolerance=0.0)
         for number, shape in enumerate(shapes, 1):
             _shape(sheet, name, f"{purpose} {number}", shape, materials)
-    _elements(sheet, Fact("link", name, ""), link, _OF_LINK, foreign)
+    _elements(sheet, ("link", name, ""), link, _OF_LINK, foreign)
+
+
+def _inertial(sheet: FactSheet, inertial: Element) -> tuple[float, Transform, Six]:
+    """Return a mass, its frame, and the inertia along that."""
+    mass, inertia = number_of(sheet.text(_child(inertial, "mass"), "value")), _child(inertial, "inertia")
+    xx, yy, zz, xy, xz, yz = (number_of(sheet.text(inertia, entry)) for entry in _INERTIA)
+    return mass, _transform(sheet, inertial), (xx, yy, zz, xy, xz, yz)
 
 
 def _is_foreign(shape: Element) -> bool:
@@ -176,12 +194,13 @@ def _shape(sheet: FactSheet, link: str, label: str, shape: Element, materials: M
     if len(geometry) != 1:
         raise ValueError(f"{label} of link {link} has {len(geometry)} geometries")
     solid = geometry[0]
-    sheet.add_shape(link, label, solid.tag, _sizes(sheet, solid), _transform(sheet, shape))
+    sizes = sheet.once(("solid", solid.tag, *solid.items()), lambda: _sizes(sheet, solid))
+    sheet.add_shape(link, label, solid.tag, sizes, _transform(sheet, shape))
     if solid.tag == "mesh":
         sheet.add_of_shape(link, label, "file", sheet.text(solid, "filename"))
     if "name" in shape.attrib:
         sheet.add_of_shape(link, label, "name", sheet.text(shape, "name"))
-    _elements(sheet, Fact("link", link, label), shape, _OF_SHAPE)
+    _elements(sheet, ("link", link, label), shape, _OF_SHAPE)
     material = shape.find("material")
     if material is None:
         return

@@ -14,6 +14,7 @@ from ...diagnostics import NOTE, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, quoted
 from ...model import IDENTITY, Inertial, Joint, Output, Robot
+from ...model.robot import of_robot
 
 if TYPE_CHECKING:
     from ...rules.case import Case
@@ -54,10 +55,16 @@ def joints_of(robot: Robot, output: Output) -> tuple[Joint, ...]:
 
 def links_of(robot: Robot, output: Output) -> frozenset[str]:
     """Return the links that an output has; without any joints its topmost."""
-    if frames_of(output) == BODIES:
+    return _links(robot, frames_of(output))
+
+
+@of_robot
+def _links(robot: Robot, frames: str) -> frozenset[str]:
+    if frames == BODIES:
         return _bodies(robot)
-    ends = (name for joint in joints_of(robot, output) for name in (joint.parent, joint.child))
-    return frozenset(ends) or frozenset([robot.root])
+    joints = robot.joints if frames == ALL else robot.in_urdf()
+    ends = frozenset(name for joint in joints for name in (joint.parent, joint.child))
+    return ends or frozenset([robot.root])
 
 
 def _bodies(robot: Robot) -> frozenset[str]:
@@ -87,11 +94,14 @@ def inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
 
     Where an output is of bodies, a link that only holds others together has a mass of zero, or simulators invent one.
     """
-    if not has_inertials(output):
-        return {}
-    links = links_of(robot, output)
+    return _inertials(robot, frames_of(output)) if has_inertials(output) else {}
+
+
+@of_robot
+def _inertials(robot: Robot, frames: str) -> Mapping[str, Inertial]:
+    links = _links(robot, frames)
     found = robot.inertials_at(links)
-    return {**dict.fromkeys(links, _NOTHING), **found} if frames_of(output) == BODIES else found
+    return {**dict.fromkeys(links, _NOTHING), **found} if frames == BODIES else found
 
 
 def too_much(problem: ValueError) -> Diagnostic:

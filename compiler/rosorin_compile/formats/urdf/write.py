@@ -34,6 +34,7 @@ from ...model import (
     Robot,
     Shape,
     Sphere,
+    Vector,
     plain,
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
@@ -113,7 +114,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
                 robot.shapes_at(name, carried, purpose, form.boxes)[0] if purpose in elements else []
                 for purpose in ("visual", "collision")
             )
-            unsaid[name] = Counter(type(solid.geometry) for solid in (*visual, *collision))
+            others = [type(s.geometry) for s in (*visual, *collision) if isinstance(s.geometry, (Capsule, Ellipsoid))]
+            if others:
+                unsaid[name] = Counter(others)
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = form.once(masses[name], lambda one: _inertial(one, number)) if name in masses else []
             shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
@@ -215,7 +218,7 @@ def _version(output: Output) -> str:
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
     """Return the collision shapes that a link has in a URDF that carries these frames."""
     shapes = robot.shapes_at(link, carried, "collision", _boxes(output))[0]
-    unsaid = Ellipsoid if _version(output) != "1.0" else Capsule | Ellipsoid
+    unsaid = (Ellipsoid,) if _version(output) != "1.0" else (Capsule, Ellipsoid)
     return [Shape(plain(s.geometry), s.pose) if isinstance(s.geometry, unsaid) else s for s in shapes]
 
 
@@ -259,9 +262,18 @@ def _own_material(robot: Robot, name: str) -> str:
     return name
 
 
-@lru_cache(maxsize=20_000)
 def _origin(pose: Pose, number: NumberFormat) -> Markup:
-    return attributes(xyz=vector(pose.xyz, number), rpy=vector(pose.rpy, number))
+    return _placed(pose.xyz, pose.rpy, number)
+
+
+@lru_cache(maxsize=20_000)
+def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> Markup:
+    return attributes(xyz=vector(xyz, number), rpy=vector(rpy, number))
+
+
+@lru_cache(maxsize=20_000)
+def _axis(axis: Vector, number: NumberFormat) -> Markup:
+    return attributes(xyz=vector(axis, number))
 
 
 def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
@@ -294,7 +306,7 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     inner: list[tuple[str, Markup]] = []
     along = not joint.is_fixed and joint.type not in AXLELESS
     if along:
-        inner.append(("axis", attributes(xyz=form.vector(joint.axis))))
+        inner.append(("axis", _axis(joint.axis, number)))
     if joint.calibration is not None:
         inner.append(("calibration", _given(joint.calibration, ("rising", "falling", "reference_position"), number)))
     if along and joint.limit is not None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..formats.templating import Templates
 
 # What takes long is begun first; the formats of artifacts by that, the longest first.
-_LONG = ("mjcf", "urdf", "sdf", "srdf", "frames_picture", "frames", "robot_model")
+_LONG = ("mjcf", "urdf", "sdf", "srdf", "robot_model", "frames_picture", "frames")
 _MOST = 200  # outputs: the number of one is a byte
 
 Answer = tuple[int, Made, bool, set[Path]]  # the number of the output, what became of it, is it proven, templates

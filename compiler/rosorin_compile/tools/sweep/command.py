@@ -226,7 +226,7 @@ def _engine(sweep: Sweep, made: Job) -> Iterator[Engine]:
     if sweep.options.dask:
         from .cluster import Cluster, connect
 
-        engine: Engine = Cluster(made, sweep.folder, connect(sweep.options.dask))
+        engine: Engine = Cluster(made, sweep.folder, connect(sweep.options.dask), len(sweep.variants))
     else:
         engine = InProcess(made, sweep.folder) if count < 2 else Processes(made, sweep.folder, count)
     try:

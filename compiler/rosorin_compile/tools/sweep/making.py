@@ -108,6 +108,10 @@ class Maker:
         begun = now()
         with progress.within():
             compiled = self.compiled(variant)
+        return self.finished(variant, compiled, begun)
+
+    def finished(self, variant: Variant, compiled: Compiled, begun: int) -> Made:
+        """Write what became of a variant, of files as they were when that was ``begun``."""
         files: dict[str, bytes] = {}
         said = [*variant.diagnostics, *compiled.diagnostics]
         try:
@@ -172,7 +176,12 @@ class Maker:
         )
         at = _places(variant) if _names_list(variant, entry["diagnostics"]) else 0
         record = Record(self._key(variant), made_of, at, line)
-        edited = before is not None and before.key == record.key and before.made_of == made_of != ""
+        edited = (
+            before is not None
+            and (before.key, before.made_of) == (record.key, made_of)
+            and made_of != ""
+            and not self.folder.holds(variant.name, before.artifacts)
+        )
         self.folder.put(variant.name, files, record)
         return Made(line, MADE, sum(map(len, files.values())), made_of, edited)
 

@@ -89,6 +89,10 @@ class VariantsFolder:
         """Return how a file is called in the index: as seen from the folder."""
         return os.path.relpath(path, self.path)
 
+    def explained(self, problem: OSError) -> OutputError:
+        """Return the error for a user when something cannot be written."""
+        return explained(problem, self.path, "write")
+
     # The run as a whole.
 
     @contextmanager
@@ -112,7 +116,7 @@ class VariantsFolder:
                 finally:
                     self._announcement.unlink(missing_ok=True)
         except OSError as problem:
-            raise explained(problem, self.path, "write") from None
+            raise self.explained(problem) from None
 
     @contextmanager
     def working(self) -> Iterator[None]:

@@ -23,7 +23,7 @@ from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
 from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import Variant
-from ...output import OutputError, check_names, encoded, explained, stamp
+from ...output import OutputError, check_names, encoded, stamp
 from ...output.ours import digest
 from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
@@ -139,7 +139,7 @@ class Maker:
             entry["diagnostics"].append(as_object(problem.diagnostic))
             return Made(json.dumps(entry), ERROR)
         except OSError as problem:
-            return Made(line, ERROR, fatal=explained(problem, self.folder.path, "write").diagnostic)
+            return Made(line, ERROR, fatal=self.folder.explained(problem).diagnostic)
 
     def compiled(self, variant: Variant) -> Compiled:
         """Return what becomes of a variant; nothing is written."""

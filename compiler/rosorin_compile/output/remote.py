@@ -37,7 +37,6 @@ class RemoteFolder:
 
     def __init__(self, address: str) -> None:
         self.address = address
-        self.path = Path(address)
         self.base = Path("/")
         self.lock = None
         try:
@@ -61,11 +60,22 @@ class RemoteFolder:
         """Return how a file is called in the index."""
         return shown(path)
 
+    def explained(self, problem: OSError) -> OutputError:
+        """Return the error for a user when something cannot be read or written."""
+        reason = problem.strerror or str(problem) or type(problem).__name__
+        help = (
+            "make the bucket, or correct the address"
+            if isinstance(problem, FileNotFoundError)
+            else "the same command goes on"
+        )
+        return OutputError("output-failed", f"cannot write to {self.address}: {reason}", help)
+
     @contextmanager
     def held(self) -> Iterator[None]:
         """Make the folder. Raises OutputError, OSError."""
         with _as_os_error(self.address):
-            self.files.makedirs(f"{self.root}/{HIDDEN}", exist_ok=True)
+            if self._may_make_folders():
+                self.files.makedirs(f"{self.root}/{HIDDEN}", exist_ok=True)
             data = self._read(INDEX)
             if data is not None and not data.startswith(BEGIN):
                 message = f"this tool did not write {self.address}/{INDEX}: it is not replaced"
@@ -80,10 +90,9 @@ class RemoteFolder:
     def names(self) -> Iterator[str]:
         """Yield the names of the variants of which there is a record, in no order. Raises OSError."""
         with _as_os_error(self.address):
-            place = f"{self.root}/{HIDDEN}/records"
-            found = self.files.find(place) if self.files.exists(place) else []
+            found = self._below(f"{HIDDEN}/records")
         for path in found:
-            yield str(path).rpartition("/")[2].removesuffix(".json")
+            yield path.rpartition("/")[2].removesuffix(".json")
 
     def index(self) -> RemoteIndex:
         """Return what writes the index of all variants."""
@@ -100,26 +109,25 @@ class RemoteFolder:
     def holds(self, name: str, artifacts: Mapping[str, str]) -> bool:
         """Say whether the folder of a variant has files of these names."""
         with _as_os_error(self.address):
-            return bool(artifacts) and artifacts.keys() <= set(self._there(name))
+            return bool(artifacts) and artifacts.keys() <= set(self._below(name))
 
     def put(self, name: str, files: Mapping[str, bytes], record: Record | None) -> None:
         """Make ``files`` the artifacts of a variant; its record, if there is to be one, comes last. Raises OSError."""
         with _as_os_error(self.address):
             before = self.record(name)
             known = before.artifacts if before else {}
-            there = self._there(name)
+            there = self._below(name)
             for file in files:
                 if file in there and file not in known:
                     self._check_ours(f"{name}/{file}", files[file])
             if before is not None:
                 self.files.rm_file(f"{self.root}/{_record(name)}")
-            for file, data in files.items():
-                self._write(f"{name}/{file}", data)
+            self._write({f"{name}/{file}": data for file, data in files.items()})
             for file in known:
                 if file not in files and file in there:
                     self.files.rm_file(f"{self.root}/{name}/{file}")
             if record is not None:
-                self._write(_record(name), json.dumps(record._asdict()).encode())
+                self._write({_record(name): json.dumps(record._asdict()).encode()})
 
     def drop(self, name: str) -> None:
         """Remove the artifacts of a variant that there is to be no more. Raises OSError."""
@@ -136,7 +144,7 @@ class RemoteFolder:
         with _as_os_error(self.address):
             place = f"{HIDDEN}/made_of/{known}.json"
             if not self.files.exists(f"{self.root}/{place}"):
-                self._write(place, data)
+                self._write({place: data})
         return known
 
     def made_of(self, known: str) -> dict[str, Any] | None:
@@ -148,8 +156,10 @@ class RemoteFolder:
             return None
         return found if isinstance(found, dict) else None
 
-    def _there(self, name: str) -> list[str]:
+    def _below(self, name: str) -> list[str]:
+        """Return the files below a folder, as they are now: other processes write, too."""
         place = f"{self.root}/{name}"
+        self.files.invalidate_cache(place)
         try:
             return [str(path).removeprefix(place).lstrip("/") for path in self.files.find(place)]
         except FileNotFoundError:
@@ -168,10 +178,22 @@ class RemoteFolder:
             return None
         return data
 
-    def _write(self, name: str, data: bytes) -> None:
-        place = f"{self.root}/{name}"
-        self.files.makedirs(place.rpartition("/")[0], exist_ok=True)
-        self.files.pipe_file(place, data)
+    def _write(self, files: Mapping[str, bytes]) -> None:
+        """Write files, at once where the place can do that."""
+        placed = {f"{self.root}/{name}": data for name, data in files.items()}
+        try:
+            self.files.pipe(placed)
+        except FileNotFoundError:
+            if not self._may_make_folders():
+                raise
+            for folder in {place.rpartition("/")[0] for place in placed}:
+                self.files.makedirs(folder, exist_ok=True)
+            self.files.pipe(placed)
+
+    def _may_make_folders(self) -> bool:
+        """Say whether making folders here makes no bucket: its name could be a slip, and it costs."""
+        bucket = self.root.partition("/")[0]
+        return not bucket or bool(self.files.exists(bucket))
 
 
 class RemoteIndex:

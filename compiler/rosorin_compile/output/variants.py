@@ -89,6 +89,10 @@ class VariantsFolder:
         """Return how a file is called in the index: as seen from the folder."""
         return os.path.relpath(path, self.path)
 
+    def explained(self, problem: OSError) -> OutputError:
+        """Return the error for a user when something cannot be written."""
+        return explained(problem, self.path, "write")
+
     # The run as a whole.
 
     @contextmanager
@@ -106,9 +110,13 @@ class VariantsFolder:
                 self._check_index()
                 tidy(self.path)
                 tidy(self.hidden)
-                yield
+                self._announcement.unlink(missing_ok=True)
+                try:
+                    yield
+                finally:
+                    self._announcement.unlink(missing_ok=True)
         except OSError as problem:
-            raise explained(problem, self.path, "write") from None
+            raise self.explained(problem) from None
 
     @contextmanager
     def working(self) -> Iterator[None]:
@@ -119,6 +127,32 @@ class VariantsFolder:
             with suppress(OSError):
                 fcntl.flock(working.fileno(), fcntl.LOCK_SH)
             yield
+
+    def announced(self) -> str:
+        """Leave a word by which a process elsewhere knows the folder of this run; return it. Raises OSError."""
+        word = os.urandom(16).hex()
+        self._announcement.write_text(word)
+        return word
+
+    @contextmanager
+    def joined(self, word: str) -> Iterator[bool]:
+        """Do as ``working`` if this is the folder of the run with that word, and this user's; say whether it is."""
+        if not self._announces(word):
+            yield False
+            return
+        with self.working():
+            yield self._announces(word)  # while this process waited, a next run may have begun
+
+    def _announces(self, word: str) -> bool:
+        try:
+            is_own = self._announcement.stat().st_uid == os.geteuid()
+            return is_own and self._announcement.read_text() == word
+        except OSError:
+            return False
+
+    @property
+    def _announcement(self) -> Path:
+        return self.hidden / "run"
 
     def _take(self, handle: int, how: int, patience: float = 0) -> None:
         """Take a lock. Raises OutputError if another run has it; on some network drives there is none to be had."""

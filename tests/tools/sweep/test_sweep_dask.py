@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.tools.sweep import cluster
+from rosorin_compile.output.variants import VariantsFolder
+from rosorin_compile.tools.sweep import cluster, worker
 from support.commands import Shown
 
 pytest.importorskip("distributed")
@@ -176,8 +177,8 @@ def test_a_bundle_has_what_a_description_is_made_of() -> None:
     assert made.first == str(first.absolute())
 
 
-def test_a_worker_names_files_as_they_are_named_here(here: Path) -> None:
-    """What runs on a worker, run here."""
+def asked() -> tuple[worker.Bundle, worker.Batch]:
+    """Return what a worker is given: the bundle, and the last four variants."""
     from rosorin_compile.frontend.variants import Variants
     from rosorin_compile.pipeline import compile_robot
 
@@ -185,14 +186,52 @@ def test_a_worker_names_files_as_they_are_named_here(here: Path) -> None:
     made = cluster.bundle(first, compile_robot(first, {}), {})
     variants = Variants(Path("fleet.csv"), ["height", "table"])
     assert variants.check() == []
-    batch = [(number, variant, dict[str, bytes]()) for number, variant in enumerate(variants)]
-    answers = dict(cluster.work(made, cluster.Task({}, False), batch[-4:]).answers)
+    return made, [(number, variant, {}) for number, variant in enumerate(variants)][-4:]
+
+
+def test_a_worker_names_files_as_they_are_named_here(here: Path) -> None:
+    """What runs on a worker, run here."""
+    made, batch = asked()
+    answers = dict(worker.work(made, worker.Task({}, False, worker.tool()), batch).answers)
     assert [answer.lacking for answer in answers.values()] == [False, True, True, False]
     assert answers[ROWS + 2].read.keys() == {
         str(here / "descriptions/mast" / name) for name in ("robot.yaml", "more.yaml", "cal.yaml", "notes.txt.jinja")
     }
     notes = [one for one in json.loads(answers[ROWS + 2].line)["diagnostics"] if one["rule"] == "stand-in"]
     assert notes[0]["file"] == "descriptions/mast/robot.yaml"
+
+
+def test_a_worker_writes_where_it_sees_the_folder_of_the_run(here: Path) -> None:
+    """And not when that run has ended, or where it stands in the way of something."""
+    made, batch = asked()
+    folder = VariantsFolder(Path("out"))
+    with folder.held():
+        task = worker.Task({}, False, worker.tool(), out=str(here / "out"), run=folder.announced())
+        answers = dict(worker.work(made, task, batch).answers)
+        assert answers[ROWS + 2].made is not None
+        assert answers[ROWS + 2].files == {}
+        assert Path("out/zero/mast.urdf").exists()
+        assert [answer.lacking for answer in answers.values()] == [False, True, True, False]
+        again = dict(worker.work(made, task, batch).answers)[ROWS + 2].made
+        assert again is not None
+        assert not again.edited, "as after the death of a worker that had written already"
+        folder.drop("zero")
+        Path("out/zero").mkdir(exist_ok=True)
+        Path("out/zero/notes.txt").write_text("of somebody else")
+        assert dict(worker.work(made, task, batch).answers)[ROWS + 2].made is None, "the message is said here"
+        Path("out/zero/notes.txt").unlink()
+    shutil.rmtree("out/zero")
+    answers = dict(worker.work(made, task, batch).answers)
+    assert answers[ROWS + 2].made is None
+    assert answers[ROWS + 2].files.keys() == {"mast.urdf", "notes.txt"}
+    assert not Path("out/zero").exists()
+
+
+def test_another_tool_makes_nothing(here: Path) -> None:
+    made, batch = asked()
+    answers = worker.work(made, worker.Task({}, False, "another", out=f"file://{here}/out"), batch)
+    assert answers.answers == []
+    assert not Path("out").exists()
 
 
 def test_a_scheduler_that_is_not_there(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:

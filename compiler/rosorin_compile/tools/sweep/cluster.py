@@ -1,41 +1,36 @@
 """Cluster: the variants of a sweep made by dask.distributed, which looks after lost workers.
 
-A worker needs no file of ours: a bundle has, by content, all that the first variant was made of, and the folder of the
-description. Each worker unpacks it once, at the same paths below a folder of its own, and names files in its messages
-as they are named here. A variant for which a worker lacks a file is made here. The bundle stands in the graph of the
-scheduler, so that a new worker gets it, too. Variants travel in batches that take about a second.
+A worker needs no file of ours (see ``worker``): a bundle has, by content, all that the first variant was made of, and
+the folder of the description. A variant for which a worker lacks a file is made here. The bundle stands in the graph of
+the scheduler, so that a new worker gets it, too. Variants travel in batches that take about a second, and less towards
+the end, so that all are done at about the same time.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import queue
-import tempfile
-import threading
 import time
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from operator import length_hint
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ... import __version__
-from ...diagnostics import Diagnostic, error, has_errors
+from ...diagnostics import Diagnostic, error
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.asked import Asked
-from ...frontend.expand.files import Kept
 from ...frontend.variants import Variant
-from ...output import OutputError
 from ...output.ours import digest
-from ...output.remote import RemoteFolder, folder_of
 from ...output.variants import VariantsFolder
-from ...project import DATA, ROS_PACKAGE, Description, Resolved, data_folder, projects_of
-from ...startup.records import NamedTuple
+from ...project import DATA, ROS_PACKAGE, data_folder, projects_of
+from ...startup.again import now
 from .engines import Result, death, died
-from .making import Folder, Job, Made, Maker, compiled_here, files_of, line_of
+from .making import Folder, Job, Made, Maker, compiled_here
 from .running import Stopped
+from .worker import Answer, Answers, Batch, Bundle, Task, tool, work
 
 if TYPE_CHECKING:
     from ...pipeline import Compiled
@@ -56,40 +51,6 @@ _MAX_BATCH = 64
 _A_THREAD = 3  # batches in flight
 _WAIT = 0.5
 _PATIENCE = 10.0  # seconds in which the scheduler has to answer
-_MISSING = ("file-unreadable", "package-missing", "template-missing", "include-outside")
-
-
-class Bundle(NamedTuple):
-    """What a description is made of, bytes by absolute path; ``named`` says how paths are shown here."""
-
-    files: dict[str, bytes]
-    first: str
-    packages: dict[str, str]
-    named: tuple[tuple[str, str], ...]
-    key: str
-
-
-class Answer(NamedTuple):
-    """What a worker made: the line of the index, the artifacts (compressed), and the digests of what was read.
-
-    ``lacking`` says that a file was looked for that may be here. Instead of files there is what became of the variant,
-    where the worker has written them, or ``compiled`` for the library.
-    """
-
-    line: str
-    files: dict[str, bytes]
-    read: dict[str, str]
-    lacking: bool
-    made: Made | None = None
-    compiled: Compiled | None = None
-
-
-class Answers(NamedTuple):
-    """What a worker made of a batch, in what time, and by which tool."""
-
-    answers: list[tuple[int, Answer]]
-    seconds: float
-    tool: str
 
 
 def connect(address: str) -> Any:
@@ -107,9 +68,6 @@ def connect(address: str) -> Any:
         reason = str(problem).partition("\n")[0] or type(problem).__name__
         message = f"there is no scheduler of dask at {address}: {reason}"
         raise Stopped(error("cluster-failed", message, None, "tcp://HOST:8786 is what dask scheduler prints")) from None
-
-
-# The bundle.
 
 
 def bundle(first: Path, compiled: Compiled, packages: Mapping[str, Path]) -> Bundle:
@@ -145,189 +103,17 @@ def _below(folder: Path) -> Iterator[Path]:
             yield path
 
 
-_lock = threading.Lock()
-_unpacked: dict[str, Path] = {}
-_kept: dict[str, Kept] = {}
-_tools: list[str] = []
-
-
-def tool() -> str:
-    """Return what tells this tool from another: its version and the contents of its sources."""
-    if not _tools:
-        known = hashlib.sha256()
-        for folder in (Path(__file__).parents[2], *map(data_folder, DATA)):
-            for path in sorted(folder.rglob("*")):
-                if path.is_file() and "__pycache__" not in path.parts:
-                    known.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
-        _tools.append(f"{__version__} ({known.hexdigest()[:12]})")
-    return _tools[0]
-
-
-def _unpack(bundle: Bundle) -> Path:
-    """Return the folder below which the files of a bundle stand in this process."""
-    if bundle.key in _unpacked and _unpacked[bundle.key].is_dir():
-        return _unpacked[bundle.key]
-    place = None
-    with suppress(ImportError, ValueError):
-        from distributed import get_worker
-
-        place = get_worker().local_directory  # goes with the worker
-    root = Path(os.path.realpath(tempfile.mkdtemp(prefix="rosorin-compile-", dir=place)))
-    for name, data in bundle.files.items():
-        _unpack_one(root, name, data)
-    _unpacked[bundle.key] = root
-    return root
-
-
-def _unpack_one(root: Path, name: str, data: bytes) -> None:
-    path = _within(root, name)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(data)
-
-
-def _within(root: Path, name: str) -> Path:
-    return root / name.lstrip("/")
-
-
-# What a worker does.
-
-
-class Task(NamedTuple):
-    """What is the same for all batches: arguments of all variants, whom to trust, and what is wanted of each.
-
-    ``whole``: what was compiled, for the library; ``out``: that the artifacts are written there; else that they come.
-    ``key`` is that of the job.
-    """
-
-    shared: dict[str, Any]
-    trust: bool
-    whole: bool = False
-    out: str = ""
-    key: str = ""
-
-
-def work(bundle: Bundle, task: Task, batch: list[tuple[int, Variant, dict[str, bytes]]]) -> Answers:
-    """Make a batch of variants; this is what runs on a worker, one batch at a time in a process."""
-    begun = time.perf_counter()
-    with _lock:
-        root = _unpack(bundle)
-        answers = []
-        for index, variant, files in batch:
-            for name, data in files.items():
-                _unpack_one(root, name, data)
-            answers.append((index, _answer(root, bundle, task, variant)))
-            for name in files:
-                _within(root, name).unlink(missing_ok=True)
-    return Answers(answers, time.perf_counter() - begun, tool())
-
-
-def _answer(root: Path, bundle: Bundle, task: Task, variant: Variant) -> Answer:
-    packages = {name: _within(root, folder) for name, folder in bundle.packages.items()}
-    nowhere = VariantsFolder(root / "outputs")
-    first = _within(root, bundle.first)
-    maker = Maker(Job(Description("", first, root), task.shared, packages, task.trust, ""), nowhere)
-    maker.kept = _kept.setdefault(bundle.key, maker.kept)
-    if task.whole:
-        return _whole(maker, root, bundle, variant)
-    compiled = maker.compiled(variant)
-    said = [*variant.diagnostics, *compiled.diagnostics]
-    files: dict[str, bytes] = {}
-    try:
-        if not has_errors(said):
-            files = files_of(compiled)
-    except OutputError as problem:
-        said.append(problem.diagnostic)
-    line = _named(line_of(variant, {name: digest(data) for name, data in files.items()}, said), root, bundle)
-    read = _read(root, compiled) if files else {}
-    lacking = _lacking(root, compiled, said)
-    if task.out and not lacking:
-        folder = folder_of(task.out)
-        there = Maker(maker.job._replace(key=task.key), folder)
-        resolved = [tuple(_shown(text, root, bundle) for text in one) for one in compiled.resolved]
-        return Answer(line, {}, {}, False, there.take(variant, line, files, read, resolved))
-    packed = {name: zlib.compress(data, 1) for name, data in files.items()}
-    return Answer(line, packed, read, lacking)
-
-
-def _read(root: Path, compiled: Compiled) -> dict[str, str]:
-    """Return the digests of the files that a variant was made of, by their paths where the sweep was asked for."""
-    inputs = [path for path in dict.fromkeys(compiled.inputs) if path.is_relative_to(root) and path.is_file()]
-    return {f"/{path.relative_to(root)}": digest(path.read_bytes()) for path in inputs}
-
-
-def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer:
-    """Return the same for the library, which wants what was compiled and no files."""
-    job = maker.job
-    compiled = compiled_here(job.description.path, Asked("", job.shared, job.packages, []), variant, maker.kept)
-    lacking = _lacking(root, compiled, compiled.diagnostics)
-    inputs = tuple(Path(_shown(str(path), root, bundle)) for path in compiled.inputs)
-    said = [_moved(one, root, bundle) for one in compiled.diagnostics]
-    resolved = tuple(Resolved(*(_shown(text, root, bundle) for text in one)) for one in compiled.resolved)
-    moved = compiled._replace(inputs=inputs, diagnostics=said, resolved=resolved)
-    return Answer("", {}, {}, lacking, compiled=moved)
-
-
-def _lacking(root: Path, compiled: Compiled, said: Iterable[Diagnostic]) -> bool:
-    """Say whether a file was looked for that is not here."""
-    if any(path.is_relative_to(root) and not path.exists() for path in compiled.inputs):
-        return True
-    if compiled.meshes is not None and compiled.meshes.missing:
-        return True
-    return any(one.rule in _MISSING for one in said)
-
-
-def _shown(text: str, root: Path, bundle: Bundle) -> str:
-    """Return a text with paths as they are shown where the sweep was asked for."""
-    relative = f"{os.path.relpath(root)}/"
-    text = text.replace(relative, f"{root}/") if not relative.startswith("..") else text
-    for path, shown in bundle.named:
-        text = text.replace(f"{root}{path}", shown)
-    return text.replace(f"{root}/", "/")
-
-
-def _named(line: str, root: Path, bundle: Bundle) -> str:
-    if root.name not in line:
-        return line
-
-    def through(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {key: through(one) for key, one in value.items()}
-        if isinstance(value, list):
-            return [through(one) for one in value]
-        return _shown(value, root, bundle) if isinstance(value, str) else value
-
-    entry = json.loads(line)
-    return json.dumps({**entry, "diagnostics": through(entry["diagnostics"])})
-
-
-def _moved(diagnostic: Diagnostic, root: Path, bundle: Bundle) -> Diagnostic:
-    """Return a diagnostic whose places are shown as they are where the sweep was asked for."""
-
-    def moved(one: Any) -> Any:
-        span = one.span
-        if span is not None:
-            path = _shown(span.source.path, root, bundle)
-            one = one._replace(span=span._replace(source=span.source._replace(path=path)))
-        return one._replace(message=_shown(one.message, root, bundle))
-
-    made: Diagnostic = moved(diagnostic)
-    return made._replace(related=tuple(map(moved, made.related)), help=_shown(made.help, root, bundle))
-
-
-# What is done here.
-
-
 class _Flight:
     """Batches of variants on their way: given to the cluster, and what comes back."""
 
-    def __init__(self, client: Any, bundle: Bundle, task: Task) -> None:
-        self.client, self.task = client, task
+    def __init__(self, client: Any, bundle: Bundle, task: Task, total: int) -> None:
+        self.client, self.task, self.total = client, task, total
         self.bundle = client.submit(_same, bundle, key=f"rosorin-compile-{bundle.key}", pure=True)
         self.files = bundle.files
         self.home, self.projects = Path(bundle.first).parent, projects_of(Path(bundle.first))
-        self.batch: list[tuple[int, Variant, dict[str, bytes]]] = []
-        self.size = 1
-        self.flying: dict[str, tuple[Any, list[tuple[int, Variant, dict[str, bytes]]]]] = {}
+        self.batch: Batch = []
+        self.each = _BATCH_SECONDS  # seconds a variant
+        self.flying: dict[str, tuple[Any, Batch]] = {}
         self.landed: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.threads = 1
         self.looked = 0.0
@@ -348,9 +134,14 @@ class _Flight:
     def submit(self, index: int, variant: Variant) -> None:
         """Take a variant; it goes with others."""
         self.batch.append((index, variant, self._own_files(variant)))
-        if len(self.batch) >= self.size:
+        if len(self.batch) >= self._size(index):
             self.send(self.batch)
             self.batch = []
+
+    def _size(self, index: int) -> int:
+        """Return how many variants go together: a share of those that are left, and no more than take a second."""
+        share = (self.total - index) // (2 * self._threads()) if self.total else _MAX_BATCH
+        return max(1, min(share, _MAX_BATCH, round(_BATCH_SECONDS / self.each)))
 
     def _own_files(self, variant: Variant) -> dict[str, bytes]:
         """Return the files that the arguments of a variant name, which are in no bundle."""
@@ -368,7 +159,7 @@ class _Flight:
         real = Path(os.path.realpath(path))
         return any(map(real.is_relative_to, self.projects)) and real.is_file() and real.stat().st_size <= MAX_BYTES
 
-    def send(self, batch: list[tuple[int, Variant, dict[str, bytes]]]) -> None:
+    def send(self, batch: Batch) -> None:
         """Give a batch to the cluster."""
         future = self.client.submit(work, self.bundle, self.task, batch, pure=False)
         self.flying[future.key] = (future, batch)
@@ -397,13 +188,12 @@ class _Flight:
             if answers.tool != tool():
                 message = f"a worker has rosorin-compile {answers.tool}, and here is {tool()}"
                 raise Stopped(error("cluster-failed", message, None, "install the same one on both sides"))
-            each = max(answers.seconds / max(1, len(batch)), 1e-3)
-            self.size = max(1, min(_MAX_BATCH, round(_BATCH_SECONDS / each)))
+            self.each = max(answers.seconds / len(batch), 1e-3)
         known = dict(answers.answers) if isinstance(answers, Answers) else {}
         for index, variant, _ in batch:
             yield index, variant, known.get(index)
 
-    def _result(self, future: Any, batch: list[tuple[int, Variant, dict[str, bytes]]]) -> Answers | str | None:
+    def _result(self, future: Any, batch: Batch) -> Answers | str | None:
         """Return the answers of a batch; None if it was sent once more, a text if its worker died too often."""
         from distributed import KilledWorker
 
@@ -450,11 +240,11 @@ def _failed(problem: BaseException) -> Diagnostic:
 
 
 class Cluster:
-    """Makes variants on a cluster; the artifacts come back, and are written here."""
+    """Makes ``total`` variants on a cluster; artifacts that a worker cannot write come back, and are written here."""
 
-    def __init__(self, job: Job, folder: Folder, client: Any) -> None:
+    def __init__(self, job: Job, folder: Folder, client: Any, total: int) -> None:
         self.maker = Maker(job, folder)
-        self.client = client
+        self.client, self.total = client, total
         self.flight: _Flight | None = None
         self.resolved: list[list[str]] = []
         self.done: list[Result] = []
@@ -465,20 +255,25 @@ class Cluster:
         return self.flight is None or self.flight.room
 
     def submit(self, index: int, variant: Variant) -> None:
-        """Take a variant; the first one is compiled here, which says what the workers need."""
-        if self.flight is None:
-            job = self.maker.job
-            compiled = self.maker.compiled(variant)
-            made = bundle(job.description.path, compiled, job.packages)
-            self.resolved = [list(one) for one in compiled.resolved]
-            out = self.maker.folder.address if isinstance(self.maker.folder, RemoteFolder) else ""
-            self.flight = _Flight(self.client, made, Task(job.shared, job.trust, out=out, key=job.key))
-        self.flight.submit(index, variant)
+        """Take a variant; the first one is made here, which says what the workers need."""
+        if self.flight is not None:
+            self.flight.submit(index, variant)
+            return
+        begun, job, folder = now(), self.maker.job, self.maker.folder
+        compiled = self.maker.compiled(variant)
+        made = bundle(job.description.path, compiled, job.packages)
+        self.resolved = [list(one) for one in compiled.resolved]
+        task = Task(job.shared, job.trust, tool(), out=folder.address, key=job.key)
+        if isinstance(folder, VariantsFolder):
+            task = task._replace(out=os.path.abspath(folder.path), run=folder.announced())
+        self.flight = _Flight(self.client, made, task, self.total)
+        self.done.append((index, self.maker.finished(variant, compiled, begun)))
 
     def results(self) -> list[Result]:
         """Return what became of some variants. Raises Stopped."""
-        if self.flight is None:
-            return []
+        done, self.done = self.done, []
+        if done or self.flight is None:
+            return done
         return [(index, self._taken(variant, answer)) for index, variant, answer in self.flight.land()]
 
     def _taken(self, variant: Variant, answer: Answer | None) -> Made:
@@ -503,7 +298,7 @@ def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Varia
     """Yield what becomes of variants on a cluster, as it comes (see ``library``)."""
     from ...pipeline import Compiled
 
-    rest = enumerate(variants)
+    rest, total = enumerate(variants), length_hint(variants)
     flight: _Flight | None = None
     more = True
     try:
@@ -516,7 +311,7 @@ def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Varia
                 if flight is None:
                     compiled = compiled_here(first, asked, variant)
                     made = bundle(first, compiled, asked.packages)
-                    flight = _Flight(client, made, Task(asked.arguments, False, whole=True))
+                    flight = _Flight(client, made, Task(asked.arguments, False, tool(), whole=True), total)
                     yield compiled
                     continue
                 flight.submit(index, variant)

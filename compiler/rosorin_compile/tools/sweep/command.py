@@ -16,7 +16,7 @@ from ...diagnostics.wording import counted, listed
 from ...frontend.arguments import declared
 from ...frontend.load import LoadError
 from ...frontend.variants import Variants
-from ...output import OutputError, explained
+from ...output import OutputError
 from ...output.remote import folder_of
 from ...project import Description
 from ...startup.records import NamedTuple
@@ -209,7 +209,7 @@ def _made(sweep: Sweep, made: Job) -> int:
             index.close()
             stored = sweep.folder.sweep_up()
     except OSError as problem:
-        raise explained(problem, sweep.folder.path, "write") from None
+        raise sweep.folder.explained(problem) from None
     except KeyboardInterrupt:
         done = f"{counts.done:,} of {counted(counts.total, 'variant')} done"
         sweep.console.warn(f"stopped: {done}; the same command goes on from there")
@@ -226,7 +226,7 @@ def _engine(sweep: Sweep, made: Job) -> Iterator[Engine]:
     if sweep.options.dask:
         from .cluster import Cluster, connect
 
-        engine: Engine = Cluster(made, sweep.folder, connect(sweep.options.dask))
+        engine: Engine = Cluster(made, sweep.folder, connect(sweep.options.dask), len(sweep.variants))
     else:
         engine = InProcess(made, sweep.folder) if count < 2 else Processes(made, sweep.folder, count)
     try:
@@ -252,7 +252,7 @@ def _forget(sweep: Sweep) -> None:
         return
     names = listed(sorted(first)) if count <= _TOLD else f"{', '.join(sorted(first))} and {count - _TOLD:,} more"
     verb = "is" if count == 1 else "are"
-    message = f"{counted(count, 'variant')} of {sweep.folder.path} {verb} not in the list, and kept: {names}"
+    message = f"{counted(count, 'variant')} of {sweep.folder.address} {verb} not in the list, and kept: {names}"
     sweep.console.show([Diagnostic("variant-forgotten", NOTE, message, help="sweep --prune removes them")])
 
 

@@ -23,7 +23,7 @@ from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
 from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import Variant
-from ...output import OutputError, check_names, encoded, explained, stamp
+from ...output import OutputError, check_names, encoded, stamp
 from ...output.ours import digest
 from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
@@ -108,6 +108,10 @@ class Maker:
         begun = now()
         with progress.within():
             compiled = self.compiled(variant)
+        return self.finished(variant, compiled, begun)
+
+    def finished(self, variant: Variant, compiled: Compiled, begun: int) -> Made:
+        """Write what became of a variant, of files as they were when that was ``begun``."""
         files: dict[str, bytes] = {}
         said = [*variant.diagnostics, *compiled.diagnostics]
         try:
@@ -135,7 +139,7 @@ class Maker:
             entry["diagnostics"].append(as_object(problem.diagnostic))
             return Made(json.dumps(entry), ERROR)
         except OSError as problem:
-            return Made(line, ERROR, fatal=explained(problem, self.folder.path, "write").diagnostic)
+            return Made(line, ERROR, fatal=self.folder.explained(problem).diagnostic)
 
     def compiled(self, variant: Variant) -> Compiled:
         """Return what becomes of a variant; nothing is written."""
@@ -172,7 +176,12 @@ class Maker:
         )
         at = _places(variant) if _names_list(variant, entry["diagnostics"]) else 0
         record = Record(self._key(variant), made_of, at, line)
-        edited = before is not None and before.key == record.key and before.made_of == made_of != ""
+        edited = (
+            before is not None
+            and (before.key, before.made_of) == (record.key, made_of)
+            and made_of != ""
+            and not self.folder.holds(variant.name, before.artifacts)
+        )
         self.folder.put(variant.name, files, record)
         return Made(line, MADE, sum(map(len, files.values())), made_of, edited)
 

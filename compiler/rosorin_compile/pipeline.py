@@ -312,10 +312,9 @@ def compile_robot(
             maker.foresee(Task(robot, _outputs(robot, wanted), tree, path))
 
     understood = judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted, foresee)
-    compiled = emitted(understood, path, search, wanted, maker)
     if understood.expanded.scope is not None:
         understood.expanded.scope.ledger.forget()
-    return compiled
+    return emitted(understood, path, search, wanted, maker)
 
 
 def emitted(

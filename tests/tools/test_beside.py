@@ -74,6 +74,15 @@ def test_without_the_second_process_all_is_made(dies: Callable[[], None], monkey
     assert seen(compiled(ROSORIN, monkeypatch)) == alone
 
 
+def test_where_no_process_can_begin_all_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused() -> int:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    alone = seen(compiled(ROSORIN, monkeypatch, 1))
+    monkeypatch.setattr(os, "fork", refused)
+    assert seen(compiled(ROSORIN, monkeypatch)) == alone
+
+
 def test_what_the_second_process_makes_wrongly_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     make = beside.make_one
 

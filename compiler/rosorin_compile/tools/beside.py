@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,7 +41,8 @@ class TwoProcesses(Maker):
         threads = sys.modules.get("threading")  # a copy of a process has none of its threads, but their locks
         alone = threads is None or threads.active_count() == 1
         if sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
-            self._second = _Second(task)
+            with suppress(OSError):  # there may be as many processes as there can be
+                self._second = _Second(task)
 
     def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
         """Return the artifacts by the outputs, and the templates of the description that were used."""
@@ -103,7 +105,7 @@ class _Second:
         try:
             with open(self._answers, "rb", closefd=False) as opened:
                 found, refused = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
-        except (EOFError, OSError, pickle.UnpicklingError):
+        except Exception:  # it ended before it had told all
             return []
         refused_too(refused)
         return list(found)

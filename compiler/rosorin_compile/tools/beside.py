@@ -76,6 +76,7 @@ def _made(task: Task, numbers: Iterable[int], templates: Templates) -> Iterator[
         output = task.outputs[number]
         step(f"making {output.file},", number, len(task.outputs))
         made = make_one(task, output, templates)
+        step(f"proving {output.file},", number, len(task.outputs))
         yield number, made, made.artifact is not None and agrees(task.robot, made.artifact, model), templates.used
 
 

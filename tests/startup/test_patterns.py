@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -51,3 +52,13 @@ print(yaml.safe_dump({"a": "2001-01-01", "b": "x: y"}))
 """
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout == "refused\nrefused\na: '2001-01-01'\nb: 'x: y'\n\n"
+
+
+def test_other_threads_compile_as_ever() -> None:
+    found: list[object] = []
+    with patterns.compiled_later():
+        other = threading.Thread(target=lambda: found.append(re.compile("a")))
+        other.start()
+        other.join()
+        found.append(re.compile("a"))
+    assert [type(one) is re.Pattern for one in found] == [True, False]

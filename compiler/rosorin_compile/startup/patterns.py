@@ -8,6 +8,7 @@ library's.
 from __future__ import annotations
 
 import re
+from _thread import get_ident
 from contextlib import contextmanager
 
 _compile = re.compile
@@ -36,9 +37,13 @@ if not TYPE_CHECKING:
 
 @contextmanager
 def compiled_later() -> Iterator[None]:
-    """Let what is imported meanwhile have its patterns compiled when they are first used."""
-    before = re.compile
-    re.compile = compile
+    """Let what this thread imports meanwhile have its patterns compiled when they are first used; no other thread."""
+    before, here = re.compile, get_ident()
+
+    def later(pattern: str, flags: int = 0) -> Any:
+        return compile(pattern, flags) if get_ident() == here else before(pattern, flags)
+
+    re.compile = later  # type: ignore[assignment]
     try:
         yield
     finally:

@@ -39,6 +39,7 @@ HIDDEN = ".rosorin-compile-sweep"
 INDEX = "sweep.json"
 BEGIN = b'{"sweep": '
 _PATIENCE = 10.0  # seconds in which processes of a run that was killed end what they are at
+_LET_GO = 2.0  # seconds in which such a process, killed as it began, lets go of the lock that it got from the run
 _NO_LINKS = {errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.EXDEV, errno.ENOSYS}
 _KNOWN_SOUND = 4_000  # objects of which a process remembers that they are as they were
 _READ_ONLY = 0o444
@@ -103,7 +104,7 @@ class VariantsFolder:
         try:
             self.hidden.mkdir(parents=True, exist_ok=True)
             with (self.hidden / "lock").open("ab") as lock, (self.hidden / "working").open("ab") as working:
-                self._take(lock.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+                self._take(lock.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB, _LET_GO)
                 self.lock = lock.fileno()
                 self._take(working.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB, _PATIENCE)
                 working.close()
@@ -154,8 +155,11 @@ class VariantsFolder:
     def _announcement(self) -> Path:
         return self.hidden / "run"
 
-    def _take(self, handle: int, how: int, patience: float = 0) -> None:
-        """Take a lock. Raises OutputError if another run has it; on some network drives there is none to be had."""
+    def _take(self, handle: int, how: int, patience: float) -> None:
+        """Take a lock, waiting for it so many seconds. Raises OutputError if another run keeps it.
+
+        On some network drives there is none to be had.
+        """
         import fcntl
 
         until = time.monotonic() + patience

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import hashlib
 import json
 import os
 import stat
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -329,6 +331,14 @@ def test_two_at_once_are_told_apart(capsys: Shown) -> None:
         sweep(code=1)
     assert "error[output-busy]: another run writes into build\n    wait until it ends" in capsys.readouterr().err
     sweep()
+
+
+def test_a_lock_that_is_let_go_at_once_is_waited_for() -> None:
+    sweep()
+    with Path(OUT, output.HIDDEN, "lock").open("ab") as lock:  # as a process has it that a killed run had just begun
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        threading.Timer(0.3, lambda: fcntl.flock(lock, fcntl.LOCK_UN)).start()
+        sweep()
 
 
 def test_a_run_waits_for_what_is_left_of_one_that_was_killed(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from functools import lru_cache
 
 from .startup.records import NamedTuple
+from .startup.remembering import remembered
 
 NumberFormat = Callable[[float], str]
 
@@ -16,7 +16,7 @@ RADIAN_DIGITS = 8
 
 
 # The same numbers stand in a robot again and again, and in each of its artifacts: what was printed is remembered.
-@lru_cache(maxsize=20_000)
+@remembered
 def exact(value: float) -> str:
     """Return the shortest decimal that reads back as the same double; whole numbers without a point.
 
@@ -27,7 +27,7 @@ def exact(value: float) -> str:
     return text[:-2] if text.endswith(".0") else text
 
 
-@lru_cache(maxsize=20_000)
+@remembered
 def six(value: float) -> str:
     """Return whichever of ``%.6g`` and ``%.6f`` keeps more of the value, trailing zeros dropped.
 

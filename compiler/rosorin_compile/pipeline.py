@@ -181,7 +181,7 @@ def judged(
     diagnostics += lowered.diagnostics
     if lowered.robot is not None:
         try:
-            diagnostics += check(lowered.robot, tree, lowered.places, FORMATS, expanded.scope)
+            diagnostics += check(lowered.robot, tree, lowered.places, FORMATS, expanded.scope, wanted)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
     if not has_errors(diagnostics):  # else what is wrong may be the use

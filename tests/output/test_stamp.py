@@ -34,7 +34,7 @@ class Run:
         self.stamps = base / "cache" / "stamps"
 
     def remember(self, **more):
-        remember(KEY, self.inputs, self.texts, self.folder, SAID, **more)
+        remember(KEY, self.inputs, self.texts, SAID, **more)
 
     def recall(self, key=KEY):
         return recall(key, self.folder)
@@ -220,7 +220,7 @@ def test_inputs_that_were_changed_during_the_run(run):
 def test_artifacts_that_are_not_what_was_written(run):
     (run.folder / "o0.xml").write_text("another run")
     run.remember()
-    assert not list(run.stamps.iterdir())
+    assert run.recall() is None
 
 
 def test_inputs_that_cannot_be_read(run):
@@ -258,7 +258,7 @@ def test_a_write_that_fails_is_silent_and_leaves_nothing(remembered, monkeypatch
 def test_old_stamps_go(run, monkeypatch):
     monkeypatch.setattr(cache, "MAX_KEPT", 10)
     for number in range(30):
-        remember({"number": number}, [], run.texts, run.folder, [number])
+        remember({"number": number}, [], run.texts, [number])
         assert recall({"number": number}, run.folder) == [number]
     assert 5 <= len(list(run.stamps.iterdir())) <= 11
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -29,6 +30,9 @@ def compiled(folder: Path, monkeypatch: pytest.MonkeyPatch, cores: int = 2) -> C
     monkeypatch.setattr("threading.active_count", lambda: 1)  # those of pytest do nothing here
     description = Description("robot", folder / "robot.yaml", folder / "outputs")
     made = compile_proven(GIVEN, description, Console("json", quiet=True))
+    while beside._ended:  # they were killed; the system takes a moment
+        time.sleep(0.001)
+        beside._bury()
     with pytest.raises(ChildProcessError):
         os.waitpid(-1, os.WNOHANG)
     return made

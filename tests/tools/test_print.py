@@ -69,6 +69,21 @@ def test_each_output_of_the_reference_robot_is_the_committed_file(name: str, hom
     assert [path for path in home.rglob("*") if path.is_file() and "cache" not in path.parts] == []
 
 
+def test_what_is_wrong_with_another_output_keeps_nobody_from_this_one(home: Path, capsys: Shown) -> None:
+    (home / "robot.yaml").write_text(
+        PLAIN
+        + "outputs:\n  urdf: {file: a.urdf}\n  static_tf: {file: a.launch.py}\n  robot_model: {file: a.json, servos: nobody}\n"
+    )
+    assert main(["all", "robot.yaml"]) == 1
+    assert "error[unknown-servo]" in capsys.readouterr().err
+    assert main(["print", "robot_model", "robot.yaml"]) == 1
+    assert "error[unknown-servo]" in capsys.readouterr().err
+    assert main(["print", "urdf", "robot.yaml"]) == 0
+    assert "unknown-servo" not in capsys.readouterr().err
+    assert main(["all", "robot.yaml", "--only", "urdf"]) == 0
+    assert not (home / "outputs/robot/a.json").exists()
+
+
 def test_the_list_names_outputs_formats_and_files(capsys: Shown) -> None:
     rows = [{"name": name, "format": format, "file": file} for name, (format, file) in LISTED.items()]
     assert json.loads(ask(capsys, "print", "--list", str(ROSORIN), "--json")) == rows

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..model import Box, Inertial, Pose, Transform, Vector
@@ -25,6 +24,7 @@ from ..model.geometry import Rows, dot
 from ..numbers import SIX, six
 from ..startup import patterns
 from ..startup.records import NamedTuple
+from ..startup.remembering import remembered
 from ..xml.elements import tree_of
 from .format import Fact, Facts, Value
 
@@ -118,7 +118,7 @@ def number_of(text: str) -> float:
     return value
 
 
-@lru_cache(maxsize=20_000)
+@remembered
 def numbers_of(text: str) -> tuple[float, ...]:
     """Return the numbers of a text; the same ones stand in many. Raises ValueError if one is none."""
     words = text.split()
@@ -152,7 +152,7 @@ def is_exact(texts: Iterable[str]) -> bool:
     return False
 
 
-_tolerance_of_six = lru_cache(maxsize=20_000)(SIX.tolerance)
+_tolerance_of_six = remembered(SIX.tolerance)
 
 
 class Sheet:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -201,6 +200,8 @@ def _escape(text: str) -> str:
 
 def _wrapped(text: str) -> str:
     """Return a paragraph in lines of at most 120 letters, broken at blanks alone."""
+    import textwrap
+
     return "\n".join(textwrap.wrap(text, 120, break_long_words=False, break_on_hyphens=False))
 
 

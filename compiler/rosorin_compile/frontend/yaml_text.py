@@ -6,8 +6,8 @@ What other readers of YAML would take for something else (``on``, ``12:30``, a d
 from __future__ import annotations
 
 import re
-from functools import lru_cache
 
+from ..startup.remembering import remembered
 from .load import plain_scalar
 
 # An implicit key has to end within 1,024 characters (https://yaml.org/spec/1.2.2/#example-single-pair-explicit-entry).
@@ -43,7 +43,7 @@ def escaped(text: str) -> str:
 
 
 # The same keys and texts stand in a robot again and again.
-@lru_cache(maxsize=20_000)
+@remembered
 def scalar(text: str, flow: bool) -> str:
     """Return a text as a scalar on one line; ``flow`` is inside brackets.
 

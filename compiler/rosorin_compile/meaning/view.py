@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import lru_cache
 from math import isfinite
 
 from ..formats import FORMATS, Artifact, Fact, Facts, Value
@@ -16,6 +15,7 @@ from ..formats.facts import ANGLES, AXES, Solid
 from ..model import Robot, Transform
 from ..model.geometry import rotation_of_rpy
 from ..startup.records import NamedTuple
+from ..startup.remembering import remembered
 from .solids import solid_of
 from .tolerance import Turn
 
@@ -93,7 +93,7 @@ _TURN, _SOLID, _COUNT, _HEIGHT, _ROWS = range(5)
 
 
 # The same quantities are said of each frame and link.
-@lru_cache(maxsize=20_000)
+@remembered
 def _part(kind: str, quantity: str) -> tuple[int, str, int, str] | None:
     """Return what a quantity is a part of, and which; None if it is plain."""
     if kind == "frame":

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 
 from ..startup.records import dataclass
+from ..startup.remembering import remembered
 
 Vector = tuple[float, float, float]
 Rows = tuple[Vector, Vector, Vector]
@@ -98,7 +98,7 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
 
 
 # Several rules and formats ask, and many links of a large robot weigh the same.
-@lru_cache(maxsize=20_000)
+@remembered
 def eigenvalues(rows: Rows) -> Vector:
     """Return the eigenvalues of a symmetric 3x3 matrix, smallest first.
 

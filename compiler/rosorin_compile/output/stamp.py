@@ -19,6 +19,7 @@ from .. import __version__, plugins
 from ..project import DATA, Resolved, data_folder
 from ..startup.again import changed, contents, mark
 from ..startup.cache import cache_folder, digest, keep, recalled
+from ..startup.records import NamedTuple
 
 
 def _nowhere(asked: Resolved) -> str:
@@ -49,32 +50,38 @@ def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str
         return None
 
 
+class Remembered(NamedTuple):
+    """The digests of the files that a run has read, and of the artifacts that it has made, by name."""
+
+    inputs: dict[str, str]
+    outputs: dict[str, str]
+
+
 def remember(
     key: Mapping[str, Any],
     inputs: Iterable[Path],
     outputs: Mapping[str, str | bytes],
-    folder: Path,
     messages: list[Any],
     begun: int | None = None,
     resolved: Iterable[Resolved] = (),
-) -> bool:
-    """Write the stamp of a run that read ``inputs`` and made ``outputs``, texts or bytes by name, in ``folder``.
+) -> Remembered | None:
+    """Write the stamp of a run that read ``inputs`` and made ``outputs``, texts or bytes by name; return what it says.
 
     ``messages`` is what ``recall`` is to return, plain JSON. ``begun`` is the value of ``now`` from before the inputs
     were read: if one of them was changed since, nobody knows which of its contents was compiled, and nothing is
-    remembered. ``resolved`` says where names led. Says whether that is remembered now; a failure to write is silent.
+    remembered. ``resolved`` says where names led. A failure to write is silent.
     """
     with suppress(OSError, ValueError):
         path = _path(key)
         written = {
             name: digest(made if isinstance(made, bytes) else made.encode()) for name, made in sorted(outputs.items())
         }
-        if path is None or contents(os.fspath(folder)) != written:
-            return False
+        if path is None:
+            return None
         names = sorted({str(Path(name).absolute()) for name in inputs})
         read = {name: digest(Path(name).read_bytes()) for name in names}
         if begun is not None and any(changed(name) >= begun for name in names):
-            return False
+            return None
         stamp = {
             "tool": tool_mark(),
             "inputs": read,
@@ -83,8 +90,8 @@ def remember(
             "resolved": list(resolved),
         }
         keep(path, json.dumps(stamp).encode())
-        return True
-    return False
+        return Remembered(read, written)
+    return None
 
 
 def _path(key: Mapping[str, Any]) -> Path | None:

@@ -9,7 +9,7 @@ come as they are defined. So a new rule is a function under ``@rule``, in a modu
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -102,13 +102,14 @@ def check(
     places: Mapping[tuple[str, str], TreePath],
     formats: Mapping[str, Format],
     scope: Scope | None = None,
+    wanted: Collection[str] = (),
 ) -> list[Diagnostic]:
     """Return what is wrong with the meaning of a description, and what is worth a note.
 
     ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``lower``); ``formats`` are
-    those that outputs may name, ``scope`` has what the names of the description stand for.
+    those that outputs may name, ``scope`` has what the names of the description stand for, ``wanted`` as in ``Case``.
     """
-    case = Case(robot, tree, places, collect(tree), formats, scope)
+    case = Case(robot, tree, places, collect(tree), formats, scope, wanted)
     diagnostics: list[Diagnostic] = []
     for number, one in enumerate(CHECKS):
         step("checking", number, len(CHECKS))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType, NoneType
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,7 @@ class Case(NamedTuple):
 
     ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``),
     ``formats`` those that outputs may name, ``scope`` what the names in expressions stood for (None: nobody knows).
+    ``wanted`` are the names of the only outputs that are made; without them all are.
     """
 
     robot: Robot
@@ -35,6 +36,7 @@ class Case(NamedTuple):
     remarkable: Remarkable
     formats: Mapping[str, Format] = MappingProxyType({})
     scope: Scope | None = None
+    wanted: Collection[str] = ()
 
     def feeding(self, publisher: str) -> list[Output]:
         """Return the outputs that publishers of a kind read, by their format."""

@@ -56,23 +56,24 @@ def said_again(words: Sequence[str]) -> bool:
 
 
 def remember(
-    inputs: Iterable[str | os.PathLike[str]],
-    outputs: Mapping[str, Iterable[str]],
+    inputs: Mapping[str, str],
+    outputs: Mapping[str, Mapping[str, str]],
     lookups: Iterable[str | os.PathLike[str]],
     said: Sequence[tuple[str, str]],
     tool: Iterable[str],
 ) -> None:
     """Keep what this process said, if it was begun for one line: ``said_again`` will say it.
 
-    ``inputs`` are the files that were read, ``outputs`` the names of the artifacts by folder, ``lookups`` the folders
-    in which descriptions were looked for, ``tool`` those of the tool itself. A failure is silent.
+    ``inputs`` are the digests of the files that were read, by name ("" for one that is to be read now), ``outputs``
+    those of the artifacts, by folder. ``lookups`` are the folders in which descriptions were looked for, ``tool`` those
+    of the tool itself. A failure is silent.
     """
     if not _called:
         return
     words, begun = _called[0]
     try:
         file = _file(words)
-        read = sorted({os.path.abspath(one) for one in inputs})
+        read = {os.path.abspath(name): content for name, content in sorted(inputs.items())}
         rows = list(_rows(read, outputs, [*sys.path, *map(os.path.abspath, lookups)], begun))
         rows += [[_TOOL, folder, _state(_TOOL, folder)] for folder in tool]
         if file and not any(_END in text or _PART in text for _, text in said):
@@ -109,19 +110,16 @@ def _still_true(kept: str) -> list[tuple[str, str]] | None:
 
 
 def _rows(
-    inputs: Iterable[str], outputs: Mapping[str, Iterable[str]], folders: Iterable[str], begun: int
+    inputs: Mapping[str, str], outputs: Mapping[str, Mapping[str, str]], folders: Iterable[str], begun: int
 ) -> Iterable[list[str]]:
     """Yield what a run depends on, and how that is. Raises ValueError if it may have changed meanwhile."""
     for folder in folders:
         yield [_FOLDER, folder, _state(_FOLDER, folder)]
-    for name in inputs:
+    for name, content in inputs.items():
         if changed(name) >= begun:
             raise ValueError("nobody knows which of its contents was read")
-        yield [_READ, name, _state(_READ, name)]
-    for folder, names in outputs.items():
-        held = contents(folder)
-        if held.keys() != set(names):
-            raise ValueError("the folder holds something else")
+        yield [_READ, name, content or _state(_READ, name)]
+    for folder, held in outputs.items():
         yield [_MADE, os.path.abspath(folder)]
         yield from ([_HELD, name, content] for name, content in held.items())
 
@@ -144,6 +142,16 @@ def mark(folder: str) -> str:
     if not _called or folder not in _marked:
         _marked[folder] = digest("\n".join(_marks(folder)).encode("utf-8", "surrogateescape"))
     return _marked[folder]
+
+
+def marks(folders: Iterable[str]) -> dict[str, str]:
+    """Return what tells the files of the tool in some folders, for another process of one line; else nothing."""
+    return {folder: mark(folder) for folder in folders} if _called else {}
+
+
+def marked_too(marks: Mapping[str, str]) -> None:
+    """Take what another process of the same line has worked out."""
+    _marked.update(marks)
 
 
 def _marks(folder: str) -> list[str]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
-from ..startup.again import now
+from ..startup.again import contents, now
 from .given import given_arguments
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
 from .robots import Run, Settled, check_depfile, descriptions, for_each, no_stdin
@@ -111,7 +111,9 @@ def _write_one(run: Run, description: Description) -> int:
             run.console.stand_ins += stand_ins
             run.console.tell_read([*inputs, *run.given.files])
             run.console.say(f"{summary}, unchanged")
-            run.settled.extend([Settled(description.outputs, names, inputs)] if plain else [])
+            if plain:
+                made = contents(os.fspath(description.outputs))
+                run.settled.append(Settled(description.outputs, made, dict.fromkeys(inputs, "")))
             return _tell_build(run, description, names, [*map(Path, inputs), *run.given.files])
     from .compiling import compile_proven, count, lacks_meshes, mesh_files, nothing_written, read_by
 
@@ -135,8 +137,9 @@ def _write_one(run: Run, description: Description) -> int:
         plain = not compiled.resolved
         told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs)), plain]
         files |= meshes
-        if stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved):
-            run.settled.extend([Settled(description.outputs, names, [*map(str, inputs)])] if plain else [])
+        kept = stamp.remember(key, inputs, files, told, begun=begun, resolved=compiled.resolved)
+        if kept is not None and plain:
+            run.settled.append(Settled(description.outputs, kept.outputs, kept.inputs))
     return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
 
 

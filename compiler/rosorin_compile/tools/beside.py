@@ -15,8 +15,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+try:
+    import _pickle as pickle  # it is in the interpreter; pickle.py takes another 3 ms
+except ImportError:
+    import pickle  # type: ignore[no-redef]
+
 from ..diagnostics.progress import hide, step
 from ..pipeline import Made, Maker, Task, make_one
+from ..startup.again import marked_too, marks
 from ..startup.cache import cache_refused, refused_too
 
 if TYPE_CHECKING:
@@ -37,10 +43,10 @@ class TwoProcesses(Maker):
         self._second: _Second | None = None
 
     def foresee(self, task: Task) -> None:
-        """Begin, if there is a core for a second process."""
+        """Begin, if there is a core for a second process, and more to make than it takes to begin one."""
         threads = sys.modules.get("threading")  # a copy of a process has none of its threads, but their locks
         alone = threads is None or threads.active_count() == 1
-        if sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
+        if len(task.outputs) > 1 and sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
             with suppress(OSError):  # there may be as many processes as there can be
                 self._second = _Second(task)
 
@@ -85,6 +91,7 @@ class _Second:
 
     def __init__(self, task: Task) -> None:
         self.task = task
+        _bury()
         self._taken, listed = os.pipe()
         os.write(listed, bytes(_order(task)))  # a pipe holds more without anybody who reads
         os.close(listed)
@@ -101,22 +108,36 @@ class _Second:
 
     def answers(self) -> list[Answer]:
         """Return what the second process has made, once it is done; nothing if it did not come so far."""
-        import pickle
-
         try:
             with open(self._answers, "rb", closefd=False) as opened:
-                found, refused = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
+                found, refused, marked = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
         except Exception:  # it ended before it had told all
             return []
         refused_too(refused)
+        marked_too(marked)
         return list(found)
 
     def end(self) -> None:
-        """Stop the process if it still runs."""
+        """Stop the process if it still runs; nobody waits until the system has taken apart what it held."""
         os.close(self._taken)
         os.close(self._answers)
         os.kill(self._child, signal.SIGKILL)
-        os.waitpid(self._child, 0)
+        _ended.append(self._child)
+        _bury()
+
+
+_ended: list[int] = []  # processes that are being taken apart
+
+
+def _bury() -> None:
+    """Forget the processes that are no more."""
+    for child in tuple(_ended):
+        try:
+            is_gone = os.waitpid(child, os.WNOHANG)[0] == child
+        except ChildProcessError:  # where SIGCHLD is ignored nobody has to ask
+            is_gone = True
+        if is_gone:
+            _ended.remove(child)
 
 
 def _in_turn(taken: int) -> Iterator[int]:
@@ -130,11 +151,12 @@ def _answer(task: Task, taken: int, answers: int) -> None:
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         hide()
-        import pickle
+        from ..output.stamp import tool_folders
 
+        marked = marks(tool_folders())  # while the first process has rules to ask
         found = list(_made(task, _in_turn(taken), task.templates()))
         with open(answers, "wb") as opened:
-            pickle.dump((found, cache_refused()), opened, protocol=5)
+            pickle.dump((found, cache_refused(), marked), opened, protocol=5)
     finally:
         os._exit(0)
 

@@ -104,7 +104,7 @@ def _keep(console: Console, compiled: Compiled, inputs: list[Path]) -> None:
     if console.ran or compiled.resolved or lacks_meshes(compiled) or from_stdin or sys.stdout.isatty():
         return
     console.printed.append((RAW, compiled.artifacts[0].text))
-    keep_run(list(map(str, inputs)), {}, console)
+    keep_run(dict.fromkeys(map(str, inputs), ""), {}, console)
 
 
 def _robot(words: list[str]) -> Description:

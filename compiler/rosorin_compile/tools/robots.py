@@ -9,7 +9,7 @@ import argparse
 import codecs
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,11 +37,14 @@ _taken: list[Any] = []  # standard input, once it was read
 
 
 class Settled(NamedTuple):
-    """A robot with which a run would do the same again: the folder and names of its artifacts, the files read."""
+    """A robot with which a run would do the same again: the folder of its artifacts, and what was made of what.
+
+    ``made`` and ``read`` are the digests of artifacts and files by name; "" for a file that is to be read once more.
+    """
 
     outputs: Path
-    names: Sequence[str]
-    inputs: Sequence[str]
+    made: Mapping[str, str]
+    read: Mapping[str, str]
 
 
 class Run(NamedTuple):
@@ -115,20 +118,22 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     if summary is not None:
         append_summary(Path(summary), run.console.summary())
     if run.settled and len(run.settled) == len(found) and code == FINE and _is_plain(run):
-        made = {os.fspath(one.outputs): one.names for one in run.settled}
-        read = [file for one in run.settled for file in (*one.inputs, *map(str, given.files))]
+        made = {os.fspath(one.outputs): one.made for one in run.settled}
+        read = dict.fromkeys(map(str, given.files), "")
+        for one_robot in run.settled:
+            read.update(one_robot.read)
         keep_run(read, made, run.console)
     return code
 
 
-def keep_run(inputs: Iterable[str], outputs: Mapping[str, Sequence[str]], console: Console) -> None:
-    """Keep what a run said, so that it is said again without one if nothing changes."""
+def keep_run(read: Mapping[str, str], made: Mapping[str, Mapping[str, str]], console: Console) -> None:
+    """Keep what a run said, so that it is said again without one if nothing changes (see ``again.remember``)."""
     from ..output.stamp import tool_folders
     from ..plugins import installed
     from ..startup.again import remember
 
     if not installed():  # what a plug-in does may depend on anything
-        remember(inputs, outputs, looked_in(), console.printed, tool_folders())
+        remember(read, made, looked_in(), console.printed, tool_folders())
 
 
 def _is_plain(run: Run) -> bool:

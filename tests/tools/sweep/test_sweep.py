@@ -7,6 +7,7 @@ import gc
 import hashlib
 import json
 import os
+import shutil
 import stat
 import threading
 import time
@@ -17,9 +18,11 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.frontend.expand import files as reading
 from rosorin_compile.frontend.variants import Variant
 from rosorin_compile.output import variants as output
 from rosorin_compile.startup.again import now
+from rosorin_compile.startup.remembering import forget
 from rosorin_compile.tools.sweep.making import Made, Maker
 from support.commands import Shown, edit
 
@@ -331,6 +334,19 @@ def test_two_at_once_are_told_apart(capsys: Shown) -> None:
         sweep(code=1)
     assert "error[output-busy]: another run writes into build\n    wait until it ends" in capsys.readouterr().err
     sweep()
+
+
+def test_numbers_of_many_variants_are_let_go_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading, "_FORGETS", 3)
+    forgets: list[int] = []
+    monkeypatch.setattr(reading, "forget", lambda: (forgets.append(len(forgets)), forget()))
+    sweep()
+    kept = {(path.parent.name, path.name): path.read_bytes() for path in OUT.glob("r*/*")}
+    assert len(kept) // 2 // 3 == len(forgets) > 0
+    shutil.rmtree(OUT)
+    monkeypatch.setattr(reading, "_FORGETS", 10_000)
+    sweep()
+    assert kept == {(path.parent.name, path.name): path.read_bytes() for path in OUT.glob("r*/*")}
 
 
 def test_a_lock_that_is_let_go_at_once_is_waited_for() -> None:

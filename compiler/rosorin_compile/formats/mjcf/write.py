@@ -30,7 +30,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import partial
 
 from markupsafe import Markup
 
@@ -59,6 +59,7 @@ from ...model.looks import with_visuals
 from ...model.standing import home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...startup.records import NamedTuple, replace
+from ...startup.remembering import remembered
 from ...xml.elements import indented
 from ..mesh_vertices import clouds_of
 from ..templating import Templates, attributes, comment
@@ -443,7 +444,7 @@ def _setting(value: str | float | Sequence[float], number: NumberFormat) -> str:
     return number(value) if isinstance(value, (int, float)) else vector(value, number)
 
 
-@lru_cache(maxsize=20_000)
+@remembered
 def _place(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
     quaternion = Pose(xyz, rpy).transform().quaternion()
     pos = vector(xyz, number)

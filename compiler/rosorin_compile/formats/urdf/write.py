@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import lru_cache
 from typing import Any, TypeVar
 
 from markupsafe import Markup
@@ -39,6 +38,7 @@ from ...model import (
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...startup.records import NamedTuple
+from ...startup.remembering import remembered
 from ...xml.elements import indented
 from ..templating import Templates, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
@@ -266,12 +266,12 @@ def _origin(pose: Pose, number: NumberFormat) -> Markup:
     return _placed(pose.xyz, pose.rpy, number)
 
 
-@lru_cache(maxsize=20_000)
+@remembered
 def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> Markup:
     return attributes(xyz=vector(xyz, number), rpy=vector(rpy, number))
 
 
-@lru_cache(maxsize=20_000)
+@remembered
 def _axis(axis: Vector, number: NumberFormat) -> Markup:
     return attributes(xyz=vector(axis, number))
 

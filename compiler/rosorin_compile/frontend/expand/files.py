@@ -26,6 +26,7 @@ from ...project import (
     shown,
 )
 from ...startup.records import NamedTuple
+from ...startup.remembering import forget
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..schema import MANY_INSIDE
@@ -50,6 +51,7 @@ RULES = (
 
 
 MAX_FILES = 500
+_FORGETS = 200  # robots of one description after which what was remembered of them is let go of
 
 _JOINED = (
     "links",
@@ -119,15 +121,20 @@ def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, 
 class Kept:
     """What was read of one description, to be taken again while its files are what they were, to the letter.
 
-    For whoever compiles it again and again in one go: where the names of packages lead is not asked once more.
+    For whoever compiles it again and again in one go: where the names of packages lead is not asked once more, and the
+    numbers of many robots are not remembered, so that memory stays what it is.
     """
 
     def __init__(self) -> None:
+        self.robots = 0
         self.reader: Reader | None = None
         self.root: Map | None = None
 
     def read(self, reader: Reader) -> tuple[Reader, Map | None]:
         """Return the joined files of a description, and who has read them: ``reader`` or one before, both anew."""
+        self.robots += 1
+        if self.robots % _FORGETS == 0:
+            forget()
         before = self.reader
         if before is not None and before.same_as(reader) and before.is_current():
             return before.again(), self.root

@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Any
 
 from ...startup.records import NamedTuple
+from ...startup.remembering import remembered
 from ...units import Quantity
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, functions
 from .literals import Literal, masked, mistake
@@ -80,7 +80,7 @@ def _fails(node: ast.expr, lookup: Lookup) -> bool:
     return False
 
 
-@lru_cache(maxsize=20_000)
+@remembered
 def compiled(text: str) -> Code:
     """Return an expression as a function of the names in scope. Raises ExpressionError if it is not one."""
     if len(text) > MAX_LENGTH:
@@ -160,7 +160,7 @@ class Piece(NamedTuple):
     unclosed: bool = False
 
 
-@lru_cache(maxsize=20_000)
+@remembered
 def pieces(text: str) -> tuple[Piece, ...]:
     """Return the pieces of a text in order."""
     taken: list[Piece] = []

@@ -33,7 +33,6 @@ RULES = (
     ),
 )
 
-A_LIFE = 500  # variants of a process: a next one does not remember their numbers, so that memory stays flat
 AHEAD = 2  # variants that a process is given: one to be at, one to go on with
 _TRIES = 2
 _HOPELESS = 10  # deaths without a variant in between
@@ -100,14 +99,8 @@ class _Worker:
         self.process.start()
         theirs.close()
         self.given: deque[tuple[int, Variant]] = deque()
-        self.left = A_LIFE
-
-    @property
-    def has_room(self) -> bool:
-        return len(self.given) < AHEAD and self.left > 0
 
     def give(self, index: int, variant: Variant) -> None:
-        self.left -= 1
         self.given.append((index, variant))
         with suppress(OSError):  # it is dead, as the next look will find
             self.pipe.send((index, variant))
@@ -144,18 +137,13 @@ class Processes:
     @property
     def room(self) -> bool:
         """Whether a process has less to do than it may."""
-        return not self.waiting and self._has_room
-
-    @property
-    def _has_room(self) -> bool:
-        return len(self.workers) < self.count or any(worker.has_room for worker in self.workers)
+        return not self.waiting and (len(self.workers) < self.count or any(map(_has_room, self.workers)))
 
     def submit(self, index: int, variant: Variant) -> None:
         """Give a variant to the process that has least to do."""
         if not self.workers:
             _prepare()
-        free = [worker for worker in self.workers if worker.has_room]
-        least = min(free, key=lambda worker: len(worker.given), default=None)
+        least = min(self.workers, key=lambda worker: len(worker.given), default=None)
         if least is None or (least.given and len(self.workers) < self.count):
             least = _Worker(self.context, self.job, self.folder)
             self.workers.append(least)
@@ -176,10 +164,7 @@ class Processes:
             self.deaths = 0
             self.tries.pop(index, None)
             found.append((index, result))
-            if not worker.left and not worker.given:
-                self.workers.remove(worker)
-                worker.end()
-        while self.waiting and self._has_room:
+        while self.waiting and (len(self.workers) < self.count or any(map(_has_room, self.workers))):
             self.submit(*self.waiting.popleft())
         return found
 
@@ -206,6 +191,10 @@ class Processes:
                 given = given[1:]
         self.waiting.extend(given)
         return failed
+
+
+def _has_room(worker: _Worker) -> bool:
+    return len(worker.given) < AHEAD
 
 
 def died(variant: Variant, code: int | None = None) -> Made:

@@ -71,8 +71,8 @@ def test_each_output_of_the_reference_robot_is_the_committed_file(name: str, hom
 
 def test_what_is_wrong_with_another_output_keeps_nobody_from_this_one(home: Path, capsys: Shown) -> None:
     (home / "robot.yaml").write_text(
-        PLAIN
-        + "outputs:\n  urdf: {file: a.urdf}\n  static_tf: {file: a.launch.py}\n  robot_model: {file: a.json, servos: nobody}\n"
+        PLAIN + "outputs:\n  urdf: {file: a.urdf}\n  static_tf: {file: a.launch.py}\n"
+        "  robot_model: {file: a.json, servos: nobody}\n"
     )
     assert main(["all", "robot.yaml"]) == 1
     assert "error[unknown-servo]" in capsys.readouterr().err

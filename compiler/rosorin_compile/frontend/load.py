@@ -22,6 +22,7 @@ from .tree import Instance, Map, Seq, Text, first_line
 
 with patterns.compiled_later():  # libyaml has no use for them
     import yaml
+    from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -64,6 +65,7 @@ RULES = (
     ),
 )
 
+_new = tuple.__new__
 MAX_BYTES = 20_000_000
 MAX_DEPTH = 60
 MAX_NODES = 1_000_000
@@ -238,7 +240,8 @@ class _Composer:
         start, end = event.start_mark, event.end_mark
         line, column = start.line, start.column
         length = end.column - column if end.line == line else 1
-        return Span(self.source, line + 1, column + 1, length if length > 1 else 1)
+        # As Span(...) does, without a call of Python: of every key and value there is one.
+        return _new(Span, (self.source, line + 1, column + 1, length if length > 1 else 1))
 
     def fail(self, rule: str, message: str, event: Any, help: str) -> LoadError:
         return LoadError(error(rule, message, self.span(event), help))
@@ -250,7 +253,7 @@ class _Composer:
             raise self.fail("yaml-too-large", f"more than {MAX_NODES:,} values", event, "split the file, or use a loop")
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
-        if isinstance(event, yaml.ScalarEvent) and event.tag is None and not event.anchor:  # as nearly all are
+        if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # as nearly all are
             return Text(event.value) if event.style else plain_scalar(event.value)
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event)
@@ -288,7 +291,7 @@ class _Composer:
         made = Map(self.span(event), self.via)
         key_spans, value_spans = made.key_spans, made.value_spans
         for key_event in events:
-            if isinstance(key_event, yaml.MappingEndEvent):
+            if type(key_event) is MappingEndEvent:
                 return made
             key = self.key(key_event)
             key_span = self.span(key_event)
@@ -303,7 +306,7 @@ class _Composer:
         return made
 
     def key(self, event: Any) -> str:
-        if not isinstance(event, yaml.ScalarEvent):
+        if type(event) is not ScalarEvent:
             raise self.fail("yaml-key", "a key must be plain text", event, "an expression is written ${...}, in quotes")
         if event.value == "<<" and not event.style:
             way_out = "repeat the keys, or name a value in let"
@@ -314,7 +317,7 @@ class _Composer:
         made = Seq(self.span(event), self.via)
         value_spans = made.value_spans
         for item in events:
-            if isinstance(item, yaml.SequenceEndEvent):
+            if type(item) is SequenceEndEvent:
                 break
             made.append(self.value(item, events, depth + 1))
             value_spans.append(self.span(item))

@@ -66,8 +66,8 @@ def _joint(planning: Planning, name: str) -> list[Any]:
     return [name, joint.type, joint.parent, joint.child, _place(joint.origin.transform()), axis, limits, mimic]
 
 
-def _place(transform: Transform) -> Any:
-    return _rounded((transform.xyz, *transform.rows))
+def _place(transform: Transform) -> list[list[float]]:
+    return [[round(value, _DECIMALS) + 0.0 for value in row] for row in (transform.xyz, *transform.rows)]
 
 
 def _rounded(value: Any) -> Any:

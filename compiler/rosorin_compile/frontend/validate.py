@@ -94,11 +94,17 @@ class _Walk:
     def _walk(self, value: Map | Seq) -> Any:
         changed: Any = None
         pairs: Any = value.items() if isinstance(value, Map) else enumerate(value)
+        allowed: dict[str | int, tuple[Dimension, ...] | None] = {}
         for key, item in pairs:
             kind = type(item)
             if kind is str or kind is bool or item is None or (kind is float and math.isfinite(item)):
                 continue
-            if kind is Map or kind is Seq:
+            if kind is Quantity:
+                step = 0 if type(key) is int else key  # all items of a list are of the same kind
+                if step not in allowed:
+                    allowed[step] = self._allowed(step)
+                plain = self._number(item, key, allowed[step])
+            elif kind is Map or kind is Seq:
                 plain = self.done.get(id(item))
                 if plain is None:
                     self.path.append(key)
@@ -120,16 +126,18 @@ class _Walk:
             steps[1] = "*"
         return _dimensions(tuple(steps))
 
+    def _number(self, item: Quantity, key: str | int, allowed: tuple[Dimension, ...] | None) -> float:
+        if allowed is not None and item.dimension not in allowed:
+            self.misfits.append(([*self.path, key], item))
+        return float(item) if math.isfinite(item) else self._not_finite(key)
+
+    def _not_finite(self, key: str | int) -> float:
+        self.not_finite.append([*self.path, key])
+        return 0.0
+
     def _scalar(self, item: Any, key: str | int) -> Any:
-        if isinstance(item, Quantity):
-            allowed = self._allowed(key)
-            if allowed is not None and item.dimension not in allowed:
-                self.misfits.append(([*self.path, key], item))
         if isinstance(item, float):
-            if not math.isfinite(item):
-                self.not_finite.append([*self.path, key])
-                return 0.0
-            return float(item) if isinstance(item, Quantity) else item
+            return item if math.isfinite(item) else self._not_finite(key)
         if isinstance(item, int):
             return float(item) if abs(item) > 2**53 else item
         return str(item)

@@ -117,7 +117,8 @@ def entry(container: Any, key: Any) -> Any:
 
 def holds(function: Callable[[Any, Any], bool] | None, left: Any, right: Any) -> bool:
     """Say whether a comparison holds. Raises ExpressionError where the two cannot be compared."""
-    if isinstance(left, (str, list, dict)) or isinstance(right, (str, list, dict)):
+    are_numbers = type(left) in NUMERIC and type(right) in NUMERIC
+    if not are_numbers and (isinstance(left, _SIZED) or isinstance(right, _SIZED)):
         EFFORT.spend(left, right)
     try:
         return function is not None and bool(function(left, right))
@@ -169,7 +170,7 @@ class Effort:
         """Count the items of the values, and one step. Raises ExpressionError when it is too much."""
         self.done += 1
         for value in values:
-            if isinstance(value, _SIZED):
+            if type(value) not in NUMERIC and isinstance(value, _SIZED):
                 self.done += weight(value)
         if self.done > MAX_WORK:
             raise ExpressionError(f"more than {MAX_WORK:,} steps")
@@ -428,7 +429,7 @@ def _comprehension(node: ast.ListComp | ast.GeneratorExp, depth: int) -> Code:
             for item in values(scope):
                 EFFORT.spend()
                 inner = _bind(scope, names, item)
-                if all(condition(inner) for condition in conditions):
+                if not conditions or all(condition(inner) for condition in conditions):
                     run(level + 1, inner)
 
         run(0, lookup)

@@ -5,12 +5,14 @@ Its robot has parts in loops in parts, a table, a mirror and other nodes: what t
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.startup.again import now
 
 CALIBRATION = """\
 arm:
@@ -97,6 +99,14 @@ def ask(capsys: Shown, *words: str, code: int = 0) -> str:
     shown = capsys.readouterr()
     assert not (code and shown.out)
     return shown.out if code == 0 else shown.err
+
+
+def touch(path: Path) -> None:
+    """Give a file the time of now, once that is later than all that was written: it moves in steps."""
+    written = now()
+    while now() == written:
+        time.sleep(0.001)
+    path.touch()
 
 
 def edit(path: Path, old: str, new: str) -> None:

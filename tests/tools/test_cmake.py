@@ -18,7 +18,7 @@ from rosorin_compile.cli import main
 from rosorin_compile.project import data_folder
 from support.cmake import ARM as ARM_PACKAGE
 from support.cmake import GENERATORS, PROGRAM, Built, build, configure, plainly, project, ran
-from support.commands import Shown, edit
+from support.commands import Shown, edit, touch
 
 CMAKE = shutil.which("cmake")
 pytestmark = pytest.mark.skipif(CMAKE is None or not GENERATORS, reason="cmake is not here")
@@ -80,7 +80,7 @@ def test_a_build_runs_what_changed_and_nothing_else(tmp_path: Path, generator: s
     assert made(source).joinpath("mjcf/arm.xml").read_text() == printed(source, "mjcf")
     assert ran(build(source)) == []
     lower = source / "descriptions/arm/lower.yaml"
-    lower.touch()
+    touch(lower)
     assert ran(build(source)) == ["arm"]  # equal, and newer than what was touched
     assert ran(build(source)) == []
     edit(lower, "30 cm", "35 cm")
@@ -124,7 +124,7 @@ def test_a_template_an_argument_file_and_a_mesh_are_read_too(tmp_path: Path, gen
     assert ran(build(source)) == ["arm"]
     assert (made(source) / "notes.txt").read_text() == "another text\n"
     for path in inputs:
-        path.touch()
+        touch(path)
         assert ran(build(source)) == ["arm"], path
         assert ran(build(source)) == []
     given.write_text("prefix: two_\n")
@@ -167,7 +167,7 @@ def test_golden_artifacts(tmp_path: Path, generator: str) -> None:
     assert ran(build(source)) == ["arm", "golden arm"]
     assert ran(build(source)) == []
     lower, committed = source / "descriptions/arm/lower.yaml", source / "outputs/arm/mjcf/arm.xml"
-    committed.touch()
+    touch(committed)
     assert ran(build(source)) == ["golden arm"]
     assert ran(build(source)) == []
     edit(lower, "30 cm", "35 cm")
@@ -307,12 +307,12 @@ rosorin_compile_add_robot(DESCRIPTION arm TARGET robots
   DEPENDS by_hand.txt ${CMAKE_CURRENT_BINARY_DIR}/first earlier)
 """
     source = project(tmp_path, calls)
-    (source / "by_hand.txt").touch()
+    touch(source / "by_hand.txt")
     configure(source, generator=generator)
     assert ran(build(source, "--target", "plain_robots")) == ["arm"]
     assert (source / "build/first").exists()
     assert ran(build(source)) == []
-    (source / "by_hand.txt").touch()
+    touch(source / "by_hand.txt")
     assert ran(build(source)) == ["arm"]
 
 
@@ -326,7 +326,7 @@ def test_another_program_compiles_anew(tmp_path: Path, generator: str) -> None:
     configure(source, program=str(program), generator=generator)
     assert ran(build(source)) == ["arm"]
     assert ran(build(source)) == []
-    program.touch()  # as pip does when it installs another version
+    touch(program)  # as pip does when it installs another version
     assert ran(build(source)) == ["arm"]
     assert ran(build(source)) == []
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from support.cmake import GENERATORS, PROGRAM, WORKSPACE, environment, plainly, ran
-from support.commands import edit
+from support.commands import edit, touch
 from support.paths import ROOT
 
 COLCON = os.environ.get("COLCON") or shutil.which("colcon")
@@ -85,7 +85,7 @@ def test_a_workspace(workspace: Path, generator: str) -> None:
     assert 'name="arm_tool"' in cell.read_text()
 
     next_second()
-    (arm / "tool.yaml").touch()
+    touch(arm / "tool.yaml")
     assert ran(colcon(workspace, generator)) == OF_ARM  # all is equal, and newer
     assert ran(colcon(workspace, generator)) == []
 
@@ -116,9 +116,9 @@ def test_an_include_of_a_package_that_others_compile(workspace: Path, generator:
     assert ran(colcon(workspace, generator)) == OF_ARM
     assert ran(colcon(workspace, generator)) == []
     next_second()
-    (arm / "more.yaml").touch()
+    touch(arm / "more.yaml")
     assert ran(colcon(workspace, generator)) == OF_ARM
-    (arm / "notes.txt.jinja").touch()  # of an output that the others do not compile
+    touch(arm / "notes.txt.jinja")  # of an output that the others do not compile
     assert ran(colcon(workspace, generator)) == ["golden arm"]
     assert ran(colcon(workspace, generator)) == []
 
@@ -131,7 +131,7 @@ def test_symlink_install(workspace: Path, generator: str) -> None:
     mesh = share(workspace, "arm_description") / "mjcf/meshes/arm_description/meshes/arm.stl"
     assert urdf.is_symlink()
     assert mesh.is_symlink()
-    (workspace / "src/arm_description/descriptions/arm/tool.yaml").touch()
+    touch(workspace / "src/arm_description/descriptions/arm/tool.yaml")
     assert ran(colcon(workspace, generator, "--symlink-install")) == OF_ARM
     assert ran(colcon(workspace, generator, "--symlink-install")) == []
 

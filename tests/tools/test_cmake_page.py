@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from support.cmake import PROGRAM, environment, ran
-from support.commands import edit
+from support.commands import edit, touch
 from support.pages import play
 from support.paths import DOCS
 
@@ -56,10 +56,10 @@ def test_ninja(lamp: Path) -> None:
     shade = lamp / "descriptions/lamp/shade.yaml"
     assert "[2/2]" in run(lamp, "ninja")
     assert "no work to do" in run(lamp, "ninja")
-    shade.touch()
+    touch(shade)
     assert "[2/2]" in run(lamp, "ninja")
     assert "no work to do" in run(lamp, "ninja")
-    (lamp / "outputs/lamp/lamp.urdf").touch()
+    touch(lamp / "outputs/lamp/lamp.urdf")
     assert "[1/1]" in run(lamp, "ninja")
     edit(shade, "30 cm", "40 cm")
     assert "shade moved 100.0 mm" in run(lamp, "ninja", fails=True)
@@ -76,7 +76,7 @@ def test_ninja(lamp: Path) -> None:
 def test_make(lamp: Path) -> None:
     assert "rosorin-compile all" in run(lamp, "make")
     assert "up to date" in run(lamp, "make")
-    (lamp / "descriptions/lamp/shade.yaml").touch()
+    touch(lamp / "descriptions/lamp/shade.yaml")
     assert "rosorin-compile all" in run(lamp, "make")
     assert "up to date" in run(lamp, "make")
     removed(lamp)

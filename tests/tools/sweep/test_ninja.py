@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.tools.sweep.ninja import escaped, shell
-from support.commands import Shown, ask, edit, write_files
+from support.commands import Shown, ask, edit, touch, write_files
 
 ROBOT = """\
 robot: mast
@@ -133,7 +133,7 @@ def test_a_build_file_in_a_folder_of_its_own(masts: Path) -> None:
     assert ninja("-C", "build") == ["r 3", "r1", "r2"]
     assert ninja("-C", "build") == []
     assert b'xyz="0.001 0.002 0.31"' in (masts / "build/made/r1/mast.urdf").read_bytes()  # the row goes before -a
-    (masts / "fleet.csv").touch()
+    touch(masts / "fleet.csv")
     assert ninja("-C", "build") == [LIST]
 
 

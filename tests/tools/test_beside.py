@@ -78,6 +78,17 @@ def test_without_the_second_process_all_is_made(dies: Callable[[], None], monkey
     assert seen(compiled(ROSORIN, monkeypatch)) == alone
 
 
+def test_where_the_system_does_not_tell_of_processes_that_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    alone = seen(compiled(ROSORIN, monkeypatch, 1))
+    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        assert seen(compiled(ROSORIN, monkeypatch)) == alone
+        monkeypatch.setattr(beside, "make_one", in_second(lambda: os._exit(0)))  # it is gone before it is let go
+        assert seen(compiled(ROSORIN, monkeypatch)) == alone
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
 def test_where_no_process_can_begin_all_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
     def refused() -> int:
         raise BlockingIOError(11, "Resource temporarily unavailable")

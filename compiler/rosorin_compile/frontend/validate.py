@@ -93,6 +93,7 @@ class _Walk:
 
     def _walk(self, value: Map | Seq) -> Any:
         changed: Any = None
+        plain: Any
         pairs: Any = value.items() if isinstance(value, Map) else enumerate(value)
         allowed: dict[str | int, tuple[Dimension, ...] | None] = {}
         for key, item in pairs:

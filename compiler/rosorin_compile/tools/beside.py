@@ -121,7 +121,8 @@ class _Second:
         """Stop the process if it still runs; nobody waits until the system has taken apart what it held."""
         os.close(self._taken)
         os.close(self._answers)
-        os.kill(self._child, signal.SIGKILL)
+        with suppress(ProcessLookupError):  # where SIGCHLD is ignored it may be gone already
+            os.kill(self._child, signal.SIGKILL)
         _ended.append(self._child)
         _bury()
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 try:
-    import _pickle as pickle  # it is in the interpreter; pickle.py takes another 3 ms
+    import _pickle as pickle  # the part in C, which does all here; pickle.py takes another 3 ms
 except ImportError:
     import pickle  # type: ignore[no-redef]
 

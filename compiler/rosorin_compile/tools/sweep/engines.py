@@ -137,7 +137,11 @@ class Processes:
     @property
     def room(self) -> bool:
         """Whether a process has less to do than it may."""
-        return not self.waiting and (len(self.workers) < self.count or any(map(_has_room, self.workers)))
+        return not self.waiting and self._has_room
+
+    @property
+    def _has_room(self) -> bool:
+        return len(self.workers) < self.count or any(len(worker.given) < AHEAD for worker in self.workers)
 
     def submit(self, index: int, variant: Variant) -> None:
         """Give a variant to the process that has least to do."""
@@ -164,7 +168,7 @@ class Processes:
             self.deaths = 0
             self.tries.pop(index, None)
             found.append((index, result))
-        while self.waiting and (len(self.workers) < self.count or any(map(_has_room, self.workers))):
+        while self.waiting and self._has_room:
             self.submit(*self.waiting.popleft())
         return found
 
@@ -191,10 +195,6 @@ class Processes:
                 given = given[1:]
         self.waiting.extend(given)
         return failed
-
-
-def _has_room(worker: _Worker) -> bool:
-    return len(worker.given) < AHEAD
 
 
 def died(variant: Variant, code: int | None = None) -> Made:

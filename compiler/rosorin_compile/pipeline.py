@@ -9,7 +9,6 @@ import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
 from .diagnostics.progress import step
@@ -24,9 +23,12 @@ from .frontend.validate import validate
 from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
+from .startup import TYPE_CHECKING
 from .startup.records import NamedTuple
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from .formats.imported import Imported
     from .formats.mesh_files import Searched
     from .formats.templating import Templates

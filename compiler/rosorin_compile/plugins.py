@@ -18,15 +18,18 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
 
 from .diagnostics import Diagnostic, error
 from .diagnostics.registry import PLUGINS, Rule
+from .startup import TYPE_CHECKING
 from .startup.cache import cache_folder, keep, recalled
 from .startup.records import NamedTuple
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
+    from typing import Any, TypeVar
+
+    T = TypeVar("T")
 
 RULES = (
     Rule(
@@ -47,8 +50,6 @@ PREFIX = "rosorin_compile."
 _METADATA = (".dist-info", ".egg-info")
 MAX_LOOKED = 8  # so few distributions are looked through each time: people edit their metadata in place
 _SETTLED = 2_000_000_000  # ns; a folder that was changed just now may change again without a new time
-
-T = TypeVar("T")
 
 
 class Plugin(NamedTuple):

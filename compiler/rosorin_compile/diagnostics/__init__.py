@@ -13,12 +13,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import Any
 
-from ..startup import patterns
+from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from .letters import difference, look
 from .wording import and_more, counted, first_of
+
+if TYPE_CHECKING:
+    from typing import Any
 
 ERROR = "error"
 WARNING = "warning"

@@ -11,7 +11,11 @@ import ast
 import json
 import re
 from collections.abc import Callable
-from typing import Any
+
+from ..startup import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from typing import Any
 
 MAX_DEPTH = 100
 # Nodes of Python's syntax tree: a call in a list in a call is six of them.

@@ -10,9 +10,12 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TextIO
 
+from ..startup import TYPE_CHECKING
 from .wording import printable
+
+if TYPE_CHECKING:
+    from typing import TextIO
 
 AFTER = 2.0  # seconds
 _EVERY = 0.1

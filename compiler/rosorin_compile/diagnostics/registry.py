@@ -11,12 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
 
+from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
 
 if TYPE_CHECKING:
     import ast
+    from typing import Any
 
     from ..rules.case import Case
     from . import Diagnostic

@@ -16,10 +16,10 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..model import ROBOT_STATE_PUBLISHER
 from ..plugins import are_installed
+from ..startup import TYPE_CHECKING
 from .format import Artifact, Fact, Facts, Format, Opened, Value
 
 if TYPE_CHECKING:

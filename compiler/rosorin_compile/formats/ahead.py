@@ -11,13 +11,14 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
 from types import CodeType
-from typing import Any, NoReturn
-
-from markupsafe import Markup, escape
 
 from ..project import data_folder
-from ..startup import patterns
+from ..startup import TYPE_CHECKING, patterns
 from ..startup.cache import cache_folder, digest, keep, recalled
+from ..xml.escaping import Markup, escape
+
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 FOLDER = "ahead"
 XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")

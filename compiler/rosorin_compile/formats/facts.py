@@ -17,21 +17,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
 from ..numbers import SIX, six
-from ..startup import patterns
+from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from ..startup.remembering import remembered
 from ..xml.elements import tree_of
 from .format import Fact, Facts, Value
 
 if TYPE_CHECKING:
+    from typing import Any, TypeVar
     from xml.etree.ElementTree import Element
 
     from .known import Block, Held, Known
+
+    Made = TypeVar("Made")
 
 AXES = ("x", "y", "z")
 ANGLES = ("roll", "pitch", "yaw")
@@ -61,7 +63,6 @@ _UPRIGHT = Transform().rows
 NO_TOLERANCE: Vector = (0.0, 0.0, 0.0)
 
 Six = tuple[float, float, float, float, float, float]
-Made = TypeVar("Made")
 
 
 class Solid(NamedTuple):

@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic, Source, Span, error
+from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple, dataclass, field
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from ..diagnostics.registry import Rule
     from ..frontend.tree import Map
     from ..model import Edge, Inertial, Output, Robot, Shape
@@ -81,7 +83,7 @@ BOXES_OF_HEIGHT_MAPS = (
 )
 
 # A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
-Description = Mapping[str, Any]
+Description = Mapping[str, "Any"]
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
 
 

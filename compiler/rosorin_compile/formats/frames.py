@@ -6,13 +6,13 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
 from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
 from ..rules.proof import in_words, prove
+from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from .facts import Sheet, number_of, numbers_of
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name
@@ -20,6 +20,8 @@ from .static_tf import describe
 from .templating import Templates
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from .known import Held, Known
 
 _FRAME_HEADERS = (
@@ -200,7 +202,8 @@ def _escape(text: str) -> str:
 
 def _wrapped(text: str) -> str:
     """Return a paragraph in lines of at most 120 letters, broken at blanks alone."""
-    import textwrap
+    with patterns.compiled_later():  # those for what is off here
+        import textwrap
 
     return "\n".join(textwrap.wrap(text, 120, break_long_words=False, break_on_hyphens=False))
 

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import OUTPUTS, Rule
 from ..model import Output, Robot
 from ..rules.case import suggest
-from ..xml.elements import canonical, tree_of
+from ..startup import TYPE_CHECKING
 from .drawing import SUFFIXES, picture, suffix
 from .drawing import read as shown_in
-from .drawing.situations import Situation, TooMany, situations
 from .format import Asked, Facts, Format
 from .templating import Templates
 
 if TYPE_CHECKING:
     from ..rules.case import Case
     from .drawing.shown import Shown
+    from .drawing.situations import Situation
 
 RULES = (
     Rule(
@@ -38,6 +37,8 @@ RULES = (
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the picture of a robot. Option ``modes``: the names of those that are on; left out: every situation."""
+    from .drawing.situations import TooMany
+
     try:
         return picture(robot, _kind(output), _asked(robot, output)), []
     except TooMany as problem:
@@ -52,6 +53,8 @@ def _kind(output: Output) -> str:
 
 def _asked(robot: Robot, output: Output) -> tuple[Situation, ...]:
     """Return the situations that an output asks for. Raises TooMany."""
+    from .drawing.situations import situations
+
     modes = output.options.get("modes")
     fixed = {} if modes is None else {mode: mode in modes for mode in robot.modes}
     return situations(robot, fixed)
@@ -107,6 +110,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 def _syntax(text: str) -> object:
     """Return what a picture consists of; one that is no XML says what it means by its lines."""
+    from ..xml.elements import canonical, tree_of
+
     return canonical(tree_of(text)) if text.startswith("<") else text
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from markupsafe import escape
-
 from ..model import GazeboSensor, SdfElement
 from ..numbers import NumberFormat
 from ..startup.records import replace
+from ..xml.escaping import escape
 from .templating import attributes
 
 CLASSIC = "classic"

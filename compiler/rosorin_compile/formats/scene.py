@@ -22,12 +22,10 @@ from ..diagnostics.wording import listed
 from ..model import Link, Mesh, Output, Pose, Robot, Vector
 from ..model.bounds import Bounds
 from ..model.geometry import unit
-from ..model.standing import home_of, reach, stands_at
 from ..numbers import six, vector
 from ..rules.case import Case
 from ..startup.records import NamedTuple
 from .format import Format
-from .mesh_vertices import clouds_of
 from .templating import Templates, comment
 
 RULES = (
@@ -120,6 +118,9 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     Meshes that collide are measured; those that are seen take no more room where the link collides with anything.
     Where the size of one is not known, it is the box around what else is there, and all frames.
     """
+    from ..model.standing import home_of, reach, stands_at
+    from .mesh_vertices import clouds_of
+
     home, clouds = home_of(robot), clouds_of(robot)
     free = of.options.get("base", "fixed") == "free"
     at: Pose = stands_at(robot, home, clouds) if free else robot.simulation.root.pose

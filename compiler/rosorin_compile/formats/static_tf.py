@@ -10,7 +10,6 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import WARNING, Diagnostic, error
 from ..diagnostics.bounded import python_of
@@ -20,6 +19,7 @@ from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Ou
 from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..rules.case import first_fed
 from ..rules.conditions import modes_in
+from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from . import format
 from .facts import NO_TOLERANCE, frame_facts, number_of
@@ -28,6 +28,7 @@ from .templating import Templates
 
 if TYPE_CHECKING:
     import ast
+    from typing import Any
 
     from ..rules.case import Case
 RULES = (
@@ -125,7 +126,8 @@ def _source(source: Source) -> list[str]:
     told = describe(source)
     if not told:
         return []
-    import textwrap
+    with patterns.compiled_later():  # those for what is off here
+        import textwrap
 
     wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
     wrap.break_on_hyphens = False

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.bounded import json_of
 from ..model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
+from ..startup import TYPE_CHECKING
 from .format import Facts, Format
 from .static_tf import (
     NUMBER_FORMAT,
@@ -24,6 +24,9 @@ from .static_tf import (
     static_transforms,
 )
 from .templating import Templates
+
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001

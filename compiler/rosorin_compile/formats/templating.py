@@ -12,17 +12,18 @@ from collections.abc import Mapping
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from markupsafe import Markup, escape
 
 from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import TEMPLATES, Rule
 from ..project import data_folder, homes
 from ..project import shown as as_shown
+from ..startup import TYPE_CHECKING
+from ..xml.escaping import Markup, escape
 from . import ahead
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from .sandbox import Sandbox
 
 RULES = (
@@ -65,7 +66,7 @@ def attributes(**values: str) -> Markup:
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
         text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
-    return str.__new__(Markup, text)  # as Markup does once it has asked whether the text is one already
+    return Markup(text)
 
 
 def comment(text: str) -> str:

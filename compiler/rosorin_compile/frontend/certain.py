@@ -9,9 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
 
-Fits = Callable[[Any], bool]
+from ..startup import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from typing import Any
+
+Fits = Callable[["Any"], bool]
 
 _KINDS: dict[str, Fits] = {
     "object": lambda value: isinstance(value, dict),

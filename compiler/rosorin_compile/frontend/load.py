@@ -10,15 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
-from ..startup import patterns
+from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from ..units import parse_quantity
 from .tree import Instance, Map, Seq, Text, first_line
+
+if TYPE_CHECKING:
+    from typing import Any
 
 with patterns.compiled_later():  # libyaml has no use for them
     import yaml
@@ -117,7 +119,7 @@ def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
     try:
-        text = data.decode("utf-8-sig")
+        text = data.decode().removeprefix("\ufeff")
     except UnicodeDecodeError as problem:
         before = data[: problem.start].decode("utf-8", "replace")
         source = Source(shown, data.decode("utf-8", "replace"))
@@ -349,7 +351,8 @@ def _result(text: str) -> str:
     from .expression.functions import ExpressionError
 
     try:
-        value = evaluate(text, dict[str, Any]().__getitem__)
+        nothing: dict[str, Any] = {}
+        value = evaluate(text, nothing.__getitem__)
     except ExpressionError:
         return ""
     return repr(float(value)) if type(value) in (int, float) else ""

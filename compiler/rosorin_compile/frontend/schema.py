@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
 
 from ..project import data_folder
+from ..startup import TYPE_CHECKING
 from .certain import Certain
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from ..formats import Format
 
 # An entry of outputs with this key is made by it, whatever its name.

@@ -7,11 +7,14 @@ stages work on plain values and can still name file, line and column. Nothing ch
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from ..diagnostics import Related, Source, Span
 from ..diagnostics.wording import and_more
+from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
+
+if TYPE_CHECKING:
+    from typing import Any
 
 Path = tuple[str | int, ...]
 
@@ -39,7 +42,7 @@ class Instance(NamedTuple):
         yield from steps
 
 
-class Map(dict[str, Any]):
+class Map(dict[str, "Any"]):
     """A mapping with the spans of its keys and values; ``via`` tells how it came here, None for the root file."""
 
     __slots__ = ("key_spans", "span", "value_spans", "via")
@@ -78,7 +81,7 @@ class Map(dict[str, Any]):
         return made
 
 
-class Seq(list[Any]):
+class Seq(list["Any"]):
     """A sequence with the spans of its items."""
 
     __slots__ = ("span", "value_spans", "via")

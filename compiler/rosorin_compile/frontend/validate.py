@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import SHAPE, Rule
+from ..startup import TYPE_CHECKING
 from ..units import Dimension, Quantity, describe, parse_unit
 from .schema import ONE_ENTRY, Judge, Steps, backend_of, judge_of, subject, unit_at
 from .tree import Map, Seq, locate
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from ..formats import Format
 
 RULES = (

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
+from ..startup import TYPE_CHECKING
 from ..startup.records import dataclass, field
 from .link import NO_SOURCE, Source
+
+if TYPE_CHECKING:
+    from typing import Any
 
 SYSTEM, ACTUATOR, SENSOR = "system", "actuator", "sensor"
 

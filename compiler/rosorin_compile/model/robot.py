@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from functools import cached_property, update_wrapper
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from ..startup import TYPE_CHECKING
 from ..startup.records import dataclass, field
 from .drive import Drive
 from .geometry import Pose, Transform
@@ -20,16 +20,15 @@ from .simulation import NO_SIMULATION, Simulation, Values
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
-    from typing import Concatenate, ParamSpec
+    from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
     from .control import Block, Controller
     from .kinematics import Kinematics
     from .moveit import Moveit
 
     Given = ParamSpec("Given")
-
-Named = TypeVar("Named")
-Made = TypeVar("Made")
+    Named = TypeVar("Named")
+    Made = TypeVar("Made")
 
 
 def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
@@ -46,7 +45,7 @@ def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concat
     return known
 
 
-class ByName(dict[str, Named]):
+class ByName(dict[str, "Named"]):
     """A mapping by name; ``kind`` is the word for what it holds. What is not there raises a KeyError with a way out."""
 
     __slots__ = ("kind",)

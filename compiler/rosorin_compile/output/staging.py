@@ -16,12 +16,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
+from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
 
 if TYPE_CHECKING:
     import ctypes
+    from typing import Any
 
 
 STAGE = ".rosorin-compile-"  # and 16 hexadecimal digits

@@ -13,13 +13,16 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from .. import __version__, plugins
 from ..project import DATA, Resolved, data_folder
+from ..startup import TYPE_CHECKING
 from ..startup.again import changed, contents, mark
 from ..startup.cache import cache_folder, digest, keep, recalled
 from ..startup.records import NamedTuple
+
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def _nowhere(asked: Resolved) -> str:

@@ -14,7 +14,6 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 from ..diagnostics import ERROR, Diagnostic, Span
 from ..diagnostics.progress import step
@@ -26,6 +25,7 @@ from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
 from ..model import Robot
 from ..plugins import Plugin, broken, failed, load
+from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
 from .case import USED, Case
 from .remarkable import collect

@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from typing import Generic, TypeVar
 
 from ..diagnostics import Diagnostic
-from ..model import Joint, Link, Robot
+from ..model import Robot
 from ..model.robot import of_robot
+from ..startup import TYPE_CHECKING
 
-T = TypeVar("T", Link, Joint)
+if TYPE_CHECKING:
+    from typing import Any
 
 
-class Kinds(Generic[T]):
+class Kinds:
     """The links or joints of a robot, each with its kind; those of one kind differ in names and places alone."""
 
-    def __init__(self, items: Sequence[T], kind_of: Callable[[T], Hashable]) -> None:
-        self.items: Sequence[T] = items
+    def __init__(self, items: Sequence[Any], kind_of: Callable[[Any], Hashable]) -> None:
+        self.items = items
         self.kinds = [kind_of(item) for item in items]
-        self.first: dict[Hashable, T] = {}
+        self.first: dict[Hashable, Any] = {}
         for kind, item in zip(self.kinds, items, strict=True):
             self.first.setdefault(kind, item)
 
-    def problems(self, look: Callable[[T], Iterable[Diagnostic]]) -> Iterator[Diagnostic]:
+    def problems(self, look: Callable[[Any], Iterable[Diagnostic]]) -> Iterator[Diagnostic]:
         """Yield what ``look`` finds wrong with each; where that is nothing with one, it is nothing with its kind."""
         wrong = {kind for kind, first in self.first.items() if any(True for _ in look(first))}
         for kind, item in zip(self.kinds, self.items, strict=True) if wrong else ():
@@ -31,13 +32,13 @@ class Kinds(Generic[T]):
 
 
 @of_robot
-def links(robot: Robot) -> Kinds[Link]:
+def links(robot: Robot) -> Kinds:
     """Return the links by their inertials and shapes: lowering makes those of one piece of the tree once."""
     return Kinds(robot.links, lambda link: (id(link.inertial), id(link.visual), id(link.collision)))
 
 
 @of_robot
-def joints(robot: Robot) -> Kinds[Joint]:
+def joints(robot: Robot) -> Kinds:
     """Return the joints by their types, axes, limits and what moves them; not by their origins."""
     return Kinds(
         robot.joints,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType, NoneType
-from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
 from ..frontend.accepting import names_at
@@ -13,10 +12,13 @@ from ..frontend.expand.tracing import traced
 from ..frontend.schema import TEMPLATE
 from ..frontend.tree import Map, Path, Place, Seq, locate, maker
 from ..model import Joint, Output, Robot
+from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
 from .remarkable import Remarkable
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from ..formats import Format
 
 USED = "used here"

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from ..diagnostics import NOTE, Diagnostic
 from ..diagnostics.registry import SIMULATED, Check, rule
 from ..diagnostics.wording import counted
 from ..frontend.tree import Path
 from ..model.simulation import SHARED_LAYER
+from ..startup import TYPE_CHECKING
 from .case import Case, at, number, suggest
 from .simulated import drivers
+
+if TYPE_CHECKING:
+    from typing import Any
 
 AFTER = "simulated"
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
@@ -13,9 +12,13 @@ from ..frontend.tree import Path
 from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Robot, Shape, Sphere
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..model.robot import of_robot
+from ..startup import TYPE_CHECKING
 from ..units import Quantity
 from . import alike
 from .case import Case, at, exists, number
+
+if TYPE_CHECKING:
+    from typing import Any
 
 AFTER = "bodies"
 

@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 from ..diagnostics import ERROR, WARNING, Diagnostic, Span
 from ..diagnostics.registry import NUMBERS, Check, rule
 from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path
 from ..model import Link, Vector
+from ..startup import TYPE_CHECKING
 from ..units import Quantity
 from . import alike
 from .case import Case, at, number, written
 from .remarkable import FULL_TURN, NOT_XML
+
+if TYPE_CHECKING:
+    from typing import Any
 
 AFTER = "outputs"
 

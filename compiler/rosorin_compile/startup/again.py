@@ -13,9 +13,9 @@ import os
 import sys
 import time
 
+from . import TYPE_CHECKING
 from .cache import digest, keep, private_folder, recalled
 
-TYPE_CHECKING = False  # as typing has it, which costs milliseconds
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 

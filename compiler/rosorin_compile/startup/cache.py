@@ -9,7 +9,8 @@ import errno
 import os
 import stat
 
-TYPE_CHECKING = False  # as typing has it, which costs milliseconds
+from . import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path

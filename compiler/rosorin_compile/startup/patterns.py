@@ -11,8 +11,9 @@ import re
 from _thread import get_ident
 from contextlib import contextmanager
 
+from . import TYPE_CHECKING
+
 _compile = re.compile
-TYPE_CHECKING = False  # as typing has it, which costs milliseconds
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from re import compile  # noqa: A004 - the name that the library has for it

@@ -10,7 +10,8 @@ from __future__ import annotations
 from _collections import _tuplegetter  # type: ignore[import-not-found]
 from operator import attrgetter
 
-TYPE_CHECKING = False
+from . import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from dataclasses import dataclass, field, replace
     from typing import NamedTuple

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
-TYPE_CHECKING = False  # as typing has it, which costs milliseconds
+from . import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from typing import ParamSpec, TypeVar
 

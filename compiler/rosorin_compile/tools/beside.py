@@ -13,7 +13,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from ..startup import TYPE_CHECKING
 
 try:
     import _pickle as pickle  # the part in C, which does all here; pickle.py takes another 3 ms

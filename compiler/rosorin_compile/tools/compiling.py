@@ -7,12 +7,12 @@ import os
 from collections.abc import Callable, Collection, Mapping, Sequence, Sized
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
 from ..diagnostics.wording import counted, listed
 from ..project import Description, stdin_of
+from ..startup import TYPE_CHECKING
 from .given import Given, given_arguments
 from .options import console_of
 from .robots import Run, no_stdin, one
@@ -56,6 +56,8 @@ def compile_one(
 
 def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
+    if len(wanted) == 1:  # made sooner than a second process begins
+        return proven(compile_one(given, description, console, meshes=True, wanted=wanted))
     from .beside import TwoProcesses
 
     maker = TwoProcesses()

@@ -7,10 +7,13 @@ import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
+from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
 from .usage import WrongUsage
+
+if TYPE_CHECKING:
+    from typing import Any
 
 MARK = ":="  # between name and value of an argument, as xacro has it
 

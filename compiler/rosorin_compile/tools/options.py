@@ -5,7 +5,10 @@ from __future__ import annotations
 import argparse
 
 from ..diagnostics.console import MARKDOWN, Console
-from .parser import Options
+from ..startup import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .parser import Options
 
 FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
 _ROBOT = "name in descriptions/, folder or file"

@@ -5,17 +5,21 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Iterable
-from typing import Any, Protocol
+
+from ..startup import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from typing import Any, Protocol
+
+    class Options(Protocol):
+        """What options are added to: a parser, or a group of one."""
+
+        def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
+            """Add an option, as argparse does."""
+
 
 # A number below zero, with a unit or more numbers after it; argparse knows that of plain numbers only.
 _NEGATIVE = r"-\.?\d"
-
-
-class Options(Protocol):
-    """What options are added to: a parser, or a group of one."""
-
-    def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
-        """Add an option, as argparse does."""
 
 
 class Parser(argparse.ArgumentParser):

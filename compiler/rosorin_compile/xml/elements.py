@@ -10,10 +10,9 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 from xml.parsers import expat
 
-from ..startup import patterns
+from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ holds parameters against the robot: those of a description (``described``), and 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from ...startup import TYPE_CHECKING
 from ..format import Format
-from ..parameters.files import DISTRIBUTION, facts, syntax
+from ..parameters import DISTRIBUTION, facts, syntax
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic

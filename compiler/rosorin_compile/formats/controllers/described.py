@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
@@ -11,6 +10,7 @@ from ...frontend.tree import Path
 from ...model import Edge, Output
 from ...rules.case import Case, at
 from ...rules.tf_tree import is_tree
+from ...startup import TYPE_CHECKING
 from ..distributions import known
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
@@ -19,6 +19,9 @@ from .checking import against_robot, frames_of, missing
 from .filled import Filled, filled, managed
 from .known import owned
 from .types import of_type
+
+if TYPE_CHECKING:
+    from typing import Any
 
 RULES = (
     Rule(

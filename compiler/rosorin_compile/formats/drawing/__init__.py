@@ -7,29 +7,19 @@ for all.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
-from ...model import Robot
-from ...model.frame_tree import lines, publishers, rows
-from .graphs import dot, markdown, mermaid
-from .letters import colours
-from .situations import Situation
-from .svg import Panel, svg
+from ...startup import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .shown import Shown
+    from collections.abc import Sequence
 
-# Each kind of picture by the end of its file name.
-_WRITERS: Mapping[str, Callable[[str, Sequence[Panel], Mapping[str, str]], str]] = {
-    ".svg": svg,
-    ".dot": dot,
-    ".gv": dot,
-    ".mmd": mermaid,
-    ".md": markdown,
-}
-SUFFIXES = tuple(_WRITERS)
+    from ...model import Robot
+    from .shown import Shown
+    from .situations import Situation
+
+# The ends of the file names of pictures.
+SUFFIXES = (".svg", ".dot", ".gv", ".mmd", ".md")
 
 
 def suffix(file: str) -> str:
@@ -39,9 +29,15 @@ def suffix(file: str) -> str:
 
 def picture(robot: Robot, kind: str, shown: Sequence[Situation]) -> str:
     """Return situations as one picture; ``kind`` is one of SUFFIXES."""
+    from ...model.frame_tree import lines, publishers, rows
+    from .graphs import dot, markdown, mermaid
+    from .letters import colours
+    from .svg import Panel, svg
+
+    writers = {".svg": svg, ".dot": dot, ".gv": dot, ".mmd": mermaid, ".md": markdown}
     names = robot.frames
     panels = [Panel(situation.label, lines(situation.edges, names)) for situation in shown]
-    return _WRITERS[kind](robot.name, panels, colours(publishers(rows(robot))))
+    return writers[kind](robot.name, panels, colours(publishers(rows(robot))))
 
 
 # A picture is asked twice: for its facts, and for what only a picture can say wrongly.

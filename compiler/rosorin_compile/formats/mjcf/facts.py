@@ -13,10 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
-from typing import TYPE_CHECKING
 
 from ...model import Transform
 from ...model.geometry import transform_of_quaternion
+from ...startup import TYPE_CHECKING
 from ..facts import AXES, COLLISION, VISUAL, FactSheet, Six, number_of
 from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, WORLD

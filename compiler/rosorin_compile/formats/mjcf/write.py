@@ -32,8 +32,6 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 
-from markupsafe import Markup
-
 from ...diagnostics import Diagnostic
 from ...model import (
     Attribute,
@@ -61,6 +59,7 @@ from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...startup.records import NamedTuple, replace
 from ...startup.remembering import remembered
 from ...xml.elements import indented
+from ...xml.escaping import Markup
 from ..mesh_vertices import clouds_of
 from ..templating import Templates, attributes, comment
 from .bodies import COLLISION, FRAME, SHOWN, VISUAL, body_name
@@ -301,8 +300,8 @@ class _Printer:
         root = self.robot.simulation.root
         name = root.joint or free_joint(self.robot)
         if set(root.values) <= {"group", "align"}:
-            return Markup("<freejoint{}/>").format(self.simulated.printed({"name": name, **root.values}))
-        return Markup("<joint{}/>").format(self.simulated.printed({"name": name, "type": "free", **root.values}))
+            return Markup(f"<freejoint{self.simulated.printed({'name': name, **root.values})}/>")
+        return Markup(f"<joint{self.simulated.printed({'name': name, 'type': 'free', **root.values})}/>")
 
     def inertial(self, inertial: Inertial | None) -> Markup | str:
         """Return the attributes of an inertial; empty where there is no mass."""

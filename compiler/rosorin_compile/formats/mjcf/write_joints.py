@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from markupsafe import Markup
-
 from ...model import Attribute, Joint, JointPose, Pose, Robot, Vector, plane_axes
 from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of
 from ...numbers import NumberFormat, vector
+from ...xml.escaping import Markup
 from ..templating import attributes
 from .bodies import FLOATING, PLANAR, STIFF, is_free
 from .servos import Drive, controls_of, is_clamped, kept_controls

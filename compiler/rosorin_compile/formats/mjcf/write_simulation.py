@@ -5,12 +5,11 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
-from markupsafe import Markup
-
 from ...model import Attribute, Contact, ContactPair, Entry, Marked, Robot, Shape, Tendon, Values
 from ...model.simulation import SHARED_LAYER
 from ...numbers import NumberFormat
 from ...startup.records import NamedTuple
+from ...xml.escaping import Markup
 from ..templating import attributes
 from .bodies import body_name
 from .classes import Named, Part
@@ -137,7 +136,7 @@ class SimulationPrinter:
             x, y, z = map(float, said) if isinstance(said, tuple) else (0.0, 0.0, -1.0)
             if said is not None or any(mark.pose.rpy):
                 values["dir"] = mark.pose.transform().rotate((x, y, z))
-        return Part(mark.tag, Markup("").join([attributes(name=mark.name, **place), self.printed(values)]))
+        return Part(mark.tag, Markup(attributes(name=mark.name, **place) + self.printed(values)))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
         """Return the attributes of how a shape touches, and those that the language has no word for."""

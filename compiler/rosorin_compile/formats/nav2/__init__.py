@@ -7,12 +7,14 @@ no tuning. ``write`` makes it, ``known`` says what goes into it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
 
-from ..format import Facts, Format
-from ..parameters.files import DISTRIBUTION, facts, syntax
+from ...startup import TYPE_CHECKING
+from ..format import Format
+from ..parameters import DISTRIBUTION, facts, syntax
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from ...diagnostics import Diagnostic
     from ...model import Output, Robot
     from ...rules.case import Case
@@ -31,10 +33,6 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     from .write import check
 
     yield from check(case, output)
-
-
-def _facts(text: str) -> Facts:
-    return facts(text)
 
 
 def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
@@ -127,7 +125,7 @@ FORMAT = Format(
     file="nav2.yaml",
     check=_check,
     write=_write,
-    facts=_facts,
+    facts=facts,
     syntax=syntax,
     disagreements=_disagreements,
     measures=True,

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.registry import NAVIGATION, Rule
@@ -17,12 +16,16 @@ from ...model.footprint import CORNERS, Footprint, footprint, padded, solids
 from ...model.footprint import outside as reaching_out
 from ...model.standing import Cloud, Clouds
 from ...rules.case import Case
+from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ..distributions import HUMBLE
 from ..mesh_vertices import clouds_of
 from ..navigation import AMCL, SLAM, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..parameters.files import Node, asked, nodes_of, text, value_of
 from ..templating import Templates
+
+if TYPE_CHECKING:
+    from typing import Any
 
 RULES = (
     Rule(

@@ -8,21 +8,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from ...model import Output, Robot
-from ...startup import patterns
+from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
-from ..distributions import DISTRIBUTIONS, JAZZY, title
+from ..distributions import JAZZY, title
 from ..format import Fact, Facts, Value
 from ..templating import Templates
 from .tables import Kind, kinds
 from .values import converted, written
 
-DISTRIBUTION: Mapping[str, Any] = {
-    "enum": DISTRIBUTIONS,
-    "description": "The distribution of ROS 2 whose nodes it is for; default jazzy.",
-}
+if TYPE_CHECKING:
+    from typing import Any
+
 PARAMETERS = "ros__parameters"
 _PLAIN = patterns.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
@@ -151,8 +149,3 @@ def _flat(tree: Mapping[Any, Any], above: str, depth: int) -> Iterator[tuple[str
             yield from _flat(value, f"{above}{key}.", depth + 1)
         else:
             yield f"{above}{key}", value
-
-
-def syntax(written: str) -> object:
-    """Return the values of a parameter file without layout and comments. Raises ValueError."""
-    return nodes_of(written)

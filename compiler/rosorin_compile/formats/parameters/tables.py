@@ -10,14 +10,16 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, cached_property
-from typing import Any
 
 from ...model import NODE, Publisher
 from ...project import data_folder
-from ...startup import patterns
+from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple, dataclass, field
 from ..distributions import HUMBLE, JAZZY, known
 from .values import refused
+
+if TYPE_CHECKING:
+    from typing import Any
 
 # The distributions that the tables have; "" for a distribution is any of them.
 DISTRIBUTIONS = (HUMBLE, JAZZY)

@@ -7,10 +7,10 @@ drive unless the output says otherwise. ``write`` makes it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
-from ..format import Facts, Format
-from ..parameters.files import DISTRIBUTION, facts, syntax
+from ...startup import TYPE_CHECKING
+from ..format import Format
+from ..parameters import DISTRIBUTION, facts, syntax
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -37,10 +37,6 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     from .write import check
 
     yield from check(case, output)
-
-
-def _facts(text: str) -> Facts:
-    return facts(text)
 
 
 FORMAT = Format(
@@ -110,7 +106,7 @@ FORMAT = Format(
     file="ekf.yaml",
     check=_check,
     write=_write,
-    facts=_facts,
+    facts=facts,
     syntax=syntax,
     folder="config",
     deploys=True,

@@ -6,7 +6,6 @@ The edges say whether it publishes, and what: with odom -> base its world is the
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.registry import NAVIGATION, Rule
@@ -14,12 +13,15 @@ from ...diagnostics.wording import listed, quoted
 from ...model import Output, Robot
 from ...model.driving import driving_of
 from ...rules.case import Case
-from ...startup import patterns
+from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
 from ..navigation import FILTER, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..parameters.files import Node, asked, text
 from ..templating import Templates
 from . import STATES
+
+if TYPE_CHECKING:
+    from typing import Any
 
 RULES = (
     Rule(

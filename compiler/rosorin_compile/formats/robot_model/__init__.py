@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.bounded import json_of
@@ -26,11 +25,14 @@ from ...model import (
     Shape,
 )
 from ...rules.case import Case, suggest
+from ...startup import TYPE_CHECKING
 from ..facts import AXES, Sheet
 from ..format import Facts, Format, Opened, Value
 from ..templating import Templates
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from ..imported import Imported
     from ..known import Block, Held, Known
 

@@ -9,10 +9,10 @@ robot, a link, a joint, its axis, a shape, its material.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from ...diagnostics import Source
 from ...model import Robot
+from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...xml.elements import indented
 from .words import OF_JOINT, OF_LINK, OF_MODEL

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from ...diagnostics import Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import Output, Robot
-from ...startup import patterns
+from ...startup import TYPE_CHECKING, patterns
 
 if TYPE_CHECKING:
     from ...rules.case import Case

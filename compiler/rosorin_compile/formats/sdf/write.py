@@ -10,9 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any
-
-from markupsafe import escape
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
@@ -38,12 +35,17 @@ from ...model import (
     Sphere,
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
+from ...xml.escaping import escape
 from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from ..templating import Templates, attributes, comment
 from .bodies import LEAST, Bodies, bodies_of
 from .kept import Kept, at, kept, own
 from .names import WORLD, world_of
+
+if TYPE_CHECKING:
+    from typing import Any
 
 RULES = (
     Rule(

@@ -10,11 +10,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 from ...model import Mesh, Shape, Transform
+from ...startup import TYPE_CHECKING
 from ...startup.cache import sha256
 from .planning import Planning
+
+if TYPE_CHECKING:
+    from typing import Any
 
 _DECIMALS = 9
 _FORM = 1  # of the search: another one makes every matrix stale

@@ -6,9 +6,6 @@ Rules of the readers: ``ros-planning/srdfdom`` and ``moveit/moveit2@{humble,jazz
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
-
-from markupsafe import Markup
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
@@ -16,9 +13,14 @@ from ...diagnostics.wording import counted, first_of
 from ...model import JointPose, Output, Pose, Robot
 from ...model.moveit import FIXED, PLANAR, Ball, DisabledCollision, Group
 from ...numbers import NUMBER_FORMATS
+from ...startup import TYPE_CHECKING
+from ...xml.escaping import Markup
 from ..templating import Templates, attributes, comment
 from .matrix import changed_meshes
 from .planning import Planning, ordered, planning_of
+
+if TYPE_CHECKING:
+    from typing import Any
 
 RULES = (
     Rule(

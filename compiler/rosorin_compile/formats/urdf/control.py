@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from markupsafe import escape
-
 from ...model import Joint, Output, Robot
 from ...model.control import EFFORT, POSITION, VELOCITY, Block, Component, End, Interface, Words
 from ...numbers import NumberFormat
 from ...startup.records import NamedTuple, replace
+from ...xml.escaping import escape
 from ..distributions import HUMBLE, known
 from ..templating import attributes
 

@@ -11,9 +11,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
-
-from markupsafe import Markup
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
@@ -37,11 +34,18 @@ from ...model import (
     plain,
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...startup.remembering import remembered
 from ...xml.elements import indented
+from ...xml.escaping import Markup
 from ..templating import Templates, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
+
+if TYPE_CHECKING:
+    from typing import Any, TypeVar
+
+    T = TypeVar("T")
 
 RULES = (
     Rule(
@@ -55,9 +59,6 @@ RULES = (
 
 ELEMENTS = [INERTIAL, "visual", "collision", "dynamics", "urdf_elements"]
 FROM_COLLISION = "from_collision"
-
-
-T = TypeVar("T")
 
 
 class _Format(NamedTuple):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ...diagnostics import Diagnostic
+from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ..expression.syntax import EFFORT
 from ..tree import Map, Seq
+
+if TYPE_CHECKING:
+    from typing import Any
 
 _NOTHING = object()
 
@@ -26,7 +28,7 @@ class Step(NamedTuple):
     named: bool
 
 
-class _Scopes(dict[int, Any]):
+class _Scopes(dict[int, "Any"]):
     """Scopes, or what makes one that nobody has asked for yet."""
 
     def __getitem__(self, key: int) -> Any:

@@ -11,12 +11,11 @@ from collections.abc import Callable, Hashable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ...diagnostics import WARNING, Diagnostic, Related, Span, did_you_mean, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
-from ...startup import patterns
+from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
 from ...units import Quantity
 from ..expression.functions import kind_of
@@ -29,6 +28,9 @@ from .ledger import Failed, Ledger
 from .parameters import declare
 from .placing import AXES, MOUNT, Names, names_of, placed
 from .scope import Scope
+
+if TYPE_CHECKING:
+    from typing import Any
 
 RULES = (
     Rule(

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
 
 from ...model import Pose, Transform, pose_of
 from ...model.drive import ROLES
-from ...startup import patterns
+from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
 from ...units import ANGLE, LENGTH, Dimension, Quantity
 from ...xml.elements import found_in
@@ -20,6 +19,9 @@ from ...xml.references import named_in, renamed
 from ..schema import ONE_ENTRY
 from ..tree import Instance, Kept, Map, Seq
 from .forms import KEPT, OF_MJCF, XML, is_number
+
+if TYPE_CHECKING:
+    from typing import Any
 
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NoReturn
 
 from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error
 from ...diagnostics.progress import step
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import first_of
-from ...startup import patterns
+from ...startup import TYPE_CHECKING, patterns
 from ...units import UNITS
 from ...xml.elements import fitted
 from ..expression import Piece, evaluate, names_in, pieces
@@ -23,6 +22,9 @@ from ..expression.functions import BUILT_IN, CONSTANTS, FUNCTIONS, OF_DESCRIPTIO
 from ..expression.syntax import weight
 from ..tree import Instance, Kept, Map, Place, Seq
 from .ledger import Failed, Ledger
+
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
 RULES = (
     Rule(

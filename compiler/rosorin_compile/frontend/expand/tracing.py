@@ -8,13 +8,15 @@ something to say.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from ...diagnostics import Span
-from ...startup import patterns
+from ...startup import TYPE_CHECKING, patterns
 from ..expression import names_in, pieces
 from ..tree import Instance, Map, Place, Seq
 from .scope import Scope
+
+if TYPE_CHECKING:
+    from typing import Any
 
 # A name alone, or an entry of a table or a list: ${m}, ${wheel.mass}, ${sizes[0]}.
 _ONE = patterns.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")

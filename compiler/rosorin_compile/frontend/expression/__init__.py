@@ -14,14 +14,17 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
-from typing import Any
 
+from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...startup.remembering import remembered
 from ...units import Quantity
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, functions
 from .literals import Literal, masked, mistake
 from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node
+
+if TYPE_CHECKING:
+    from typing import Any
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed", "run"]
 

@@ -11,11 +11,14 @@ import operator
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import lru_cache
-from typing import Any
 
+from ...startup import TYPE_CHECKING
 from ...units import NUMBER, UNITS, Dimension, Quantity, add
 from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, common_dimension, functions, kind_of
 from .literals import Literal
+
+if TYPE_CHECKING:
+    from typing import Any
 
 BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -218,8 +221,8 @@ def bounded(value: Any) -> Any:
 
 MAX_DEPTH = 40
 
-Lookup = Callable[[str], Any]
-Code = Callable[[Lookup], Any]
+Lookup = Callable[[str], "Any"]
+Code = Callable[[Lookup], "Any"]
 
 
 def compile_node(node: ast.AST, depth: int) -> Code:

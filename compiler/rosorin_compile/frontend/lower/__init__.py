@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
@@ -40,6 +39,7 @@ from ...model import (
     Source,
     pose_of,
 )
+from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple, replace
 from ..accepting import accepted, names_at
 from ..schema import backend_of
@@ -69,8 +69,12 @@ from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import SIMULATED, lower_simulation, marked_of
 
 if TYPE_CHECKING:
+    from typing import Any, TypeVar
+
     from ...model import Drive
     from ...model.moveit import Moveit
+
+    T = TypeVar("T")
 
 RULES = (
     Rule(
@@ -88,9 +92,6 @@ OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 
 # The problems of lowering that a description may accept.
 _ACCEPTABLE = {rule.id: rule for rule in _OF_SHAPES if rule.accept}
-
-
-T = TypeVar("T")
 
 
 class Lowered(NamedTuple):

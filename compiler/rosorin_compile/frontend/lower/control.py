@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
 
 from ...model.control import SENSOR_WORDS, SYSTEM, Block, Component, Controller, End, Interface, Transmission
+from ...startup import TYPE_CHECKING
 from .entries import source_of
 
-Made = TypeVar("Made")
+if TYPE_CHECKING:
+    from typing import Any, TypeVar
+
+    Made = TypeVar("Made")
 
 
 def lower_control(tree: Mapping[str, Any]) -> tuple[Block, ...]:

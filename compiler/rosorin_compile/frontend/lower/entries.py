@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from ...diagnostics import did_you_mean
 from ...diagnostics.registry import POSES, Rule
@@ -28,7 +27,11 @@ from ...model import (
 from ...model.link import NO_SOURCE
 from ...model.shape import Rgba
 from ...model.simulation import POSITION
+from ...startup import TYPE_CHECKING
 from ..tree import Path
+
+if TYPE_CHECKING:
+    from typing import Any
 
 RULES = (
     Rule(

@@ -7,7 +7,6 @@ name that the description has for it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from ...model import (
     Attribute,
@@ -21,8 +20,12 @@ from ...model import (
     Stop,
     Tendon,
 )
+from ...startup import TYPE_CHECKING
 from ...startup.records import replace
 from .entries import actuator_of, attribute_of, pose_of_entry, values_of
+
+if TYPE_CHECKING:
+    from typing import Any
 
 SIMULATED = (
     "root",

@@ -15,7 +15,7 @@ from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import ERROR, Diagnostic, registry
 from rosorin_compile.diagnostics.registry import NUMBERS, Rule, checks_of, declared_in, every_rule, find, rule
 from rosorin_compile.diagnostics.report import FORMATS
-from rosorin_compile.rules import CHECKS, acceptable, is_id
+from rosorin_compile.rules import acceptable, checks, is_id
 
 PACKAGE = Path(__file__).resolve().parent.parent / "compiler" / "rosorin_compile"
 
@@ -113,7 +113,7 @@ def test_what_is_no_id(text: str):
 
 
 def test_the_modules_of_rules_are_asked_in_their_order():
-    modules = dict.fromkeys(check.function.__module__.rsplit(".", 1)[1] for check in CHECKS)
+    modules = dict.fromkeys(check.function.__module__.rsplit(".", 1)[1] for check in checks())
     assert list(modules) == ORDER.split()
 
 

@@ -33,7 +33,7 @@ from .remarkable import collect
 if TYPE_CHECKING:
     from ..formats import Format
 
-__all__ = ["CHECKS", "acceptable", "check", "plugged"]
+__all__ = ["acceptable", "check", "checks", "plugged"]
 
 
 def _modules() -> list[ModuleType]:
@@ -49,7 +49,10 @@ def _modules() -> list[ModuleType]:
     return [modules[name] for name in sorted(modules, key=place)]
 
 
-CHECKS: tuple[Check, ...] = tuple(check for module in _modules() for check in checks_of(module))
+@cache
+def checks() -> tuple[Check, ...]:
+    """Return the checks of this folder; its modules are imported now, for many a format asks only one of them."""
+    return tuple(check for module in _modules() for check in checks_of(module))
 
 
 class Plugged(NamedTuple):
@@ -91,8 +94,8 @@ def is_id(text: str) -> bool:
 @cache
 def acceptable() -> Mapping[str, Rule]:
     """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
-    checks = (*CHECKS, *(check for _, check in plugged().checks))
-    rules = (*_OF_SHAPES, *(rule for check in checks for rule in check.rules))
+    all_checks = (*checks(), *(check for _, check in plugged().checks))
+    rules = (*_OF_SHAPES, *(rule for check in all_checks for rule in check.rules))
     return {rule.id: rule for rule in sorted(rules) if rule.accept}
 
 
@@ -111,8 +114,8 @@ def check(
     """
     case = Case(robot, tree, places, collect(tree), formats, scope, wanted)
     diagnostics: list[Diagnostic] = []
-    for number, one in enumerate(CHECKS):
-        step("checking", number, len(CHECKS))
+    for number, one in enumerate(checks()):
+        step("checking", number, len(checks()))
         diagnostics += one(case)
     diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
     return _causes(tree, _joined(tree, diagnostics))

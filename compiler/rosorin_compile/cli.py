@@ -5,7 +5,6 @@ Exit codes: 0 fine, 1 problems found, 2 wrong usage.
 
 from __future__ import annotations
 
-import argparse
 import errno
 import io
 import os
@@ -13,11 +12,16 @@ import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 
-from . import __version__
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
-from .tools.parser import Parser
+from .startup import TYPE_CHECKING
 from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache
+
+if TYPE_CHECKING:
+    import argparse
+    from types import ModuleType
+
+    from .tools.parser import Parser
 
 # By what people want to do; the help lists them in this order.
 GROUPS = {
@@ -140,6 +144,9 @@ MODULES = {
     "completion": "completion.command",
 }
 
+# What is run most and by programs: without an option, argparse is not asked.
+_OFTEN = ("all", "print")
+
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
 ASKED_BY_SHELLS = "complete"
 
@@ -227,6 +234,13 @@ def _stopped(problem: Exception) -> int:
 
 def parse(words: list[str]) -> argparse.Namespace:
     """Return the options of a command line; words may stand before, between and after its options."""
+    if _called(words[:1]) in _OFTEN and not any(word.startswith("-") for word in words):
+        from .tools.plain import options_of
+
+        module = _module(words[0])
+        plain = options_of(words[1:], module.options)
+        plain.run = module.run
+        return plain
     words = words[1:] if words[:1] == ["--"] else words
     top = parser(words)
     options: argparse.Namespace
@@ -243,6 +257,10 @@ def parse(words: list[str]) -> argparse.Namespace:
 
 def parser(words: Sequence[str]) -> Parser:
     """Return the parser of a command line; of the commands it has only the one that ``words`` call."""
+    import argparse
+
+    from .tools.parser import Parser, Version
+
     top = Parser(
         prog="rosorin-compile",
         usage="rosorin-compile [-h] [--version] COMMAND ...",
@@ -250,7 +268,7 @@ def parser(words: Sequence[str]) -> Parser:
         epilog=_MORE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    top.add_argument("--version", action=_Version, nargs=0, help="show the version, and the plug-ins with theirs")
+    top.add_argument("--version", action=Version, nargs=0, help="show the version, and the plug-ins with theirs")
     commands = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
     called = _called(words)
     if called and called not in COMMANDS:
@@ -258,7 +276,7 @@ def parser(words: Sequence[str]) -> Parser:
     if called:
         help = COMMANDS[called]
         command = commands.add_parser(called, description=f"{help[0].upper()}{help[1:]}.")
-        module = import_module(f".tools.{MODULES.get(called, called)}", __package__)
+        module = _module(called)
         module.options(command)
         if called in WORDS:
             command.usage = f"{top.prog} {called} [options] {WORDS[called]}"
@@ -270,20 +288,8 @@ def parser(words: Sequence[str]) -> Parser:
     return top
 
 
-class _Version(argparse.Action):
-    """Prints the version, and the plug-ins with theirs."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        """Print them and leave."""
-        from .plugins import installed
-
-        print(f"rosorin-compile {__version__}")
-        groups: dict[tuple[str, str], dict[str, None]] = {}
-        for plugin in installed():
-            groups.setdefault((plugin.distribution, plugin.version), {})[plugin.group] = None
-        for (name, version), brings in groups.items():
-            print(f"plug-in {name} {version} ({', '.join(brings)})")
-        parser.exit()
+def _module(command: str) -> ModuleType:
+    return import_module(f".tools.{MODULES.get(command, command)}", __package__)
 
 
 def _called(words: Sequence[str]) -> str:

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile import project
 from rosorin_compile.output import stamp
 from rosorin_compile.output.stamp import recall, remember
 from rosorin_compile.startup import again, cache
@@ -122,7 +123,7 @@ def test_another_tool(remembered, monkeypatch, tmp_path):
         patch.setattr(stamp, "__version__", "9")
         assert remembered.recall() is None
     with monkeypatch.context() as patch:
-        patch.setattr(stamp, "data_folder", lambda _: tmp_path / "out")
+        patch.setattr(project, "data_folder", lambda _: tmp_path / "out")
         assert remembered.recall() is None
     with monkeypatch.context() as patch:
         patch.setattr(sys, "version", "4.0")
@@ -143,8 +144,8 @@ def test_each_file_of_the_tool_counts(run, monkeypatch, tmp_path):
     ):
         (tool / name).parent.mkdir(parents=True, exist_ok=True)
         (tool / name).write_text("one")
-    monkeypatch.setattr(stamp, "__file__", str(tool / "output" / "stamp.py"))
-    monkeypatch.setattr(stamp, "data_folder", lambda name: tool / name)
+    monkeypatch.setattr(project, "__file__", str(tool / "project" / "__init__.py"))
+    monkeypatch.setattr(project, "data_folder", lambda name: tool / name)
     run.remember()
     for name in ("stamp.py", "emit/urdf.py", "templates/t.jinja", "parts_library/p.yaml", "viewer/page.js"):
         status = (tool / name).stat()

@@ -42,7 +42,7 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     "units": ("startup",),
     "numbers": ("startup",),
     "startup": (),
-    "cli": ("tools", "plugins", "diagnostics"),
+    "cli": ("tools", "plugins", "diagnostics", "startup"),
     "__main__": ("cli", "startup"),
     "__init__": (),
 }

@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from .. import __version__, plugins
-from ..project import DATA, Resolved, data_folder
+from ..project import Resolved, tool_folders
 from ..startup import TYPE_CHECKING
 from ..startup.again import changed, contents, mark
 from ..startup.cache import cache_folder, digest, keep, recalled
@@ -101,11 +101,6 @@ def _path(key: Mapping[str, Any]) -> Path | None:
     folder = cache_folder("stamps")
     canonical = json.dumps(key, sort_keys=True, separators=(",", ":"))
     return folder and folder / f"{digest(canonical.encode())}.json"
-
-
-def tool_folders() -> list[str]:
-    """Return the folders of the tool: its modules, and what ships with it."""
-    return [str(Path(__file__).parent.parent), *(str(data_folder(name)) for name in DATA)]
 
 
 def tool_mark() -> str:

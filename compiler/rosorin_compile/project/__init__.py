@@ -242,3 +242,8 @@ DATA = ("parts_library", "schemas", "templates", "viewer")
 def data_folder(name: str) -> Path:
     """Return the folder of a data package: "templates", "schemas" or "parts_library"."""
     return Path(import_module(f"{__package__.rpartition('.')[0]}.{name}").__path__[0])
+
+
+def tool_folders() -> list[str]:
+    """Return the folders of the tool: its modules, and what ships with it."""
+    return [str(Path(__file__).parent.parent), *(str(data_folder(name)) for name in DATA)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
@@ -19,6 +18,7 @@ from .robots import Run, Settled, check_depfile, descriptions, for_each, no_stdi
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
+    import argparse
     from typing import Any
 
     from ..diagnostics import Diagnostic

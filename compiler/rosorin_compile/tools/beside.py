@@ -153,7 +153,7 @@ def _answer(task: Task, taken: int, answers: int) -> None:
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         hide()
-        from ..output.stamp import tool_folders
+        from ..project import tool_folders
 
         marked = marks(tool_folders())  # while the first process has rules to ask
         found = list(_made(task, _in_turn(taken), task.templates()))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence, Sized
 from functools import partial
@@ -19,6 +18,8 @@ from .robots import Run, no_stdin, one
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
+    import argparse
+
     from ..diagnostics import Diagnostic
     from ..formats.mesh_files import Searched
     from ..frontend.tree import Map

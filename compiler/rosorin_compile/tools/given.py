@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -13,6 +12,7 @@ from ..startup.records import NamedTuple
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
+    import argparse
     from typing import Any
 
 MARK = ":="  # between name and value of an argument, as xacro has it

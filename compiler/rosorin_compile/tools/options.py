@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
-
 from ..diagnostics.console import MARKDOWN, Console
 from ..startup import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import argparse
+
     from .parser import Options
 
 FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
@@ -18,6 +18,8 @@ PAGE_MEGABYTES = 40  # of the meshes of a page
 def place(text: str) -> str:
     """Return the name of a file or folder, for argparse; an empty one is a variable of a shell that is not set."""
     if not text:
+        import argparse
+
         raise argparse.ArgumentTypeError("the name is empty")
     return text
 

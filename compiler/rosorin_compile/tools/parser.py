@@ -104,3 +104,20 @@ def _completed(action: argparse.Action, completes: object) -> argparse.Action:
     if completes is not None:
         action.completes = completes  # type: ignore[attr-defined]
     return action
+
+
+class Version(argparse.Action):
+    """Prints the version, and the plug-ins with theirs."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """Print them and leave."""
+        from .. import __version__
+        from ..plugins import installed
+
+        print(f"rosorin-compile {__version__}")
+        groups: dict[tuple[str, str], dict[str, None]] = {}
+        for plugin in installed():
+            groups.setdefault((plugin.distribution, plugin.version), {})[plugin.group] = None
+        for (name, version), brings in groups.items():
+            print(f"plug-in {name} {version} ({', '.join(brings)})")
+        parser.exit()

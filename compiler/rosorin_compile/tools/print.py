@@ -6,7 +6,6 @@ is written beside the file that ``-o`` names.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from functools import partial
@@ -24,6 +23,8 @@ from .robots import is_foreign, keep_run, one
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
+    import argparse
+
     from ..diagnostics import Diagnostic
     from ..model import Output
     from ..pipeline import Compiled, Understood
@@ -157,20 +158,30 @@ def _put(
     options: argparse.Namespace, console: Console, compiled: Compiled, inputs: list[Path], target: str | None
 ) -> int:
     """Print an artifact, or write it into the file that is named; then the depfile."""
-    from ..output import OutputError, encoded
-    from ..output.one_file import write_depfile, write_file
-
     (artifact,) = compiled.artifacts
-    try:
-        data = encoded(artifact.file, artifact.text)
-        if options.output is not None:
-            write_file(Path(options.output), data, inputs)
-        if options.depfile is not None and target is not None:
-            write_depfile(Path(options.depfile), target, inputs, map(Path, filter(None, [options.output])))
-    except OutputError as problem:
-        console.show([problem.diagnostic])
-        return PROBLEMS
+    # What writes files is not imported for nothing: most of what is printed is text that UTF-8 has.
+    if options.output is not None or options.depfile is not None or not _is_text(artifact.text):
+        from ..output import OutputError, encoded
+        from ..output.one_file import write_depfile, write_file
+
+        try:
+            data = encoded(artifact.file, artifact.text)
+            if options.output is not None:
+                write_file(Path(options.output), data, inputs)
+            if options.depfile is not None and target is not None:
+                write_depfile(Path(options.depfile), target, inputs, map(Path, filter(None, [options.output])))
+        except OutputError as problem:
+            console.show([problem.diagnostic])
+            return PROBLEMS
     return FINE if options.output is not None or _printed(artifact.text, console) else PROBLEMS
+
+
+def _is_text(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _printed(text: str, console: Console) -> bool:

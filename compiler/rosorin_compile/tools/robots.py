@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import codecs
 import os
 import sys
@@ -25,6 +24,7 @@ from ..project import (
     looked_in,
     narrowed,
     stdin_of,
+    tool_folders,
 )
 from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
@@ -33,6 +33,7 @@ from .options import console_of
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
+    import argparse
     from typing import Any
 
 _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
@@ -131,7 +132,6 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
 
 def keep_run(read: Mapping[str, str], made: Mapping[str, Mapping[str, str]], console: Console) -> None:
     """Keep what a run said, so that it is said again without one if nothing changes (see ``again.remember``)."""
-    from ..output.stamp import tool_folders
     from ..plugins import installed
     from ..startup.again import remember
 

@@ -12,7 +12,6 @@ numbers, texts and lists, and the number of steps of a comprehension are bounded
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Mapping
 
 from ...startup import TYPE_CHECKING
@@ -24,7 +23,11 @@ from .literals import Literal, masked, mistake
 from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node
 
 if TYPE_CHECKING:
+    import ast
     from typing import Any
+
+else:
+    import _ast as ast  # the part in C, which has all nodes; the rest of ast takes another millisecond
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed", "run"]
 
@@ -63,9 +66,11 @@ def run(code: Code, text: str, lookup: Lookup) -> Any:
 
 def _blame(text: str, lookup: Lookup) -> int:
     """Return the column of the innermost part of an expression that has no value."""
+    from ast import iter_child_nodes
+
     node: ast.AST = parsed(text).body
     while True:
-        children = [] if isinstance(node, (ast.ListComp, ast.GeneratorExp)) else ast.iter_child_nodes(node)
+        children = [] if isinstance(node, (ast.ListComp, ast.GeneratorExp)) else iter_child_nodes(node)
         culprit = next((child for child in children if isinstance(child, ast.expr) and _fails(child, lookup)), None)
         if culprit is None:
             return getattr(node, "col_offset", 0)
@@ -109,24 +114,36 @@ def parsed(text: str) -> ast.Expression:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SyntaxWarning)
         try:
-            tree = ast.parse(plain, mode="eval")
+            tree: Any = compile(plain, "<unknown>", "eval", ast.PyCF_ONLY_AST)
         except (RecursionError, MemoryError):
             raise ValueError("nested too deep") from None
-    for node in ast.walk(tree) if literals else ():
-        for field, value in ast.iter_fields(node):
+    for node in _nodes(tree) if literals else ():
+        for field in node._fields:
+            value = getattr(node, field, None)
             if isinstance(value, list):
                 value[:] = [_quantity(item, literals) for item in value]
-            else:
+            elif isinstance(value, ast.Name):
                 setattr(node, field, _quantity(value, literals))
-    return tree
+    return tree  # type: ignore[no-any-return]
+
+
+def _nodes(tree: ast.AST) -> list[ast.AST]:
+    """Return all nodes of a tree."""
+    found = [tree]
+    for node in found:  # which grows meanwhile
+        for field in node._fields:
+            value = getattr(node, field, None)
+            found += [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, ast.AST)]
+    return found
 
 
 def _quantity(node: Any, literals: Mapping[tuple[int, int], Literal]) -> Any:
     """Return the constant of the quantity that a name stands for; any other node as it is."""
     if not isinstance(node, ast.Name) or (node.lineno, node.col_offset) not in literals:
         return node
+    place = {name: getattr(node, name) for name in ("lineno", "col_offset", "end_lineno", "end_col_offset")}
     constant: Any = literals[node.lineno, node.col_offset]
-    return ast.copy_location(ast.Constant(constant), node)
+    return ast.Constant(constant, **place)
 
 
 def names_in(text: str) -> list[str]:
@@ -137,7 +154,7 @@ def names_in(text: str) -> list[str]:
         tree = parsed(text)
     except (ExpressionError, SyntaxError, ValueError):
         return []
-    used = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    used = [node.id for node in _nodes(tree) if isinstance(node, ast.Name)]
     known = functions()
     return list(dict.fromkeys(name for name in used if name not in known))
 

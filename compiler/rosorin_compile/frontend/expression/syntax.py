@@ -6,7 +6,6 @@ bounds. ``compile_node`` goes through the nodes.
 
 from __future__ import annotations
 
-import ast
 import operator
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -18,7 +17,10 @@ from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, common_dimension, 
 from .literals import Literal
 
 if TYPE_CHECKING:
+    import ast
     from typing import Any
+else:
+    import _ast as ast  # the part in C, which has all nodes
 
 BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,

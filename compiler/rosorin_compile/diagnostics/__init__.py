@@ -10,7 +10,6 @@ person). ``bounded`` stands beside them: parsers of foreign JSON, Python and YAM
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
@@ -52,7 +51,10 @@ class Source(NamedTuple):
 @lru_cache(maxsize=16)
 def _lines(text: str) -> list[str]:
     """Return the lines of a text, as YAML counts them."""
-    return re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
+    text = text.replace("\r\n", "\n")
+    for end in ("\r", "\x85", "\u2028", "\u2029"):
+        text = text.replace(end, "\n")
+    return text.split("\n")
 
 
 class Span(NamedTuple):

@@ -46,8 +46,8 @@ _DEGREE_DIGITS = 4
 _MANY = 1_000
 
 # What Markdown gives a meaning to: these marks anywhere, and an underscore that is not inside a word.
-_MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
-_CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_MARKS = patterns.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
+_CAPITAL = patterns.compile(r"(?<=[a-z])(?=[A-Z])")
 
 # What reading looks for; compiled when a table is read.
 _ALONE = r"(?m)^The robot has one frame, .*\.$"

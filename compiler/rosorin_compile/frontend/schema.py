@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
 
 from ..project import data_folder
-from ..startup import TYPE_CHECKING
+from ..startup import TYPE_CHECKING, patterns
 from .certain import Certain
+
+with patterns.compiled_later():  # its part in C has no use for them
+    import json
 
 if TYPE_CHECKING:
     from typing import Any

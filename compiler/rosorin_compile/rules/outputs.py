@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import posixpath
-import re
 from collections.abc import Iterator
 
 from ..diagnostics import NOTE, Diagnostic, did_you_mean
@@ -11,12 +10,13 @@ from ..diagnostics.registry import CONTROL, OUTPUTS, rule
 from ..diagnostics.wording import first_of
 from ..frontend.tree import Path
 from ..model import Output
+from ..startup import patterns
 from .case import Case, exists
 
 AFTER = "poses"
 
 MAX_FOLDERS = 50
-_DRIVE = re.compile(r"[A-Za-z]:")
+_DRIVE = patterns.compile(r"[A-Za-z]:")
 
 
 @rule(

@@ -33,7 +33,8 @@ def new_parser() -> XMLParserType:
 
 def tree_of(text: str) -> Element:
     """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
-    from xml.etree import ElementTree
+    with patterns.compiled_later():  # those of what finds elements by paths
+        from xml.etree import ElementTree
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("a generated artifact declares no entities")

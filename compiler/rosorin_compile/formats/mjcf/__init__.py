@@ -18,10 +18,9 @@ MuJoCo's two models is which, ``same`` compares them (``same_fields`` has the fi
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from ...startup import TYPE_CHECKING
+from ...startup import TYPE_CHECKING, patterns
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
@@ -126,7 +125,7 @@ def _opens(file: str) -> str:
     return mesh_path(file) or texture_path(file)
 
 
-_FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
+_FILE = patterns.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 # MuJoCo's own word where a file has none: what it does with a URDF too.
@@ -275,7 +274,7 @@ FORMAT = Format(
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
     folder="mjcf",
-    beside=_FILE.findall,
+    beside=lambda text: _FILE.findall(text),
     opens=_opens,
     asked=_asked,
     optional=True,

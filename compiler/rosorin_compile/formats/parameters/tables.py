@@ -57,12 +57,18 @@ def _is_variable(piece: str) -> bool:
     return "<" in piece or "__map_" in piece
 
 
+def _may_stand_for(piece: str, word: str) -> bool:
+    """Say whether a word of a key is what a piece says around its variable, if it has one."""
+    before, *variable = _VARIABLE.split(piece)
+    return word.startswith(before) and word.endswith(variable[-1]) if variable else word == piece
+
+
 def _stands_for(many: str, name: str) -> bool:
     """Say whether a key of many names stands for one; what has other words is no pattern's to judge."""
     pieces, words = many.split("."), name.split(".")
     if len(pieces) != len(words):
         return False
-    if not all(piece == word or _is_variable(piece) for piece, word in zip(pieces, words, strict=True)):
+    if not all(map(_may_stand_for, pieces, words)):
         return False
     return _pattern(many).fullmatch(name) is not None
 

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 _WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
 _UNQUOTED = {
-    "bool": re.compile("yes|no|true|false|on|off", re.IGNORECASE),
-    "int": re.compile(r"[-+]?\d+"),
-    "double": re.compile(r"[-+]?\d+\.\d*"),
+    "bool": patterns.compile("yes|no|true|false|on|off", re.IGNORECASE),
+    "int": patterns.compile(r"[-+]?\d+"),
+    "double": patterns.compile(r"[-+]?\d+\.\d*"),
 }
 _NONE = patterns.compile(r"(?!)")
 _MANY = {"bool": "booleans", "int": "whole numbers", "double": "doubles", "string": "texts"}

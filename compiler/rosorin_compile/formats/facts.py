@@ -99,7 +99,7 @@ def parse(text: str, tag: str) -> Element:
 
 
 # White space between elements: it says nothing, and is a third of the time and a quarter of the memory of a tree.
-_BETWEEN = patterns.compile(r">\s+<")
+_BETWEEN = patterns.compile(">\n *<")
 
 
 def _tree(text: str) -> Element:
@@ -194,9 +194,9 @@ class Sheet:
 
     def once(self, key: Hashable, make: Callable[[], Made]) -> Made:
         """Return what is made of words that may be said of many things; ``key`` are all of those words."""
-        if key not in self._once:
-            self._once[key] = make()
-        made: Made = self._once[key]
+        made: Made | None = self._once.get(key)
+        if made is None:
+            made = self._once[key] = make()
         return made
 
     def add_joint(self, name: str, child: str, motion: Block) -> None:
@@ -361,6 +361,12 @@ class FactSheet(Sheet):
         unit = "" if kind == "mesh" else "m"
         for name, value in zip(SIZES.get(kind, ()), sizes, strict=False):
             self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.tolerance(value))
+
+    def add_solids_of(self, link: str, other: str) -> None:
+        """Take down that a link has the solids of another one, which was read before; of what is known alone."""
+        self._names.add(link)
+        if other in self._solids:
+            self._solids.setdefault(link, []).extend(self._solids[other])
 
     def add_of_shape(self, link: str, shape: str, quantity: str, value: float | str) -> None:
         """Take down what else is said of a shape, which the model is not asked for."""

@@ -232,14 +232,19 @@ def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnosti
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
     format, output = reading.format, reading.output(robot)
+    fine: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()  # the solids of an artifact, and those of the model
     for link in sorted(reading.view.names) if format.all_solids and told else sorted(told):
         shapes = _meant(robot, link, format, output, reading.view.names)
         if shapes is None:
             continue
+        meant = [_solid(solid, known) for shape in shapes for solid in shape.solids()]
+        both = tuple(map(id, told.get(link, ()))), tuple(map(id, meant))
+        if both in fine:
+            continue
         # Names of shapes and the like are not in every artifact.
         solids = [solid._replace(words=()) if solid.words else solid for solid in told.get(link, ())]
-        meant = [_solid(solid, known) for shape in shapes for solid in shape.solids()]
         if same_set(solids, meant):
+            fine.add(both)
             continue
         wrong = len(remainder(solids, meant).removed)
         message = f"{link} collision: {wrong} of {len(solids)} shapes in {reading.artifact.file} are not in the model"

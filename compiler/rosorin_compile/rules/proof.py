@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ..diagnostics.wording import listed
 from ..frontend.expression import ExpressionError
 from ..model import UNPUBLISHED, Robot
@@ -32,16 +34,18 @@ def prove(robot: Robot) -> Proof:
         whens.setdefault(joint.child, []).extend([""] if joint.publisher.kind != UNPUBLISHED else [])
     for edge in robot.edges:
         whens.setdefault(edge.child, []).extend([edge.when] if edge.publisher.kind != UNPUBLISHED else [])
+    different = dict.fromkeys(map(tuple, whens.values()))  # of thousands of frames a few
+    kind_of = {conditions: _kind(robot, conditions) for conditions in different}
     by_kind: dict[str, list[str]] = {}
     for child, conditions in whens.items():
-        by_kind.setdefault(_kind(robot, conditions), []).append(child)
-    names = [modes_in(robot, conditions) for conditions in whens.values()]
+        by_kind.setdefault(kind_of[tuple(conditions)], []).append(child)
+    names = [modes_in(robot, conditions) for conditions in different]
     modes = tuple(mode for mode in robot.modes if any(mode in some for some in names))
     kinds = ("published", "gaps", "never", "wrong", "unchecked")
     return Proof(modes, *(tuple(by_kind.get(kind, ())) for kind in kinds))
 
 
-def _kind(robot: Robot, conditions: list[str]) -> str:
+def _kind(robot: Robot, conditions: Sequence[str]) -> str:
     """Return what a frame is whose publishers have these conditions."""
     modes = modes_in(robot, conditions)
     if not conditions:

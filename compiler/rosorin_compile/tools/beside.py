@@ -1,8 +1,9 @@
 """Two processes for one robot: artifacts are made and proven in a second one too, where there is a second core.
 
-The second is a copy of the first (fork), begun once the robot is known: it makes artifacts while the first one holds
-the robot against the rules. Each takes the next output of a list when it is done with one, so that both end at about
-the same time. What the second one does not answer for, for whatever reason, the first one makes.
+The second is a copy of the first (fork), begun once the tree is known: it takes it for right and makes artifacts while
+the first one holds it against the schema, and the robot against the rules. Each takes the next output of a list when it
+is done with one, so that both end at about the same time. What the second one does not answer for, for whatever reason,
+the first one makes.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from ..startup.cache import cache_refused, refused_too
 
 if TYPE_CHECKING:
     from ..formats.templating import Templates
+    from ..frontend.tree import Map
 
 # What takes long is begun first; the formats of artifacts by that, the longest first.
 _LONG = ("mjcf", "urdf", "sdf", "srdf", "robot_model", "frames_picture", "frames")
@@ -43,19 +45,19 @@ class TwoProcesses(Maker):
         self.proven: set[str] = set()
         self._second: _Second | None = None
 
-    def foresee(self, task: Task) -> None:
-        """Begin, if there is a core for a second process, and more to make than it takes to begin one."""
+    def foresee(self, tree: Map, task: Callable[[], Task | None]) -> None:
+        """Begin, if there is a core for a second process."""
         threads = sys.modules.get("threading")  # a copy of a process has none of its threads, but their locks
         alone = threads is None or threads.active_count() == 1
-        if len(task.outputs) > 1 and sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
+        if sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
             with suppress(OSError):  # there may be as many processes as there can be
-                self._second = _Second(task)
+                self._second = _Second(tree, task)
 
     def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
         """Return the artifacts by the outputs, and the templates of the description that were used."""
-        if self._second is None:  # the files of meshes had to be found first
-            self.foresee(task)
-        if self._second is None or self._second.task != task:
+        if self._second is None and len(task.outputs) > 1:  # the files of meshes had to be found first
+            self.foresee(task.tree, lambda: task)
+        if self._second is None or self._second.tree is not task.tree:
             return super().make(task)
         templates = task.templates()
         answers = {answer[0]: answer for answer in _made(task, self._second.todo(), templates)}
@@ -90,17 +92,16 @@ def _made(task: Task, numbers: Iterable[int], templates: Templates) -> Iterator[
 class _Second:
     """The second process, and the list of what is to do, which both take from: a byte an output."""
 
-    def __init__(self, task: Task) -> None:
-        self.task = task
+    def __init__(self, tree: Map, task: Callable[[], Task | None]) -> None:
+        self.tree = tree
         _bury()
         self._taken, listed = os.pipe()
-        os.write(listed, bytes(_order(task)))  # a pipe holds more without anybody who reads
-        os.close(listed)
         self._answers, answers = os.pipe()
         self._child = os.fork()
         if self._child == 0:
             os.close(self._answers)  # else nobody would be told that the first process is gone
-            _answer(task, self._taken, answers)
+            _answer(task, self._taken, listed, answers)
+        os.close(listed)
         os.close(answers)
 
     def todo(self) -> Iterator[int]:
@@ -148,19 +149,28 @@ def _in_turn(taken: int) -> Iterator[int]:
         yield byte[0]
 
 
-def _answer(task: Task, taken: int, answers: int) -> None:
-    """Be the second process: make what nobody has taken, tell it, and end without a word."""
+def _answer(foreseen: Callable[[], Task | None], taken: int, listed: int, answers: int) -> None:
+    """Be the second process: list what is to do, make what nobody has taken, tell it, and end without a word."""
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         hide()
-        from ..project import tool_folders
-
-        marked = marks(tool_folders())  # while the first process has rules to ask
-        found = list(_made(task, _in_turn(taken), task.templates()))
-        with open(answers, "wb") as opened:
-            pickle.dump((found, cache_refused(), marked), opened, protocol=5)
+        task = foreseen()
+        if task is not None:
+            os.write(listed, bytes(_order(task)))  # a pipe holds more without anybody who reads
+            os.close(listed)
+            _work(task, taken, answers)
     finally:
         os._exit(0)
+
+
+def _work(task: Task, taken: int, answers: int) -> None:
+    """Make what nobody has taken, and tell it."""
+    from ..project import tool_folders
+
+    marked = marks(tool_folders())  # while the first process has rules to ask
+    found = list(_made(task, _in_turn(taken), task.templates()))
+    with open(answers, "wb") as opened:
+        pickle.dump((found, cache_refused(), marked), opened, protocol=5)
 
 
 def _order(task: Task) -> list[int]:

@@ -95,7 +95,7 @@ class Classes:
             said = next((one.values for one in self.shared[name] if one.tag == element.tag), {}) if name else {}
             own = {word: text for word, text in element.values.items() if word not in said}
             self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
-        return Markup(attributes(name=element.name) + self._printed[key])
+        return Markup("".join((attributes(name=element.name), self._printed[key])))
 
     def tree(self, seen: bool, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.

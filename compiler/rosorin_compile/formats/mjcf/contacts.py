@@ -79,7 +79,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
     places = cache(partial(_places, robot))
     geoms = cache(lambda name: _geoms(robot.link[name], form))
-    meshes = {link.name for link in robot.links if any(isinstance(one.geometry, Mesh) for one in link.collision)}
+    meshes = {link.name for link in robot.links for one in link.collision if isinstance(one.geometry, Mesh)}
     named = {frozenset(pair) for pair in robot.disabled_contacts}
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs: list[Meeting] = []
@@ -90,7 +90,8 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         if joint is None or not below or not above:
             continue
         if above == [joint.parent] and below == [joint.child]:  # neighbours alone, wherever they are
-            excluded.setdefault(frozenset((joint.parent, joint.child)), (joint.parent, joint.child))
+            ends = (joint.parent, joint.child)
+            excluded.setdefault(frozenset(ends), ends)
             continue
         across = _Across(robot, joint, places(), geoms, meshes)
         for links, meeting in across.candidates(above, below):

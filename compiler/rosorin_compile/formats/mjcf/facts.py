@@ -11,7 +11,6 @@ no link is known of is said by itself: Fact("sensor", name, "clock ...").
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import partial
 
 from ...model import Transform
@@ -41,6 +40,7 @@ _PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
 # The attributes of a sensor that name what it measures at.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
 _PAIRED = ("geom1", "geom2")
+_CALLED = ("name", "class")
 
 
 def read(text: str) -> Facts:
@@ -116,8 +116,7 @@ def _fill(root: Element) -> None:
             attributes = element.attrib
             for key, text in said.get((attributes.get("class", ""), element.tag), ()):
                 attributes.setdefault(key, text)
-            colour = colours.get(attributes.get("material", ""))
-            if colour is not None:
+            if "material" in attributes and (colour := colours.get(attributes["material"])) is not None:
                 attributes.setdefault("rgba", colour)
 
 
@@ -269,16 +268,9 @@ def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
 
 
 def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
-    motion = sheet.once(("joint", *_said(joint)), lambda: _motion(sheet, joint))
+    said = [pair for pair in joint.items() if pair[0] not in _CALLED]  # it has the attributes of its class
+    motion = sheet.once(("joint", *said), lambda: _motion(sheet, joint))
     sheet.add_joint(sheet.text(joint, "name"), child, motion)
-
-
-def _said(element: Element) -> Iterable[tuple[str, str]]:
-    """Return what an element says but its name and its class, whose attributes it has."""
-    said = dict(element.attrib)
-    said.pop("name", None)
-    said.pop("class", None)
-    return said.items()
 
 
 def _motion(sheet: FactSheet, joint: Element) -> Block:
@@ -308,17 +300,20 @@ def _motion(sheet: FactSheet, joint: Element) -> Block:
 
 
 def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
+    said = sheet.once(("inertial", *inertial.items()), lambda: _inertia(sheet, inertial))
+    if said is not None:
+        sheet.add_inertial(name, *said)
+
+
+def _inertia(sheet: FactSheet, inertial: Element) -> tuple[float, Transform, Six] | None:
+    """Return a mass, its frame, and the inertia along that; None for what a link without mass has."""
     mass = sheet.number(inertial, "mass")
-    if mass <= LEAST:  # what a link without mass has
-        return
-    sheet.add_inertial(name, mass, *sheet.once(("inertial", *_said(inertial)), lambda: _inertia(sheet, inertial)))
-
-
-def _inertia(sheet: FactSheet, inertial: Element) -> tuple[Transform, Six]:
+    if mass <= LEAST:
+        return None
     frame = _transform(sheet, inertial)
     diagonal = sheet.vector3(inertial, "diaginertia")
     xx, yy, zz, xy, xz, yz = sheet.vector(inertial, "fullinertia", 6, (*diagonal, 0.0, 0.0, 0.0))
-    return frame, (xx, yy, zz, xy, xz, yz)
+    return mass, frame, (xx, yy, zz, xy, xz, yz)
 
 
 def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str, Element]) -> None:

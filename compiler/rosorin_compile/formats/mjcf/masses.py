@@ -35,7 +35,7 @@ LEAST_EIGENVALUE = 1e-14
 def has_mass(inertial: Inertial) -> bool:
     """Say whether an inertial says anything: neither mass nor inertia is what a link without one has."""
     i = inertial
-    return any((i.mass, i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz))
+    return bool(i.mass) or any((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz))
 
 
 def has_products(inertial: Inertial) -> bool:
@@ -58,13 +58,19 @@ def weightless(robot: Robot, free: bool) -> list[str]:
     some 10^12 times heavier.
     """
     groups = weld_groups(robot)
+    massive = {link.name for link in robot.links if link.inertial is not None and has_mass(link.inertial)}
+    empty = {top for top, names in groups.items() if massive.isdisjoint(names)}
+    if not free:
+        empty.discard(robot.root)  # which no joint moves
+    if not empty:
+        return []
     top_of = {name: top for top, names in groups.items() for name in names}
     heavy: set[str] = set()
     without = []
     for top in reversed(groups):
         inertials = [inertial for name in groups[top] if (inertial := robot.link[name].inertial) is not None]
         joint = robot.joint_to.get(top)
-        if top in heavy and not any(map(has_mass, inertials)) and (joint is not None or free):
+        if top in heavy and top in empty:
             without.append(top)
         if joint is not None and (top in heavy or any(map(_is_body, inertials))):
             heavy.add(top_of[joint.parent])

@@ -52,7 +52,7 @@ def texture_path(file: str) -> str:
     >>> texture_path("package://house/wood.png"), texture_path("wood.jpg")
     ('meshes/house/wood.png', '')
     """
-    return _path(file, "") if posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
+    return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
 
 
 def _path(file: str, more: str) -> str:
@@ -181,14 +181,19 @@ def _without_texture(robot: Robot) -> Iterator[Diagnostic]:
 def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
     """Yield a warning for the shapes that are left out: MuJoCo takes no such size, or cannot open their meshes."""
     meshes: list[tuple[str, str]] = []
+    fine: set[int] = set()  # shapes, which many links may share
     for link in robot.walk():
         for shape in (*link.collision, *link.visual):
+            if id(shape) in fine:
+                continue
             if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
                 kind = type(shape.geometry).__name__.lower()
                 message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
                 yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
             elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
                 meshes.append((shape.geometry.file, link.name))
+            else:
+                fine.add(id(shape))
     if meshes:
         (file, link_name), *more = meshes
         what = f'mesh {file} of link "{link_name}"'

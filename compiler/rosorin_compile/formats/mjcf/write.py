@@ -288,7 +288,7 @@ class _Printer:
         values = {"name": body_name(self.robot, frame.name), **self.place(pose)}
         if link.gravity_compensation:
             values["gravcomp"] = self.number(link.gravity_compensation)
-        return attributes(**values, **self.simulated.texts(link.mjcf))
+        return attributes(**values, **self.simulated.texts(link.mjcf)) if link.mjcf else attributes(**values)
 
     def place_of(self, pose: Pose) -> Mapping[str, str]:
         """Return the attributes of a pose; what is zero needs none."""
@@ -337,7 +337,9 @@ class _Printer:
         called = self.classes.named(SHOWN if shown else purpose)
         for index, solid in enumerate((solid for shape in shapes for solid in solids(shape, self.form)), start=1):
             geometry = solid.geometry
-            if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(self.robot, geometry)):
+            key = (called, id(geometry), id(solid.pose))
+            sized = self.once(key, solid, partial(self.sized, called, geometry, solid))
+            if not sized:
                 continue
             name = self.names[link.name, purpose, index]
             if purpose == COLLISION:
@@ -348,12 +350,14 @@ class _Printer:
             if isinstance(geometry, (Mesh, HeightMap)):
                 yield attributes(**{"name": name, "class": called, **self.of_file(geometry, solid), **more})
                 continue
-            key = (called, id(geometry), id(solid.pose))
-            sized = self.once(key, solid, partial(self.sized, called, geometry, solid))
             yield "".join((attributes(name=name), sized, attributes(**more) if more else ""))
 
-    def sized(self, called: str, geometry: Geometry, solid: Shape) -> Markup:
-        """Return the class of a primitive, its sizes, and where it sits."""
+    def sized(self, called: str, geometry: Geometry, solid: Shape) -> Markup | str:
+        """Return the class of a geom, of a primitive its sizes and where it sits too; nothing for what is no geom."""
+        if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(self.robot, geometry)):
+            return ""
+        if isinstance(geometry, (Mesh, HeightMap)):
+            return attributes(**{"class": called})
         values = {"class": called, "type": type(geometry).__name__.lower(), "size": self.vector(_half_sizes(geometry))}
         return attributes(**values, **self.place(solid.origin()))
 
@@ -386,6 +390,8 @@ class _Printer:
         """Return the material of a visual, and the colour that it has instead of that of the material."""
         material = self.robot.material.get(visual.material) if visual.material else None
         named = self.simulated.material(visual.material) if material else ""
+        if named and visual.rgba is None and not visual.texture:  # it looks as its material says
+            return {"material": named}
         texture = self.robot.texture(visual)
         if "material" not in visual.mjcf and not (material and material.texture == texture):
             named = self.simulated.material_of(texture) or named
@@ -421,11 +427,12 @@ def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str
     taken, meant = set(names.values()), {}
     for at in places:
         plain = made = f"{at[0]}_{at[1]}_{at[2]}"
-        while at not in names and made in taken:
-            made += "_"
-        name = names.setdefault(at, made)
-        if name != plain and plain not in taken:
-            meant[plain] = name
+        if at not in names:
+            while made in taken:
+                made += "_"
+            names[at] = made
+        if names[at] != plain and plain not in taken:
+            meant[plain] = names[at]
     return names, meant
 
 

@@ -26,6 +26,7 @@ from ...model import (
 )
 from ...rules.case import Case, suggest
 from ...startup import TYPE_CHECKING
+from ...startup.remembering import remembered
 from ..facts import AXES, Sheet
 from ..format import Facts, Format, Opened, Value
 from ..templating import Templates
@@ -86,7 +87,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         box, maps = _collision(robot, link, diagnostics)
         height_maps += [(link, *height_map) for height_map in maps]
         if box is not None:
-            corners = {"min": _numbers(box.lower), "max": _numbers(box.upper)}
+            corners = {"min": _listed(box.lower), "max": _listed(box.upper)}
             model["boxes"][rename.get(link, link)] = corners
     for link, height_map, stand_in in height_maps[:1]:
         model["chassis_heightmap"] = _height_map(rename.get(link, link), height_map, stand_in)
@@ -175,10 +176,10 @@ def _joint(joint: Joint, rename: Mapping[str, str], diagnostics: list[Diagnostic
         "type": joint.type,
         "parent": rename.get(joint.parent, joint.parent),
         "child": rename.get(joint.child, joint.child),
-        "xyz": _numbers(joint.origin.xyz),
-        "rpy": _numbers(joint.origin.rpy),
-        "axis": _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0)),
-        "limit": bounds and _numbers(bounds),
+        "xyz": _listed(joint.origin.xyz),
+        "rpy": _listed(joint.origin.rpy),
+        "axis": _listed(joint.axis if joint.moves else (0.0, 0.0, 0.0)),
+        "limit": bounds and _listed(bounds),
     }
 
 
@@ -223,6 +224,9 @@ def _number(value: float) -> float:
 
 def _numbers(values: Iterable[float]) -> list[float]:
     return [float(value) + 0.0 for value in values]
+
+
+_listed = remembered(_numbers)  # many joints share them
 
 
 def read(text: str) -> Facts:

@@ -406,8 +406,8 @@ def evaluate_rest(scope: Scope) -> None:
 def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
     """Add the sections of one fragment to those of a tree; a name that is taken is reported. Raises Failed."""
     failed = False
-    for section in sections:
-        value = more.get(section)
+    for section in filter(more.__contains__, sections):
+        value = more[section]
         if value is None:
             continue
         if tree.get(section) is None:

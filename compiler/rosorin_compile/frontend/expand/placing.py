@@ -31,6 +31,7 @@ _MIRRORED: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"l
 # Sections for a simulation alone, and what a link has for it by name.
 SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors")
 _MARKS = ("sites", "cameras", "lights")
+_SHAPES = ("collision", "visual")
 # The keys in them whose values are names: one, or several as a list or as the keys of a table.
 _NAMING = frozenset(
     (
@@ -119,19 +120,35 @@ def mentions_mount(fragment: Map) -> bool:
 
 
 class Names(NamedTuple):
-    """What a fragment calls its own: as a whole, for a simulation, for ros2_control; ``mounted`` if it is attached."""
+    """What a fragment calls its own: as a whole, for a simulation, for ros2_control; ``mounted`` if it is attached.
+
+    ``in_links``: something in its links may have a name.
+    """
 
     defined: frozenset[str]
     simulated: frozenset[str]
     of_control: frozenset[str]
     mounted: bool
+    in_links: bool
 
 
 def names_of(fragment: Map) -> Names:
     """Return the names of a fragment of a description."""
     return Names(
-        defined_names(fragment), simulated_names(fragment), _names_of_control(fragment), mentions_mount(fragment)
+        defined_names(fragment),
+        simulated_names(fragment),
+        _names_of_control(fragment),
+        mentions_mount(fragment),
+        any(map(_has_names, (fragment.get("links") or {}).values())),
     )
+
+
+def _has_names(link: Any) -> bool:
+    """Say whether something in a link may have a name: elements of XML, sites, cameras, lights."""
+    if not isinstance(link, Map):
+        return False
+    shapes = [shape for key in _SHAPES if isinstance(link.get(key), Seq) for shape in link[key]]
+    return any(key in link for key in (*XML, *_MARKS)) or any(isinstance(one, Map) and KEPT in one for one in shapes)
 
 
 def placed(
@@ -173,6 +190,8 @@ def placed(
     for section, value in fragment.items():
         change = getattr(placer, section, None)
         changed = value
+        if section == "links" and mirror is None and not known.in_links:
+            change = _unchanged
         if section in ONE_ENTRY and change is not None:
             changed = _made_by(change(value), fragment.via, value)
         elif change is not None and value:
@@ -196,6 +215,10 @@ def each(section: Any, prefix: str, change: Callable[[Any], Any], via: Instance 
     for entry, span in zip(section, section.value_spans, strict=True):
         listed.put(_made_by(change(entry), via, entry), span)
     return listed
+
+
+def _unchanged(entry: Any) -> Any:
+    return entry
 
 
 def _made_by(entry: Any, via: Instance | None, before: Any) -> Any:
@@ -242,12 +265,13 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
     """Return an entry with some values changed; a new key has the place of the entry."""
     if changes.keys() <= entry.keys():
         return entry.like(changes)
-    same = {key: value for key, value in changes.items() if key in entry}
-    new = {key: value for key, value in changes.items() if value is not None and key not in entry}
-    made = entry.like(same).copied()
-    for key, value in new.items():
-        span = getattr(value, "span", entry.span)
-        made.put(key, value, span, span)
+    made = entry.copied()
+    for key, value in changes.items():
+        if key in entry:
+            made[key] = value
+        elif value is not None:
+            span = getattr(value, "span", entry.span)
+            made.put(key, value, span, span)
     return made
 
 
@@ -292,7 +316,7 @@ class _Placer:
         changes = self._elements(entry) | self._marked(entry)
         if isinstance(entry.get(OF_MJCF), Seq):
             changes[OF_MJCF] = each(entry[OF_MJCF], "", self.inner)
-        for purpose in ("collision", "visual"):
+        for purpose in _SHAPES:
             shapes = entry.get(purpose)
             if isinstance(shapes, Seq) and any(isinstance(shape, Map) and KEPT in shape for shape in shapes):
                 elements = each(shapes, "", lambda one: _with(one, self._elements(one)) if KEPT in one else one)
@@ -303,7 +327,7 @@ class _Placer:
         changes = {}
         if isinstance(entry.get("inertial"), Map):
             changes["inertial"] = self._mirrored_inertial(entry["inertial"])
-        for purpose in ("collision", "visual"):
+        for purpose in _SHAPES:
             if isinstance(entry.get(purpose), Seq):
                 changes[purpose] = each(entry[purpose], "", self._mirrored_shape)
         return _with(entry, changes)

@@ -233,6 +233,8 @@ class Scope:
     def name(self, key: str, span: Span, via: Instance | None) -> str:
         """Return a key with its expressions evaluated; it has to be text or a number."""
         name = self.text(key, span, via)
+        if type(name) is str:
+            return name
         if isinstance(name, (str, int, float)):
             return str(FUNCTIONS["str"](name))
         self.report("wrong-type", f"a name is text, not {kind_of(name)}", Place(span, via), "put it inside text")
@@ -441,10 +443,10 @@ def _values(scope: Scope, values: Any, place: Place) -> Sequence[Any]:
 
 def _bind(scope: Scope, names: str, value: Any, place: Place) -> None:
     """Bind the name of a loop; ``key, value`` names take a row apart."""
-    split = [name.strip() for name in names.split(",")]
-    if len(split) == 1:
-        scope.bind(split[0], value, place)
+    if "," not in names:
+        scope.bind(names.strip(), value, place)
         return
+    split = [name.strip() for name in names.split(",")]
     if not isinstance(value, list) or len(value) != len(split):
         scope.report("wrong-type", f"a round of this loop does not give {len(split)} values", place, "")
         raise Failed
@@ -476,6 +478,8 @@ def _is_like_a_number(value: Any) -> bool:
 
 def short(value: Any) -> str:
     """Return the value of a loop's round in a few letters."""
+    if isinstance(value, (str, int, float)):
+        return str(value)[:40]
     if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
         return ", ".join(map(str, value))[:40]
     if isinstance(value, (list, Mapping)):

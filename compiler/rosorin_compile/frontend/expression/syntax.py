@@ -175,7 +175,9 @@ class Effort:
         """Count the items of the values, and one step. Raises ExpressionError when it is too much."""
         self.done += 1
         for value in values:
-            if type(value) not in NUMERIC and isinstance(value, _SIZED):
+            if type(value) is str:
+                self.done += len(value) // 8 + 1
+            elif type(value) not in NUMERIC and isinstance(value, _SIZED):
                 self.done += weight(value)
         if self.done > MAX_WORK:
             raise ExpressionError(f"more than {MAX_WORK:,} steps")

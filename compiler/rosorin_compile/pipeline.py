@@ -314,9 +314,8 @@ def compile_robot(
         return Task(robot, _outputs(robot, wanted), tree, path)
 
     def foresee(tree: Map) -> None:
-        asked = wanted or tree.get("outputs")
-        several = isinstance(asked, (Sequence, Mapping)) and len(asked) > 1
-        if several and (search is None or not _names_files(tree)):  # else what is made depends on them
+        asked = wanted or isinstance(tree.get("outputs"), Map)
+        if asked and (search is None or not _names_files(tree)):  # else what is made depends on them
             maker.foresee(tree, lambda: task(tree))
 
     understood = judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted, foresee)

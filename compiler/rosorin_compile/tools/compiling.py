@@ -57,8 +57,6 @@ def compile_one(
 
 def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
-    if len(wanted) == 1:  # made sooner than a second process begins
-        return proven(compile_one(given, description, console, meshes=True, wanted=wanted))
     from .beside import TwoProcesses
 
     maker = TwoProcesses()

@@ -30,17 +30,26 @@ def wall_time(command: Sequence[str], prepare: Callable[[], None] | None = None)
 
 
 class Used(NamedTuple):
-    """What one process used: seconds of processor, user and system together, and the most memory at a time (MiB)."""
+    """What one command used: seconds of processor, user and system together, and the most memory at a time (MiB)."""
 
     seconds: float
     memory: float
 
 
 def used(command: Sequence[str], prepare: Callable[[], None] | None = None) -> Used:
-    """Return what one whole process used, which has to succeed; other programs on the machine count for little."""
+    """Return what one command used, which has to succeed; other programs on the machine count for little.
+
+    It has one core, where it is one process: what another process uses that nobody waits for would not be counted.
+    """
     if prepare is not None:
         prepare()
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(cores)})
+    try:
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    finally:
+        os.sched_setaffinity(0, cores)
+    with process:
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:

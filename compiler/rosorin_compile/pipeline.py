@@ -376,12 +376,13 @@ def _has_files(robot: Robot) -> bool:
 
 
 def _names_files(tree: Map) -> bool:
-    """Say whether links have meshes or textures, in a tree that may be wrong; what others bring is found later."""
+    """Say whether a tree, which may be wrong, has meshes or textures."""
     links = tree.get("links")
     entries = [link for link in links.values() if isinstance(link, Map)] if isinstance(links, Map) else []
     listed = {id(shapes): shapes for link in entries for key in _SHAPES if isinstance(shapes := link.get(key), Seq)}
-    shapes = (shape for several in listed.values() for shape in several if isinstance(shape, Map))
-    return any("mesh" in shape or "texture" in shape for shape in shapes)
+    looks = list(tree["materials"].values()) if isinstance(tree.get("materials"), Map) else []
+    looks += [shape for several in listed.values() for shape in several]
+    return any(isinstance(one, Map) and ("mesh" in one or "texture" in one) for one in looks)
 
 
 def _has_file(link: Link) -> bool:

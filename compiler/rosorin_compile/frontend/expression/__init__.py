@@ -25,7 +25,6 @@ from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node
 if TYPE_CHECKING:
     import ast
     from typing import Any
-
 else:
     import _ast as ast  # the part in C, which has all nodes; the rest of ast takes another millisecond
 

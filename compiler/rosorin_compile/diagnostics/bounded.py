@@ -7,7 +7,6 @@ RecursionError or MemoryError, and libyaml's composer ends the whole program. Wh
 
 from __future__ import annotations
 
-import ast
 import json
 import re
 from collections.abc import Callable
@@ -15,6 +14,7 @@ from collections.abc import Callable
 from ..startup import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import ast
     from typing import Any
 
 MAX_DEPTH = 100
@@ -54,6 +54,8 @@ def _may_be_deep_json(text: str) -> bool:
 
 def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expression:
     """Return the syntax tree of a program, or of an expression. Raises SyntaxError; ValueError if it is too deep."""
+    import ast
+
     try:
         tree: ast.Module | ast.Expression = ast.parse(text, mode="eval") if expression else ast.parse(text)
     except (RecursionError, MemoryError):

@@ -14,15 +14,15 @@ from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
 from ..rules.proof import in_words, prove
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
-from .facts import Sheet, number_of, numbers_of
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name
 from .static_tf import describe
-from .templating import Templates
 
 if TYPE_CHECKING:
     from typing import Any
 
+    from .facts import Sheet
     from .known import Held, Known
+    from .templating import Templates
 
 _FRAME_HEADERS = (
     "parent",
@@ -225,15 +225,21 @@ def read(text: str) -> Facts:
     A frame that stands in several rows is told apart: "publisher below odom" for another parent than in its first row,
     "publisher when slam" for a publisher that takes turns.
     """
+    from .facts import Sheet
+
     return _read(text, Sheet()).facts
 
 
 def _against(text: str, known: Known) -> Held:
     """Return what the tables say that is not known. Raises ValueError as ``read``."""
+    from .facts import Sheet
+
     return _read(text, Sheet(known)).held()
 
 
 def _read(text: str, sheet: Sheet) -> Sheet:
+    from .facts import number_of
+
     frames = list(_parse(text, _FRAME_HEADERS))
     if not frames and re.search(_ALONE, text):
         return sheet
@@ -271,6 +277,8 @@ def _read_frame(
 
 def _numbers(row: dict[str, str]) -> tuple[float, ...]:
     """Return the position and the angles of a row; none where only the publisher knows them."""
+    from .facts import numbers_of
+
     if not row["roll pitch yaw (rad)"]:
         return ()
     return numbers_of(f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}")

@@ -12,12 +12,12 @@ from ..startup import TYPE_CHECKING
 from .drawing import SUFFIXES, picture, suffix
 from .drawing import read as shown_in
 from .format import Asked, Facts, Format
-from .templating import Templates
 
 if TYPE_CHECKING:
     from ..rules.case import Case
     from .drawing.shown import Shown
     from .drawing.situations import Situation
+    from .templating import Templates
 
 RULES = (
     Rule(

@@ -19,14 +19,16 @@ from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import FORMATS, Rule
 from ..diagnostics.wording import listed
 from ..model import Link, Mesh, Output, Pose, Robot, Vector
-from ..model.bounds import Bounds
 from ..model.geometry import unit
 from ..numbers import six, vector
 from ..rules.case import Case
-from ..startup import patterns
+from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from .format import Format
-from .templating import Templates, comment
+
+if TYPE_CHECKING:
+    from ..model.bounds import Bounds
+    from .templating import Templates
 
 RULES = (
     Rule(
@@ -65,6 +67,8 @@ class _Camera(NamedTuple):
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the scene of a robot. Option: ``of``, the output of MJCF that is in it."""
+    from .templating import comment
+
     of, problem = _included(robot, output)
     if of is None:
         return "", [error("scene-without-robot", *problem)]
@@ -118,6 +122,7 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     Meshes that collide are measured; those that are seen take no more room where the link collides with anything.
     Where the size of one is not known, it is the box around what else is there, and all frames.
     """
+    from ..model.bounds import Bounds
     from ..model.standing import home_of, reach, stands_at
     from .mesh_vertices import clouds_of
 

@@ -22,15 +22,15 @@ from ..rules.conditions import modes_in
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from . import format
-from .facts import NO_TOLERANCE, frame_facts, number_of
 from .format import Fact, Facts, Format, Value
-from .templating import Templates
 
 if TYPE_CHECKING:
     import ast
     from typing import Any
 
     from ..rules.case import Case
+    from .templating import Templates
+
 RULES = (
     Rule(
         "number-format",
@@ -283,6 +283,8 @@ def _value(node: ast.expr, known: Mapping[str, str]) -> Any:
 
 def node_facts(name: object, arguments: object) -> Facts:
     """Return what the arguments of one static_transform_publisher say. Raises ValueError if they are not ours."""
+    from .facts import frame_facts, number_of
+
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
         raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
     if len(arguments) % 2:
@@ -300,6 +302,8 @@ def node_facts(name: object, arguments: object) -> Facts:
 
 def _tolerances(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector, Vector]:
     """Return how well printed numbers are known (m, rad): exactly, if one has more digits than rounded ones have."""
+    from .facts import NO_TOLERANCE
+
     printed = [(METRE_DIGITS, text) for text in metres] + [(RADIAN_DIGITS, text) for text in radians]
     if any(len(text.partition(".")[2]) > digits for digits, text in printed):
         return NO_TOLERANCE, NO_TOLERANCE

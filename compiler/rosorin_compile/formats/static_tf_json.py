@@ -23,10 +23,11 @@ from .static_tf import (
     static_in_modes,
     static_transforms,
 )
-from .templating import Templates
 
 if TYPE_CHECKING:
     from typing import Any
+
+    from .templating import Templates
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001

@@ -27,15 +27,15 @@ from ...model import (
 from ...rules.case import Case, suggest
 from ...startup import TYPE_CHECKING
 from ...startup.remembering import remembered
-from ..facts import AXES, Sheet
 from ..format import Facts, Format, Opened, Value
-from ..templating import Templates
 
 if TYPE_CHECKING:
     from typing import Any
 
+    from ..facts import Sheet
     from ..imported import Imported
     from ..known import Block, Held, Known
+    from ..templating import Templates
 
 RULES = (
     Rule(
@@ -236,11 +236,15 @@ def read(text: str) -> Facts:
     z and roll, pitch, yaw; ``joint NAME`` has type, child, axis, lower, upper; ``link NAME`` box min and box max;
     ``height map FRAME`` each cell, counted from 0; ``servo pulse_to_rad`` the calibration.
     """
+    from ..facts import Sheet
+
     return _read(json_of(text, _no_number), Sheet()).facts
 
 
 def against(text: str, known: Known) -> Held:
     """Return what a driver's model says that is not known. Raises ValueError if the text is none."""
+    from ..facts import Sheet
+
     model = json_of(text, _no_number)
     return _read(model, Sheet(known)).held(model)
 
@@ -293,6 +297,8 @@ def _read_joint(sheet: Sheet, name: str, joint: Mapping[str, Any]) -> None:
 
 def _motion(kind: str, joint: Mapping[str, Any]) -> Block:
     """Return what is said of a joint but where it sits."""
+    from ..facts import AXES
+
     said: dict[str, Value] = {"type": Value(kind)}
     if kind in _UNITS:
         said |= _vector([f"axis {axis}" for axis in AXES], joint["axis"], "")

@@ -1,9 +1,9 @@
-"""What certainly fits the schema, the validator takes: of all cases, and of the whole robot with anything in it."""
+"""Where a description certainly fits, nothing is wrong with it: all cases, and the whole robot with anything in it."""
 
 from __future__ import annotations
 
-import copy
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +11,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.diagnostics import Source, Span
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend import validate
 from rosorin_compile.frontend.certain import Certain
 from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.schema import schema, validator, validator_of, with_outputs
+from rosorin_compile.frontend.schema import judge_of, schema, validator
+from rosorin_compile.frontend.tree import Map, Seq, Text
 from rosorin_compile.pipeline import Readers
+from rosorin_compile.units import ANGLE, LENGTH, MASS, NUMBER, Quantity
 
 ROOT = Path(__file__).resolve().parents[2]
 WHOLE = ROOT / "tests" / "data" / "whole" / "robot.yaml"
@@ -24,48 +27,77 @@ GOOD = [WHOLE, *sorted(ROOT.glob("descriptions/*/robot.yaml")), *sorted(ROOT.glo
 BAD = sorted((ROOT / "tests" / "bad").rglob("*.yaml"))
 
 
-def plain_of(path: Path) -> Any:
-    """Return a description as the validator gets it; None of one that is no tree."""
-    tree = expand(path, {}, Readers()).tree
-    return None if tree is None else copy.deepcopy(validate._Walk().plain(tree))
+def tree_of(path: Path) -> Map | None:
+    """Return a description as it is validated; None of one that is no tree."""
+    return expand(path, {}, Readers()).tree
 
 
-def judged(plain: Any) -> tuple[bool, bool]:
-    """Return whether a value certainly fits, and whether the validator takes it."""
-    schema = with_outputs(plain.get("outputs"), FORMATS)
-    return Certain(schema).fits(plain), validator_of(schema).is_valid(plain)
+def judged(tree: Map) -> tuple[bool, bool]:
+    """Return whether a tree certainly fits, and whether nothing is wrong with it."""
+    judge = judge_of(tree.get("outputs"), FORMATS)
+    return judge.certain.fits(tree), not validate._problems(tree, judge, FORMATS)
 
 
 @pytest.mark.parametrize("path", GOOD, ids=lambda path: path.parent.name)
 def test_what_is_right_certainly_fits(path: Path) -> None:
-    assert judged(plain_of(path)) == (True, True)
+    tree = tree_of(path)
+    assert tree is not None
+    assert judged(tree) == (True, True)
 
 
-def test_what_the_validator_refuses_never_fits() -> None:
-    refused = 0
+def test_what_is_wrong_never_fits() -> None:
+    wrong = 0
     for path in BAD:
-        plain = plain_of(path)
-        certain, valid = judged(plain) if plain is not None else (False, False)
-        assert valid or not certain, path
-        refused += plain is not None and not valid
-    assert refused > 80
+        tree = tree_of(path)
+        certain, right = judged(tree) if tree is not None else (False, False)
+        assert right or not certain, path
+        wrong += tree is not None and not right
+    assert wrong > 90
 
 
+SPAN = Span(Source("anything.yaml", "anything"), 1, 1, 1)
+
+
+def put(place: Map | Seq, key: str | int | None, value: Any) -> None:
+    """Put a value into a tree, at the end of a list without a key."""
+    if isinstance(place, Map):
+        place.put(str(key), value, SPAN, SPAN)
+    elif isinstance(key, int):
+        place[key] = value
+    else:
+        place.put(value, SPAN)
+
+
+def as_tree(value: Any) -> Any:
+    """Return a tree of plain mappings and lists, or a copy of a tree."""
+    if not isinstance(value, (dict, list)):
+        return value
+    made: Map | Seq = Map(SPAN) if isinstance(value, dict) else Seq(SPAN)
+    for key, item in value.items() if isinstance(value, dict) else ((None, item) for item in value):
+        put(made, key, as_tree(item))
+    return made
+
+
+NUMBERS = st.floats(-2, 2) | st.integers(-3, 3) | st.sampled_from([math.nan, math.inf, -math.inf, 1e300, 2**53, 2**60])
+QUANTITIES = st.builds(Quantity, NUMBERS, st.sampled_from([LENGTH, MASS, ANGLE, NUMBER]))
+TEXTS = st.sampled_from(["", "a b", "link\n", "fixed", "1"])
 ANYTHING = st.recursive(
-    st.none() | st.booleans() | st.integers(-3, 3) | st.floats(-2, 2) | st.sampled_from(["", "a b", "link\n", "fixed"]),
+    st.none() | st.booleans() | NUMBERS | QUANTITIES | TEXTS | TEXTS.map(Text),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from(["of", "mass", "xyz", "min"]), inner),
     max_leaves=5,
-)
+).map(as_tree)
 
 
 @pytest.fixture(scope="module")
-def whole() -> Any:
-    return plain_of(WHOLE)
+def whole() -> Map:
+    tree = tree_of(WHOLE)
+    assert tree is not None
+    return tree
 
 
-def change(plain: Any, data: st.DataObject) -> None:
+def change(tree: Map, data: st.DataObject) -> None:
     """Put anything anywhere, or take something away."""
-    place = plain
+    place: Any = tree
     while True:
         keys = list(place) if isinstance(place, dict) else list(range(len(place)))
         key = data.draw(st.sampled_from(keys))
@@ -74,31 +106,30 @@ def change(plain: Any, data: st.DataObject) -> None:
         place = place[key]
     match data.draw(st.sampled_from(["put", "remove", "add"])):
         case "put":
-            place[key] = data.draw(ANYTHING)
+            put(place, key, data.draw(ANYTHING))
         case "remove":
             del place[key]
-        case "add" if isinstance(place, dict):
-            place[data.draw(st.sampled_from(["mass", "x", "min", "of", "a b", "joints"]))] = data.draw(ANYTHING)
         case "add":
-            place.append(data.draw(ANYTHING))
+            name = data.draw(st.sampled_from(["mass", "x", "min", "of", "a b", "joints", "xyz", "with"]))
+            put(place, name if isinstance(place, Map) else None, data.draw(ANYTHING))
 
 
 @settings(max_examples=400, deadline=None)
 @given(data=st.data())
-def test_anything_put_anywhere(whole: Any, data: st.DataObject) -> None:
-    plain = copy.deepcopy(whole)
-    change(plain, data)
-    certain, valid = judged(plain)
-    assert valid or not certain
+def test_anything_put_anywhere(whole: Map, data: st.DataObject) -> None:
+    tree = as_tree(whole)
+    change(tree, data)
+    certain, right = judged(tree)
+    assert right or not certain
 
 
 @pytest.mark.parametrize("name", ["robot_model", "static_tf"])
 @settings(max_examples=100, deadline=None)
 @given(data=st.data())
 def test_json_artifacts(name: str, data: st.DataObject) -> None:
-    plain = json.loads((ROOT / "outputs" / "rosorin" / f"{name}.json").read_text("utf-8"))
+    tree = as_tree(json.loads((ROOT / "outputs" / "rosorin" / f"{name}.json").read_text("utf-8")))
     certain = Certain(schema(name))
-    assert validator(name).is_valid(plain)
-    assert certain.fits(plain)
-    change(plain, data)
-    assert validator(name).is_valid(plain) or not certain.fits(plain)
+    assert validator(name).is_valid(tree)
+    assert certain.fits(tree)
+    change(tree, data)
+    assert not certain.fits(tree) or validator(name).is_valid(tree)

@@ -28,7 +28,7 @@ RULES = (
     Rule("not-finite", "A number is NaN or infinite.", "Write a number, or leave the key out.", SHAPE),
 )
 
-MANY = 4_000  # mappings and lists
+MANY = 600  # entries of sections
 
 
 def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
@@ -36,13 +36,19 @@ def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
 
     ``formats`` are those that outputs may name.
     """
+    judge = judge_of(tree.get("outputs"), formats)
+    # Of a large tree the validator takes less time, with that which it takes before it speaks.
+    many = sum(len(section) for section in tree.values() if isinstance(section, (Map, Seq)))
+    if many <= MANY and judge.certain.fits(tree):
+        return []
+    return _problems(tree, judge, formats)
+
+
+def _problems(tree: Map, judge: Judge, formats: Mapping[str, Format]) -> list[Diagnostic]:
     walk = _Walk()
     plain = walk.plain(tree)
     diagnostics = [walk.diagnostics_of(tree, path) for path in walk.not_finite]
-    judge = judge_of(plain.get("outputs"), formats)
-    # Of a large tree the validator takes less time, with that which it takes before it speaks.
-    if len(walk.done) > MANY or not judge.certain.fits(plain):
-        diagnostics += _complaints(tree, plain, judge)
+    diagnostics += _complaints(tree, plain, judge)
     for path, quantity in walk.misfits:
         diagnostics += _wrong_unit(tree, path, quantity, _dimensions(tuple(path)) or ())
     for path, quantity, allowed in _of_options(tree, formats):

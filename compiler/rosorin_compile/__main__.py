@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 
@@ -17,6 +18,7 @@ def main() -> int:
     before = signal.getsignal(signal.SIGINT)
     if before is signal.default_int_handler:  # else somebody has said what it means
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    gc.disable()  # nearly all that is made stays until the end
     from .startup.again import said_again
 
     if said_again(sys.argv[1:]):

@@ -161,9 +161,6 @@ Exit codes: 0 fine, 1 problems or differences, 2 wrong usage."""
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    import gc
-
-    gc.disable()
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.project import DATA, tool_folders
+
 ROBOT = "robot: plain\nargs: {mass: {default: 1 kg}}\nlinks: {base_link: {}, tip: {}}\ninclude: [more.yaml]\n"
 MORE = """\
 joints:
@@ -129,6 +131,35 @@ def test_another_line_or_environment_is_run(shell: Shell) -> None:
     assert shell.run("print", "urdf", "mass:=2")[0]
     assert shell.run("print", "urdf", ROS_PACKAGE_PATH="/opt")[0]
     assert shell.run("print", "urdf", OLDPWD="/")[0] is False
+
+
+@pytest.fixture
+def tool(tmp_path: Path, shell: Shell) -> Path:
+    """Have the shell run a copy of the tool, and return its folder."""
+    copy = tmp_path / "tool" / "rosorin_compile"
+    for name, folder in zip(("", *DATA), tool_folders(), strict=True):
+        kept = shutil.ignore_patterns("__pycache__", *(() if name else DATA))
+        shutil.copytree(folder, copy / name, ignore=kept, dirs_exist_ok=True)
+    shell.environment |= {"PYTHONPATH": str(copy.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+    shell.run("print", "urdf")
+    assert shell.run("print", "urdf")[0] is False
+    return copy
+
+
+# Of one module the first process has need, of the other the second one.
+@pytest.mark.parametrize("file", ["rules/sizes.py", "formats/urdf/write.py", "schemas/description.schema.json"])
+def test_another_tool_is_run(shell: Shell, tool: Path, file: str) -> None:
+    (tool / file).write_text((tool / file).read_text("utf-8") + "\n", "utf-8")
+    assert shell.run("print", "urdf")[0]
+    assert shell.run("print", "urdf")[0] is False
+    (tool / file).parent.joinpath("new.py").touch()
+    assert shell.run("print", "urdf")[0]
+
+
+def test_what_a_run_does_not_load_of_the_tool_makes_no_difference(shell: Shell, tool: Path) -> None:
+    with (tool / "tools" / "watch.py").open("a", encoding="utf-8") as file:
+        file.write("\n")
+    assert shell.run("print", "urdf")[0] is False
 
 
 def test_a_run_that_does_more_is_never_left_out(shell: Shell) -> None:

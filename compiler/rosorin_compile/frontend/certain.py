@@ -173,7 +173,7 @@ def _number(allowed: tuple[Dimension, ...] | None, value: Any) -> bool:
     if kind is float:
         return isfinite(value)
     if kind is int:
-        return abs(value) <= _LARGEST
+        return -_LARGEST <= value <= _LARGEST  # type: ignore[no-any-return]
     if not isinstance(value, Quantity) or not isfinite(value):
         return False
     return allowed is None or value.dimension in allowed

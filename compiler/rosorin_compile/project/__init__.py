@@ -245,5 +245,5 @@ def data_folder(name: str) -> Path:
 
 
 def tool_folders() -> list[str]:
-    """Return the folders of the tool: its modules, and what ships with it."""
+    """Return the folders of the tool: that of its modules, then those of what ships with it."""
     return [str(Path(__file__).parent.parent), *(str(data_folder(name)) for name in DATA)]

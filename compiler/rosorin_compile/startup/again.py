@@ -23,11 +23,12 @@ COMMANDS = ("all", "print")
 _PASSING = ("_", "SHLVL", "OLDPWD")  # variables that tell nothing of a run
 _CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
 OUT, ERR, RAW = "1", "2", "r"  # what was said: lines on standard output and error; an artifact
-_TOOL, _FOLDER, _READ, _MADE, _HELD = "t", "d", "i", "o", "f"
+_TOOL, _CODE, _FOLDER, _READ, _MADE, _HELD = "t", "c", "d", "i", "o", "f"
 _END, _PART = "\0", "\x1f"  # none of them is in a text that is kept
 
 _called: list[tuple[list[str], int]] = []  # the words of this process, and when it began
 _marked: dict[str, str] = {}  # what ``mark`` said of folders
+_loaded: set[str] = set()  # the files of modules that another process has loaded
 
 
 def now() -> int:
@@ -66,7 +67,7 @@ def remember(
 
     ``inputs`` are the digests of the files that were read, by name ("" for one that is to be read now), ``outputs``
     those of the artifacts, by folder. ``lookups`` are the folders in which descriptions were looked for, ``tool`` those
-    of the tool itself. A failure is silent.
+    of the tool itself: of the first one, of its modules, what was loaded counts alone. A failure is silent.
     """
     if not _called:
         return
@@ -75,7 +76,11 @@ def remember(
         file = _file(words)
         read = {os.path.abspath(name): content for name, content in sorted(inputs.items())}
         rows = list(_rows(read, outputs, [*sys.path, *map(os.path.abspath, lookups)], begun))
-        rows += [[_TOOL, folder, _state(_TOOL, folder)] for folder in tool]
+        modules, *data = tool
+        code = loaded(modules) | _loaded
+        rows += [[_CODE, name, _state(_CODE, name)] for name in sorted(code)]
+        rows += [[_FOLDER, folder, _state(_FOLDER, folder)] for folder in sorted({*map(os.path.dirname, code)})]
+        rows += [[_TOOL, folder, _state(_TOOL, folder)] for folder in data]
         if file and not any(_END in text or _PART in text for _, text in said):
             rows += [list(one) for one in said]
             keep(file, _END.join(_PART.join(row) for row in rows).encode())
@@ -132,9 +137,21 @@ def _state(kind: str, name: str) -> str:
         with open(name, "rb") as opened:
             return digest(opened.read())
     try:
-        return str(os.stat(name or ".").st_mtime_ns)
+        status = os.stat(name or ".")
     except OSError:
         return ""
+    return f"{status.st_mtime_ns} {status.st_size}" if kind == _CODE else str(status.st_mtime_ns)
+
+
+def loaded(folder: str) -> set[str]:
+    """Return the files of the modules below a folder that this process has loaded."""
+    files = (getattr(module, "__file__", None) for module in tuple(sys.modules.values()))
+    return {file for file in files if file and file.startswith(folder + os.sep)}
+
+
+def loaded_too(files: Iterable[str]) -> None:
+    """Take down what another process of the same line has loaded."""
+    _loaded.update(files)
 
 
 def mark(folder: str) -> str:

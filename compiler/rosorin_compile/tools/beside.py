@@ -26,7 +26,7 @@ except ImportError:
 
 from ..diagnostics.progress import hide, step
 from ..pipeline import Made, Maker, Task, make_one
-from ..startup.again import marked_too, marks
+from ..startup.again import loaded, loaded_too, marked_too, marks
 from ..startup.cache import cache_refused, refused_too
 
 if TYPE_CHECKING:
@@ -41,10 +41,14 @@ Answer = tuple[int, Made, bool, set[Path]]  # the number of the output, what bec
 
 
 class TwoProcesses(Maker):
-    """Makes the artifacts of one robot in two processes; ``proven`` are the outputs that were read back, by name."""
+    """Makes the artifacts of one robot in two processes; ``proven`` are the outputs that were read back, by name.
 
-    def __init__(self) -> None:
+    ``marked``: the second one marks the whole tool too, for stamps.
+    """
+
+    def __init__(self, marked: bool) -> None:
         self.proven: set[str] = set()
+        self._marked = marked
         self._second: _Second | None = None
 
     def foresee(self, tree: Map, task: Callable[[], Task | None]) -> None:
@@ -53,7 +57,7 @@ class TwoProcesses(Maker):
         alone = threads is None or threads.active_count() == 1
         if sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
             with suppress(OSError):  # there may be as many processes as there can be
-                self._second = _Second(tree, task)
+                self._second = _Second(tree, task, self._marked)
 
     def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
         """Return the artifacts by the outputs, and the templates of the description that were used."""
@@ -98,7 +102,7 @@ def _made(task: Task, numbers: Iterable[int], templates: Templates) -> Iterator[
 class _Second:
     """The second process, and the list of what is to do, which both take from: a byte an output."""
 
-    def __init__(self, tree: Map, task: Callable[[], Task | None]) -> None:
+    def __init__(self, tree: Map, task: Callable[[], Task | None], marked: bool) -> None:
         self.tree = tree
         _bury()
         self._taken, listed = os.pipe()
@@ -106,7 +110,7 @@ class _Second:
         self._child = os.fork()
         if self._child == 0:
             os.close(self._answers)  # else nobody would be told that the first process is gone
-            _answer(task, self._taken, listed, answers)
+            _answer(task, self._taken, listed, answers, marked)
         os.close(listed)
         os.close(answers)
 
@@ -118,11 +122,12 @@ class _Second:
         """Return what the second process has made, once it is done; nothing if it did not come so far."""
         try:
             with open(self._answers, "rb", closefd=False) as opened:
-                found, refused, marked = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
+                found, refused, marked, files = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
         except Exception:  # it ended before it had told all
             return []
         refused_too(refused)
         marked_too(marked)
+        loaded_too(files)
         return list(found)
 
     def end(self) -> None:
@@ -155,7 +160,7 @@ def _in_turn(taken: int) -> Iterator[int]:
         yield byte[0]
 
 
-def _answer(foreseen: Callable[[], Task | None], taken: int, listed: int, answers: int) -> None:
+def _answer(foreseen: Callable[[], Task | None], taken: int, listed: int, answers: int, marked: bool) -> None:
     """Be the second process: list what is to do, make what nobody has taken, tell it, and end without a word."""
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -164,19 +169,20 @@ def _answer(foreseen: Callable[[], Task | None], taken: int, listed: int, answer
         if task is not None:
             os.write(listed, bytes(_order(task)))  # a pipe holds more without anybody who reads
             os.close(listed)
-            _work(task, taken, answers)
+            _work(task, taken, answers, marked)
     finally:
         os._exit(0)
 
 
-def _work(task: Task, taken: int, answers: int) -> None:
+def _work(task: Task, taken: int, answers: int, all_marked: bool) -> None:
     """Make what nobody has taken, and tell it."""
     from ..project import tool_folders
 
-    marked = marks(tool_folders())  # while the first process has rules to ask
+    modules, *data = tool_folders()
+    marked = marks([modules, *data] if all_marked else data)  # while the first process has rules to ask
     found = list(_made(task, _in_turn(taken), task.templates()))
     with open(answers, "wb") as opened:
-        pickle.dump((found, cache_refused(), marked), opened, protocol=5)
+        pickle.dump((found, cache_refused(), marked, loaded(modules)), opened, protocol=5)
 
 
 def _order(task: Task) -> list[int]:

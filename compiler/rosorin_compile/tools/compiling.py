@@ -59,7 +59,7 @@ def compile_proven(given: Given, description: Description, console: Console, wan
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
     from .beside import TwoProcesses
 
-    maker = TwoProcesses()
+    maker = TwoProcesses(marked=not wanted)  # some outputs alone get no stamp
     try:
         compiled = compile_one(given, description, console, meshes=True, wanted=wanted, maker=maker)
     finally:

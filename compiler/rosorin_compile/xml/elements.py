@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from xml.parsers import expat
 
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
@@ -26,6 +25,8 @@ _END = b"</robot>"
 
 def new_parser() -> XMLParserType:
     """Return a parser of XML without namespaces, which gives text in one piece; texts are decoded already."""
+    from xml.parsers import expat
+
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     return parser
@@ -35,6 +36,7 @@ def tree_of(text: str) -> Element:
     """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
     with patterns.compiled_later():  # those of what finds elements by paths
         from xml.etree import ElementTree
+    from xml.parsers import expat
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("a generated artifact declares no entities")
@@ -98,6 +100,8 @@ def _word(word: str) -> str:
 
 def damage(text: str) -> str:
     """Return what keeps a text from being elements of XML, in words; empty if nothing does."""
+    from xml.parsers import expat
+
     reader = _Reader()
     try:
         reader.read(text)
@@ -157,6 +161,8 @@ class Found(NamedTuple):
 
 def found_in(text: str) -> list[Found]:
     """Return every element of a text of elements, in the order of their ends; none of one that is no XML."""
+    from xml.parsers import expat
+
     found: list[Found] = []
     open_ones: list[tuple[str, dict[str, str], list[str], int]] = []
     parser = new_parser()

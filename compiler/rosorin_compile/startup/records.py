@@ -153,8 +153,14 @@ else:
 
     def replace(value, /, **changes):
         """Return a value with some fields changed, as ``dataclasses.replace``."""
-        own, names = value.__dict__, getattr(value, "_record", None) or value.__dataclass_fields__
-        return value.__class__(**{name: own[name] for name in names if name not in changes}, **changes)
+        cls, own = value.__class__, value.__dict__
+        fields = getattr(cls, "_record", None)
+        if fields is None or hasattr(cls, "__post_init__") or not changes.keys() <= fields.keys():
+            names = fields or value.__dataclass_fields__
+            return cls(**{name: own[name] for name in names if name not in changes}, **changes)
+        made = object.__new__(cls)
+        made.__dict__.update({name: own[name] for name in fields} | changes)
+        return made
 
     class _Named(type):
         """Makes a class of tuples of a class with annotations."""

@@ -15,7 +15,7 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from ...startup import patterns
 from ...startup.records import NamedTuple
 from ...xml.escaping import Markup
-from ..templating import attributes
+from ..templating import attribute, attributes
 from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, VISUAL, VISUAL_GROUP
 
 # What each joint has for itself, and what many have in common that move otherwise.
@@ -95,7 +95,7 @@ class Classes:
             said = next((one.values for one in self.shared[name] if one.tag == element.tag), {}) if name else {}
             own = {word: text for word, text in element.values.items() if word not in said}
             self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
-        return Markup("".join((attributes(name=element.name), self._printed[key])))
+        return Markup("".join((attribute("name", element.name), self._printed[key])))
 
     def tree(self, seen: bool, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.

@@ -61,7 +61,7 @@ from ...startup.remembering import remembered
 from ...xml.elements import indented
 from ...xml.escaping import Markup
 from ..mesh_vertices import clouds_of
-from ..templating import Templates, attributes, comment
+from ..templating import Templates, attribute, attributes, comment
 from .bodies import COLLISION, FRAME, SHOWN, VISUAL, body_name
 from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
@@ -92,11 +92,11 @@ class Body(NamedTuple):
     """
 
     indent: str
-    names: Markup
+    names: str
     inertial: Markup | str
     joints: list[Markup]
     geoms: list[str]
-    site: Markup
+    site: str
     elements: Sequence[Element]
     marks: Sequence[Part]
     kept: Sequence[str]
@@ -226,7 +226,7 @@ class _Printer:
         made = [Named("joint", joint.name, self.motion(joint), joint.name) for joint in moving]
         made += [self.simulated.actuator(drive) for drive in drives]
         self.classes = Classes(self.robot.name, made, kept)
-        self.frame = self.classes.named(FRAME)
+        self.framed = attributes(**{"class": self.classes.named(FRAME)})
         self.single = {joint.name: self.classes.printed(place) for place, joint in enumerate(moving)}
 
     def motion(self, joint: Joint) -> Mapping[str, str]:
@@ -273,22 +273,22 @@ class _Printer:
                 *self.geoms(link, "visual", link.visual),
                 *([self.no_drag(link.name)] if self.in_fluid and link.name in self.weightless else []),
             ],
-            attributes(**{"name": frame.name, "class": self.frame}),
+            attribute("name", frame.name) + self.framed,
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
             [indented(text, _indent(frame.depth - self.top + 1)) for text in link.mjcf_elements],
             [_indent(depth - self.top) for depth in ends],
         )
 
-    def names_of(self, link: Link, frame: Frame) -> Markup:
+    def names_of(self, link: Link, frame: Frame) -> str:
         """Return the attributes of a body; none of the world."""
         if frame.depth < self.top:
-            return Markup()
+            return ""
         pose = self.root if frame.depth == 0 else frame.pose
-        values = {"name": body_name(self.robot, frame.name), **self.place(pose)}
+        texts = [attribute("name", body_name(self.robot, frame.name)), _placed(pose.xyz, pose.rpy, self.number)]
         if link.gravity_compensation:
-            values["gravcomp"] = self.number(link.gravity_compensation)
-        return attributes(**values, **self.simulated.texts(link.mjcf)) if link.mjcf else attributes(**values)
+            texts.append(attribute("gravcomp", self.number(link.gravity_compensation)))
+        return "".join([*texts, self.simulated.printed(link.mjcf)] if link.mjcf else texts)
 
     def place_of(self, pose: Pose) -> Mapping[str, str]:
         """Return the attributes of a pose; what is zero needs none."""
@@ -350,7 +350,7 @@ class _Printer:
             if isinstance(geometry, (Mesh, HeightMap)):
                 yield attributes(**{"name": name, "class": called, **self.of_file(geometry, solid), **more})
                 continue
-            yield "".join((attributes(name=name), sized, attributes(**more) if more else ""))
+            yield "".join((attribute("name", name), sized, *map(attribute, more, more.values())))
 
     def sized(self, called: str, geometry: Geometry, solid: Shape) -> Markup | str:
         """Return the class of a geom, of a primitive its sizes and where it sits too; nothing for what is no geom."""
@@ -455,6 +455,12 @@ def _place(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
     quaternion = Pose(xyz, rpy).transform().quaternion()
     pos = vector(xyz, number)
     return {"pos": pos} if quaternion == (1, 0, 0, 0) else {"pos": pos, "quat": vector(quaternion, number)}
+
+
+@remembered
+def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> str:
+    """Return the attributes of a place as text."""
+    return attributes(**_place(xyz, rpy, number))
 
 
 def _indent(depth: int) -> str:

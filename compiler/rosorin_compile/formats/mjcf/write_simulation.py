@@ -175,7 +175,7 @@ class SimulationPrinter:
     def text(self, value: Attribute) -> str:
         """Return the value of an attribute as text."""
         if isinstance(value, tuple):
-            return " ".join(map(self.text, value))
+            return " ".join([self.number(one or 0.0) if type(one) is float else self.text(one) for one in value])
         if isinstance(value, bool):
             return "true" if value else "false"
         return value if isinstance(value, str) else self.number(value or 0.0)

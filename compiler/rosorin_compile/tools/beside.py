@@ -78,7 +78,6 @@ class TwoProcesses(Maker):
         """Let the second process go, whatever it is at."""
         if self._second is not None:
             self._second.end()
-            self._second = None
 
 
 def _made(task: Task, numbers: Iterable[int], templates: Templates) -> Iterator[Answer]:

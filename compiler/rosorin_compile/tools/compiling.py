@@ -59,12 +59,18 @@ def compile_proven(given: Given, description: Description, console: Console, wan
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
     from .beside import TwoProcesses
 
+    _last.clear()
     maker = TwoProcesses(marked=not wanted)  # some outputs alone get no stamp
     try:
         compiled = compile_one(given, description, console, meshes=True, wanted=wanted, maker=maker)
     finally:
         maker.end()
+    _last.extend((maker, compiled))
     return proven(compiled, maker.proven)
+
+
+# The last robot and its tree: most processes end with them, and need not take them apart first.
+_last: list[object] = []
 
 
 def proven(compiled: Compiled, held: Collection[str] = ()) -> Compiled:

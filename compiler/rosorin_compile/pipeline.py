@@ -18,7 +18,7 @@ from .frontend.accepting import Entry, settled, unknown, unused
 from .frontend.expand import Expanded, expand
 from .frontend.expression.functions import plugged as plugged_functions
 from .frontend.lower import Lowered, lower
-from .frontend.tree import Map, Seq, locate
+from .frontend.tree import Map, locate
 from .frontend.validate import validate
 from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
@@ -42,7 +42,6 @@ Search = Callable[[Map, Sequence[Output]], "Searched"]
 
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200
-_SHAPES = ("collision", "visual")
 
 
 class Compiled(NamedTuple):
@@ -123,11 +122,8 @@ class Made(NamedTuple):
 class Maker:
     """Makes artifacts, one after the other."""
 
-    def foresee(self, tree: Map, task: Callable[[], Task | None]) -> None:
-        """Learn that the artifacts of a tree will most likely be asked for, which nothing has looked at yet.
-
-        ``task`` makes of the tree what is asked for; it may raise whatever a wrong tree leads to.
-        """
+    def foresee(self, task: Task) -> None:
+        """Learn what will most likely be asked for, of a robot whose tree nothing has looked at yet."""
 
     def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
         """Return the artifacts by the outputs, and the templates of the description that were used."""
@@ -156,11 +152,13 @@ def understand(
     return judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted)
 
 
-def judged(expanded: Expanded, wanted: Sequence[str] = (), foresee: Callable[[Map], None] | None = None) -> Understood:
+def judged(
+    expanded: Expanded, wanted: Sequence[str] = (), foresee: Callable[[Map], Lowered | None] | None = None
+) -> Understood:
     """Return what a tree says, and whether it may.
 
     ``wanted`` are outputs that somebody asks for: names under ``outputs``, or of formats, which are taken with their
-    defaults (see ``frontend.wanted``). ``foresee`` is called with a tree that nothing has looked at yet.
+    defaults (see ``frontend.wanted``). ``foresee`` lowers a tree that nothing has looked at yet; None if it cannot.
     """
     plugged = (*plugged_functions().diagnostics, *plugged_diagnostics())
     if expanded.tree is None:
@@ -168,11 +166,10 @@ def judged(expanded: Expanded, wanted: Sequence[str] = (), foresee: Callable[[Ma
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
     expanded = expanded._replace(tree=tree)
     diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs]
-    if foresee is not None and not has_errors(diagnostics):
-        foresee(tree)
+    foreseen = foresee(tree) if foresee is not None and not has_errors(diagnostics) else None
     step("validating")
     diagnostics += validate(tree, FORMATS)
-    lowered = None if has_errors(diagnostics) else lower(tree)
+    lowered = None if has_errors(diagnostics) else foreseen or lower(tree)
     from .rules import acceptable, check  # only now: another process may have begun, which needs none
 
     diagnostics += [*_plugged_rules(), *unknown(tree, acceptable())]
@@ -307,16 +304,17 @@ def compile_robot(
     """
     maker = maker or Maker()
 
-    def task(tree: Map) -> Task | None:
-        robot, _, problems = lower(tree)
-        if robot is None or has_errors(problems) or (search is not None and _has_files(robot)):
+    def foresee(tree: Map) -> Lowered | None:
+        try:
+            lowered = lower(tree)
+            robot = lowered.robot
+            task = None if robot is None else Task(robot, _outputs(robot, wanted), tree, path)
+        except Exception:  # whatever a wrong tree leads to; what is wrong is found when it is validated
             return None
-        return Task(robot, _outputs(robot, wanted), tree, path)
-
-    def foresee(tree: Map) -> None:
-        asked = wanted or isinstance(tree.get("outputs"), Map)
-        if asked and (search is None or not _names_files(tree)):  # else what is made depends on them
-            maker.foresee(tree, lambda: task(tree))
+        # What is made of files depends on them.
+        if task is not None and not has_errors(lowered.diagnostics) and (search is None or not _has_files(task.robot)):
+            maker.foresee(task)
+        return lowered
 
     understood = judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted, foresee)
     if understood.expanded.scope is not None:
@@ -373,16 +371,6 @@ def _outputs(robot: Robot, wanted: Sequence[str]) -> tuple[Output, ...]:
 def _has_files(robot: Robot) -> bool:
     """Say whether a robot has meshes or textures."""
     return any(map(_has_file, robot.links)) or any(one.texture for one in robot.materials)
-
-
-def _names_files(tree: Map) -> bool:
-    """Say whether a tree, which may be wrong, has meshes or textures."""
-    links = tree.get("links")
-    entries = [link for link in links.values() if isinstance(link, Map)] if isinstance(links, Map) else []
-    listed = {id(shapes): shapes for link in entries for key in _SHAPES if isinstance(shapes := link.get(key), Seq)}
-    looks = list(tree["materials"].values()) if isinstance(tree.get("materials"), Map) else []
-    looks += [shape for several in listed.values() for shape in several]
-    return any(isinstance(one, Map) and ("mesh" in one or "texture" in one) for one in looks)
 
 
 def _has_file(link: Link) -> bool:

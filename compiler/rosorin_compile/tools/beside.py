@@ -1,16 +1,16 @@
 """Two processes for one robot: artifacts are made and proven in a second one too, where there is a second core.
 
-The second is a copy of the first (fork), begun once the tree is known: it takes it for right and makes artifacts while
-the first one holds it against the schema, and the robot against the rules. Each takes the next output of a list when it
-is done with one, so that both end at about the same time. What the second one does not answer for, for whatever reason,
-the first one makes.
+The second is a copy of the first (fork), begun once the robot is known: it takes it for right and makes artifacts while
+the first one holds the tree against the schema, and the robot against the rules. Each takes the next output of a list
+when it is done with one, so that both end at about the same time. What the second one does not answer for, for whatever
+reason, the first one makes.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
@@ -31,7 +31,6 @@ from ..startup.cache import cache_refused, refused_too
 
 if TYPE_CHECKING:
     from ..formats.templating import Templates
-    from ..frontend.tree import Map
 
 # What takes long is begun first; the formats of artifacts by that, the longest first.
 _LONG = ("mjcf", "urdf", "sdf", "srdf", "robot_model", "frames_picture", "frames")
@@ -51,19 +50,19 @@ class TwoProcesses(Maker):
         self._marked = marked
         self._second: _Second | None = None
 
-    def foresee(self, tree: Map, task: Callable[[], Task | None]) -> None:
-        """Begin, if there is a core for a second process."""
+    def foresee(self, task: Task) -> None:
+        """Begin, if there is a core for a second process, and anything to do."""
         threads = sys.modules.get("threading")  # a copy of a process has none of its threads, but their locks
         alone = threads is None or threads.active_count() == 1
-        if sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
+        if task.outputs and sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
             with suppress(OSError):  # there may be as many processes as there can be
-                self._second = _Second(tree, task, self._marked)
+                self._second = _Second(task, self._marked)
 
     def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
         """Return the artifacts by the outputs, and the templates of the description that were used."""
         if self._second is None and len(task.outputs) > 1:  # the files of meshes had to be found first
-            self.foresee(task.tree, lambda: task)
-        if self._second is None or self._second.tree is not task.tree:
+            self.foresee(task)
+        if self._second is None or self._second.task.robot is not task.robot:
             return super().make(task)
         templates = task.templates()
         answers = {answer[0]: answer for answer in _made(task, self._second.todo(), templates)}
@@ -101,8 +100,8 @@ def _made(task: Task, numbers: Iterable[int], templates: Templates) -> Iterator[
 class _Second:
     """The second process, and the list of what is to do, which both take from: a byte an output."""
 
-    def __init__(self, tree: Map, task: Callable[[], Task | None], marked: bool) -> None:
-        self.tree = tree
+    def __init__(self, task: Task, marked: bool) -> None:
+        self.task = task
         _bury()
         self._taken, listed = os.pipe()
         self._answers, answers = os.pipe()
@@ -159,16 +158,14 @@ def _in_turn(taken: int) -> Iterator[int]:
         yield byte[0]
 
 
-def _answer(foreseen: Callable[[], Task | None], taken: int, listed: int, answers: int, marked: bool) -> None:
+def _answer(task: Task, taken: int, listed: int, answers: int, marked: bool) -> None:
     """Be the second process: list what is to do, make what nobody has taken, tell it, and end without a word."""
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         hide()
-        task = foreseen()
-        if task is not None:
-            os.write(listed, bytes(_order(task)))  # a pipe holds more without anybody who reads
-            os.close(listed)
-            _work(task, taken, answers, marked)
+        os.write(listed, bytes(_order(task)))  # a pipe holds more without anybody who reads
+        os.close(listed)
+        _work(task, taken, answers, marked)
     finally:
         os._exit(0)
 

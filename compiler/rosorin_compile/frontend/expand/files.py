@@ -209,12 +209,14 @@ class Reader:
             return None
         self.sources.append((path, file.span.source))
         made = Map(file.span, via)
-        for item, span in self._includes(file):
+        includes = self._includes(file)
+        here = (*within, path.resolve()) if includes else within
+        for item, span in includes:
             robot = foreign(item, Place(span, via), path, self.foreign_endings)
             if robot is not None:
                 self.robots.append(robot)
                 continue
-            included = self._include(item, path, Place(span, via), (*within, path.resolve()))
+            included = self._include(item, path, Place(span, via), here)
             if included is not None:
                 self.join(made, included)
         self._collect_lets(file)

@@ -80,8 +80,11 @@ class Ledger:
     def _is_constant(self, value: Map | Seq) -> bool:
         if isinstance(value, Map) and ("for" in value or "if" in value or "$" in "".join(value)):
             return False
-        for item in value.values() if isinstance(value, Map) else value:  # noqa: SIM110 - twice as fast as all()
-            if not self.is_constant(item):
+        for item in value.values() if isinstance(value, Map) else value:
+            if isinstance(item, str):
+                if "$" in item:
+                    return False
+            elif isinstance(item, (Map, Seq)) and not self.is_constant(item):
                 return False
         return True
 

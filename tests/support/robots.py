@@ -60,6 +60,27 @@ def compiled(path: Path = ROSORIN, arguments: Mapping[str, str] | None = None) -
     return made
 
 
+# Links that are alike, and joints that are; outputs are to be added.
+CHAIN = """
+robot: chain
+links:
+  base: {}
+  "s${i}":
+    for: {i: "${range(6)}"}
+    inertial: {mass: 2, xyz: [0, 0, 0.1], inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}
+    collision: [{box: {size: [0.1, 0.1, 0.2]}, xyz: [0, 0, 0.1]}, {sphere: {radius: 0.1}}]
+joints:
+  "j${i}":
+    for: {i: "${range(6)}"}
+    type: revolute
+    parent: ${'base' if i == 0 else 's' + str(i - 1)}
+    child: s${i}
+    xyz: [0, 0, 0.2]
+    axis: [0, 1, 0]
+    limit: {lower: -1, upper: 1, effort: 10, velocity: 2}
+"""
+
+
 def compiled_text(folder: Path, text: str) -> Compiled:
     """Compile a description that is given as text, whether it has errors or not."""
     path = folder / "robot.yaml"

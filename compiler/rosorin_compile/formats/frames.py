@@ -238,14 +238,14 @@ def _against(text: str, known: Known) -> Held:
 
 
 def _read(text: str, sheet: Sheet) -> Sheet:
-    from .facts import number_of
+    from .facts import number_of, numbers_of
 
     frames = list(_parse(text, _FRAME_HEADERS))
     if not frames and re.search(_ALONE, text):
         return sheet
     if not frames:
         raise ValueError("there is no table of frames")
-    placed = [_numbers(row) for row in frames]
+    placed = [numbers_of(place) if place else () for place in map(_place, frames)]
     tolerance = _tolerance({number for numbers in set(placed) for number in numbers})
     parents: dict[str, str] = {}
     for row, numbers in zip(frames, placed, strict=True):
@@ -275,13 +275,9 @@ def _read_frame(
         sheet.add_pose(child, Pose((x, y, z), (roll, pitch, yaw)), (a, b, c), (d, e, f), which)
 
 
-def _numbers(row: dict[str, str]) -> tuple[float, ...]:
-    """Return the position and the angles of a row; none where only the publisher knows them."""
-    from .facts import numbers_of
-
-    if not row["roll pitch yaw (rad)"]:
-        return ()
-    return numbers_of(f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}")
+def _place(row: dict[str, str]) -> str:
+    """Return the position and the angles of a row; nothing where only the publisher knows them."""
+    return f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}" if row["roll pitch yaw (rad)"] else ""
 
 
 def _tolerance(numbers: Iterable[float]) -> Callable[[float], float]:

@@ -82,9 +82,7 @@ class Certain:
             if word == "$ref":
                 yield self.of(self._named(given))
             elif word == "type":
-                allowed = _allowed(schema)
-                named = [given] if isinstance(given, str) else given
-                kinds = [partial(_number, allowed) if kind == "number" else _KINDS[kind] for kind in named]
+                kinds = [_of_kind(kind, schema) for kind in ([given] if isinstance(given, str) else given)]
                 yield kinds[0] if len(kinds) == 1 else partial(_any, kinds)
             elif word == "enum":
                 texts = frozenset(one for one in given if isinstance(one, str))
@@ -94,7 +92,7 @@ class Certain:
             elif word == "if" and given.keys() == {"not"} and given["not"].keys() == {"required"}:
                 yield partial(_lacking, given["not"]["required"], self.of(schema.get("then", True)))
             elif word == "oneOf" and all(isinstance(one.get("type"), str) for one in given):
-                yield partial(_one_kind, [(_kind(one), self.of(one)) for one in given])
+                yield partial(_one_kind, [(_of_kind(one["type"], one), self.of(one)) for one in given])
             elif word == "prefixItems":
                 yield partial(_row, [self.of(one) for one in given], self.of(schema.get("items", True)))
             elif word in ("properties", "additionalProperties"):
@@ -153,9 +151,9 @@ class Certain:
                 return lambda value: len(value) <= given
 
 
-def _kind(schema: Mapping[str, Any]) -> Fits:
-    """Return the test of the one kind that a part of a schema names."""
-    return partial(_number, _allowed(schema)) if schema["type"] == "number" else _KINDS[schema["type"]]
+def _of_kind(kind: str, schema: Mapping[str, Any]) -> Fits:
+    """Return the test of a kind that a part of a schema names."""
+    return partial(_number, _allowed(schema)) if kind == "number" else _KINDS[kind]
 
 
 def _allowed(schema: Mapping[str, Any]) -> tuple[Dimension, ...] | None:

@@ -12,29 +12,9 @@ from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.pipeline import Compiled, compile_robot
 from rosorin_compile.xml.elements import tree_of
 from support.paths import ROOT
-from support.robots import compiled_text
+from support.robots import CHAIN, compiled_text
 
-CHAIN = """
-robot: chain
-links:
-  base: {}
-  "s${i}":
-    for: {i: "${range(6)}"}
-    inertial: {mass: 2, xyz: [0, 0, 0.1], inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}
-    collision: [{box: {size: [0.1, 0.1, 0.2]}, xyz: [0, 0, 0.1]}, {sphere: {radius: 0.3}}]
-joints:
-  "j${i}":
-    for: {i: "${range(6)}"}
-    type: revolute
-    parent: ${'base' if i == 0 else 's' + str(i - 1)}
-    child: s${i}
-    xyz: [0, 0, 0.2]
-    axis: [0, 1, 0]
-    limit: {lower: -1, upper: 1, effort: 10, velocity: 2}
-sensors:
-  eye: {type: camera, parent: s4, frame: eye}
-outputs: {mjcf: {file: chain.xml}}
-"""
+EYE = "sensors: {eye: {type: camera, parent: s4, frame: eye}}\noutputs: {mjcf: {file: chain.xml}}\n"
 ROBOTS = sorted({*ROOT.glob("*/*/robot.yaml"), *ROOT.glob("tests/data/*/robot.yaml")})
 
 
@@ -45,7 +25,7 @@ def _any_is_large(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def chain(tmp_path: Path) -> Compiled:
-    return compiled_text(tmp_path, CHAIN)
+    return compiled_text(tmp_path, CHAIN + EYE)
 
 
 def test_what_is_alike_stands_once(chain: Compiled) -> None:
@@ -86,7 +66,7 @@ def test_all_that_is_said_is_read(chain: Compiled, monkeypatch: pytest.MonkeyPat
         (3, 'mass="2"', 'mass="3"', "s3 mass"),
         (2, 'fullinertia="0.1 0.1 0.1', 'fullinertia="0.1 0.1 0.2', "s2 inertia"),
         (6, 'size="0.05 0.05 0.1"', 'size="0.05 0.05 0.2"', "s3 collision"),
-        (10, 'size="0.3"', 'size="0.4"', "s5 collision"),
+        (10, 'size="0.1"', 'size="0.2"', "s5 collision"),
         (2, 'pos="0 0 0.2"', 'pos="0 0 0.3"', "s2 origin z"),
         (2, '<joint name="j', '<joint axis="1 0 0" name="j', "j2"),
         (3, '<body name="s', '<body name="t', "s3"),

@@ -12,27 +12,7 @@ from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.pipeline import Compiled
 from rosorin_compile.xml.elements import tree_of
 from support.machines import exact_urdf, machine
-from support.robots import compiled_text
-
-CHAIN = """
-robot: chain
-links:
-  base: {}
-  "s${i}":
-    for: {i: "${range(6)}"}
-    inertial: {mass: 2, xyz: [0, 0, 0.1], inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}
-    collision: [{box: {size: [0.1, 0.1, 0.2]}, xyz: [0, 0, 0.1]}, {sphere: {radius: 0.1}}]
-joints:
-  "j${i}":
-    for: {i: "${range(6)}"}
-    type: revolute
-    parent: ${'base' if i == 0 else 's' + str(i - 1)}
-    child: s${i}
-    xyz: [0, 0, 0.2]
-    axis: [0, 1, 0]
-    limit: {lower: -1, upper: 1, effort: 10, velocity: 2}
-outputs: {urdf: {file: chain.urdf}}
-"""
+from support.robots import CHAIN, compiled_text
 
 
 @pytest.fixture(autouse=True)
@@ -42,7 +22,7 @@ def _any_is_large(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def chain(tmp_path: Path) -> Compiled:
-    return compiled_text(tmp_path, CHAIN)
+    return compiled_text(tmp_path, f"{CHAIN}outputs: {{urdf: {{file: chain.urdf}}}}\n")
 
 
 def test_what_is_alike_stands_once(chain: Compiled) -> None:

@@ -66,9 +66,9 @@ def against(text: str, known: Known) -> Held:
 def folded(text: str) -> str:
     """Return a large MJCF in which what bodies have stands once, each time in an element <alike> at its end.
 
-    A body becomes <body name="a" alike="3" joint="b">, with the number of that element and the name of its joint, if
-    they have no more than one joint, an inertial, geoms and sites; bodies stand in it as before. As whole elements are
-    taken out, the MJCF is as well formed as it was, and says the same.
+    A body becomes <body name="a" alike="3" alike_joint="b">, with the number of that element and the name of its joint,
+    if it has no more than one joint, an inertial, geoms and its site; bodies stand in it as before. As whole elements
+    are taken out, the MJCF is as well formed as it was, and says the same.
     """
     head, begun, rest = text.partition("\n  <worldbody>\n")
     tree, ended, rest = rest.partition("\n  </worldbody>\n")

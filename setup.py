@@ -1,5 +1,6 @@
-"""What pyproject.toml cannot say: when a wheel is built, the templates of formats are compiled to Python."""
+"""What pyproject.toml cannot say: when a wheel is built, the templates of formats and a schema become Python."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -7,21 +8,22 @@ from setuptools import setup
 from setuptools.command.build_py import build_py
 
 TEMPLATES = Path("templates")
+SCHEMA = "description"  # what every run asks for
 sys.path.insert(0, "compiler")
 
 
 class BuildPy(build_py):
-    """Copies the packages, and puts the compiled templates beside the templates."""
+    """Copies the packages, and puts what is compiled ahead beside what it was."""
 
     def run(self) -> None:
         super().run()
         if self.editable_mode:  # there they are made at the first use
             return
-        from rosorin_compile.formats.ahead import FOLDER, Unsuited, module_of, python_of
+        from rosorin_compile.formats.ahead import Unsuited, module_of, python_of
 
-        folder = Path(self.build_lib, "rosorin_compile", TEMPLATES, FOLDER)
-        folder.mkdir(exist_ok=True)
-        (folder / "__init__.py").touch()
+        schema = json.loads(Path("schemas", f"{SCHEMA}.schema.json").read_text("utf-8"))
+        (self.ahead("schemas") / f"{SCHEMA}.py").write_text(f"SCHEMA = {schema!r}\n", "utf-8")
+        folder = self.ahead("templates")
         for file in sorted(TEMPLATES.glob("*.jinja")):
             if file.name.startswith(("package_", "license_")):  # of a command
                 continue
@@ -30,6 +32,15 @@ class BuildPy(build_py):
             except Unsuited:  # a page's, which comes with Jinja
                 continue
             (folder / f"{module_of(file.name)}.py").write_text(made, "utf-8")
+
+    def ahead(self, data: str) -> Path:
+        """Return a new package of modules in a package of data."""
+        from rosorin_compile.formats.ahead import FOLDER
+
+        folder = Path(self.build_lib, "rosorin_compile", data, FOLDER)
+        folder.mkdir(exist_ok=True)
+        (folder / "__init__.py").touch()
+        return folder
 
 
 setup(cmdclass={"build_py": BuildPy})

@@ -202,7 +202,7 @@ def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryP
 def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
     """Return the folders of metadata, along a module search path, that name an entry point of the tool."""
     kept = cache_folder("plugins")
-    file = kept / "folders.json" if kept else None
+    file = kept / "folders" if kept else None
     known = _known(file) if file else {}
     found: list[str] = []
     entries: dict[str, list[Any]] = {}
@@ -240,12 +240,11 @@ def _names_us(file: Path) -> bool:
 
 def _known(file: Path) -> dict[str, list[Any]]:
     """Return what was remembered of folders: when each was changed, and which metadata in it matter."""
-    import json
-
     with suppress(Exception):  # one that is missing or damaged in whatever way says nothing
-        known = json.loads(recalled(file) or b"")
-        if all(type(when) is int and all(map(_is_metadata, names)) for when, names in known.values()):
-            return dict(known)
+        rows = (row.split("\0") for row in os.fsdecode(recalled(file) or b"").split("\0\0"))
+        known: dict[str, list[Any]] = {folder: [int(when), names] for folder, when, *names in rows}
+        if all(map(_is_metadata, [name for _, names in known.values() for name in names])):
+            return known
     return {}
 
 
@@ -254,6 +253,6 @@ def _is_metadata(name: str) -> bool:
 
 
 def _remember(file: Path, known: dict[str, list[Any]]) -> None:
-    import json
-
-    keep(file, json.dumps(known).encode())
+    """Keep it as text; importing json takes 2 ms."""
+    rows = ("\0".join([folder, str(when), *names]) for folder, (when, names) in known.items())
+    keep(file, os.fsencode("\0\0".join(rows)))

@@ -224,15 +224,19 @@ def test_messages_of_another_form(robot: Path, messages: object, capsys: pytest.
 
 
 @pytest.mark.parametrize(
-    "known", [[1], {"/": 5}, {"/": [1, [2]]}, {"/": [1, ["../x.dist-info"]]}, {"/": [1, "x"]}, {"/": [1, ["x"], 2]}, 0]
+    "known", ["", "/", "/\0x", "/\0001\0../x.dist-info", "/\0001\0x", "/\0001\0\0/", "[" * 100_000, "\xff\0001\0x"]
 )
-def test_what_is_known_of_packages(home: Path, known: object) -> None:
-    file = home / "folders.json"
-    keep(file, json.dumps(known).encode())
+def test_what_is_known_of_packages(home: Path, known: str) -> None:
+    file = home / "folders"
+    keep(file, known.encode("latin-1"))
     assert recalled(file) is not None
     assert plugins._known(file) == {}
-    keep(file, b"[" * 100_000)
-    assert plugins._known(file) == {}
+
+
+def test_packages_are_known_again(home: Path) -> None:
+    known = {"/a b\n": [3, []], "/\udcff": [4, ["x-1.dist-info", "y-2.egg-info"]]}
+    plugins._remember(home / "folders", known)
+    assert plugins._known(home / "folders") == known
 
 
 def test_a_pipe_and_a_link_are_no_entries(home: Path) -> None:

@@ -7,8 +7,8 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 
 from __future__ import annotations
 
+import stat
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error
@@ -107,14 +107,16 @@ def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
     Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
     """
     help = "descriptions are UTF-8 text files; check the name and the permissions"
-    given = stdin_of(path)
+    data = stdin_of(path)
     try:
-        if given is None and path.exists() and not (path.is_file() or path.is_dir()):
+        status = path.stat() if data is None else None
+        if status is not None and not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
             # A pipe or a device would be waited for.
             raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
-        if (path.stat().st_size if given is None and path.is_file() else len(given or b"")) > MAX_BYTES:
+        size = len(data or b"") if status is None else status.st_size if stat.S_ISREG(status.st_mode) else 0
+        if size > MAX_BYTES:
             raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
-        data = path.read_bytes() if given is None else given
+        data = path.read_bytes() if data is None else data
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
@@ -163,25 +165,23 @@ def each_entry(source: Source) -> Iterator[Entry]:
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
     """Read a YAML file whose top is a mapping. Raises LoadError."""
-    source = read_text(path, shown, asked)
+    return mapping_of(read_text(path, shown, asked), path, via)
+
+
+def mapping_of(source: Source, path: Path, via: Instance | None = None) -> Map:
+    """Return the tree of a YAML source whose top is a mapping; ``path`` is its file. Raises LoadError."""
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
         return tree
     if source.text.lstrip().startswith("<"):
         kind, help = _markup(source.text)
-        raise LoadError(error("not-a-mapping", f"{shown} is {kind}, not a description", first_line(source), help))
+        raise LoadError(error("not-a-mapping", f"{source.path} is {kind}, not a description", first_line(source), help))
     kind = "empty" if tree is None else "not a mapping"
     kind = "a list" if isinstance(tree, Seq) else kind
-    message = f'{shown} is {kind}; a description is a mapping such as "robot: my_robot"'
+    message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
     empty = tree is None and stdin_of(path) is not None
     help = "did the program before the pipe say why?" if empty else "start from docs/tutorial.md"
     raise LoadError(error("not-a-mapping", message, first_line(source), help))
-
-
-@cache
-def load_own(path: Path, shown: str) -> Map:
-    """Read a file that ships with the tool, once a process; nobody may change the tree. Raises LoadError."""
-    return load_mapping(path, shown)
 
 
 def _markup(text: str) -> tuple[str, str]:

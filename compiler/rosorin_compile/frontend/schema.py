@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
+from importlib import import_module
 
 from ..project import data_folder
 from ..startup import TYPE_CHECKING, patterns
 from .certain import Certain
-
-with patterns.compiled_later():  # its part in C has no use for them
-    import json
 
 if TYPE_CHECKING:
     from typing import Any
@@ -29,10 +27,18 @@ Steps = list[str | int]
 
 @cache
 def schema(name: str = "description") -> dict[str, Any]:
-    """Return one of the schemas that ship with the tool."""
-    path = data_folder("schemas") / f"{name}.schema.json"
-    loaded: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    return loaded
+    """Return one of the schemas that ship with the tool.
+
+    When a wheel is built, that of descriptions becomes a module (``setup.py``): Python has it sooner than JSON.
+    """
+    try:
+        made: dict[str, Any] = import_module(f"rosorin_compile.schemas.ahead.{name}").SCHEMA
+    except ModuleNotFoundError:
+        with patterns.compiled_later():  # its part in C has no use for them
+            import json
+
+        made = json.loads((data_folder("schemas") / f"{name}.schema.json").read_text("utf-8"))
+    return made
 
 
 @cache

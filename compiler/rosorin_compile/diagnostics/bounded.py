@@ -7,7 +7,6 @@ RecursionError or MemoryError, and libyaml's composer ends the whole program. Wh
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable
 
@@ -32,6 +31,8 @@ _INDENT = r"(?m)^[ \t?-]+"
 
 def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = None) -> Any:
     """Return what a JSON text says. Raises ValueError, with the place where there is one, also if it is too deep."""
+    import json
+
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
     depth = 0

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from ..diagnostics import Diagnostic
@@ -32,6 +31,8 @@ if TYPE_CHECKING:
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
+    import json
+
     numbers = numbers_of(output)
     transforms, diagnostics = static_transforms(robot, numbers)
     nodes: list[dict[str, Any]] = []

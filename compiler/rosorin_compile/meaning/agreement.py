@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 
 from ..diagnostics import Diagnostic, error
+from ..diagnostics.bounded import json_of
 from ..diagnostics.progress import step
 from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Format, Value
@@ -58,9 +58,10 @@ def _misfits(artifact: Artifact, data: object = None) -> list[Diagnostic]:
     ``data`` is what the artifact says, if it was read already.
     """
     format = FORMATS[artifact.backend]
-    name, read = format.schema, format.data or json.loads
-    large = len(artifact.text) > _LARGE
-    problems = misfits(name, read(artifact.text) if data is None else data, large) if name else []
+    name = format.schema
+    if name and data is None:
+        data = (format.data or json_of)(artifact.text)
+    problems = misfits(name, data, len(artifact.text) > _LARGE) if name else []
     return [
         error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
     ]

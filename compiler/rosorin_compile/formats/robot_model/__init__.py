@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -70,6 +69,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     name: its name in this artifact), ``servos`` (the group for pulse_to_rad, needed if there are several), ``source``
     (default: the robot's source note).
     """
+    import json
+
     options = output.options
     diagnostics = _unknown_names(robot, options)
     joints = [robot.joint[name] for name in _asked(robot, output) if name in robot.joint]

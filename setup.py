@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: when a wheel is built, the templates of formats and a schema become Python."""
+"""What pyproject.toml cannot say: when a wheel is built, templates, a schema and records of formats become Python."""
 
 import json
 import sys
@@ -19,8 +19,11 @@ class BuildPy(build_py):
         super().run()
         if self.editable_mode:  # there they are made at the first use
             return
-        from rosorin_compile.formats.ahead import Unsuited, module_of, python_of
+        from rosorin_compile.formats import FORMATS, RECORDS, is_built_in
+        from rosorin_compile.formats.ahead import Unsuited, module_of, python_of, records_of
 
+        records = records_of(one for one in FORMATS.values() if is_built_in(one.name))
+        Path(self.build_lib, "rosorin_compile", "formats", f"{RECORDS}.py").write_text(records, "utf-8")
         schema = json.loads(Path("schemas", f"{SCHEMA}.schema.json").read_text("utf-8"))
         (self.ahead("schemas") / f"{SCHEMA}.py").write_text(f"SCHEMA = {schema!r}\n", "utf-8")
         folder = self.ahead("templates")

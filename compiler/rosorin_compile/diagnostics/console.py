@@ -175,6 +175,7 @@ class Console:
             self.section.diagnostics += diagnostics
         if not self.for_people:
             self.collected += diagnostics
+        if not self.for_people or not diagnostics:
             return ""
         from . import report
 

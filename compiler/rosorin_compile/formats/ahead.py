@@ -3,11 +3,13 @@
 Importing Jinja takes longer than rendering all of them. What its Python asks for at run time is little and stands here.
 When a wheel is built, each template of a format becomes a module beside the templates (``setup.py``). In a checkout
 there are none: there the Python is made when a template is first used, and kept as text in the user's cache.
+
+``records_of`` is what a wheel knows of formats, so that those that nobody uses are not imported.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from types import CodeType
@@ -19,6 +21,8 @@ from ..xml.escaping import Markup, escape
 
 if TYPE_CHECKING:
     from typing import Any, NoReturn
+
+    from .format import Format
 
 FOLDER = "ahead"
 XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
@@ -156,3 +160,19 @@ def _names(code: CodeType) -> set[str]:
     """Return the global names and attributes that code asks for."""
     inner = [_names(one) for one in code.co_consts if isinstance(one, CodeType)]
     return set(code.co_names).union(*inner)
+
+
+def records_of(formats: Iterable[Format]) -> str:
+    """Return the text of the module: of each format what is plain in its record, and which functions it has."""
+    lines = []
+    for one in formats:
+        functions = sorted(name for name, value in vars(one).items() if callable(value))
+        plain = {name: value for name, value in vars(one).items() if name not in functions and value is not None}
+        said = ", ".join(f"{name!r}: {_text(value)}" for name, value in plain.items())
+        lines.append(f"    ({{{said}}}, {functions}),\n")
+    return f"RECORDS = [\n{''.join(lines)}]\n"
+
+
+def _text(value: Any) -> str:
+    """Return a value as Python reads it, the same each time."""
+    return f"frozenset({sorted(value)})" if isinstance(value, frozenset) else repr(value)

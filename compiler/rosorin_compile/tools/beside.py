@@ -15,8 +15,6 @@ from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 
-from ..startup import TYPE_CHECKING
-
 try:
     import _pickle as pickle  # the parts in C, which do all here; with the others it takes another 4 ms
     import _signal as signal  # type: ignore[import-not-found]
@@ -28,9 +26,6 @@ from ..diagnostics.progress import hide, step
 from ..pipeline import Made, Maker, Task, make_one
 from ..startup.again import loaded, loaded_too, marked_too, marks
 from ..startup.cache import cache_refused, refused_too
-
-if TYPE_CHECKING:
-    from ..formats.templating import Templates
 
 # What takes long is begun first; the formats of artifacts by that, the longest first.
 _LONG = ("mjcf", "urdf", "sdf", "srdf", "robot_model", "frames_picture", "frames")
@@ -64,14 +59,18 @@ class TwoProcesses(Maker):
             self.foresee(task)
         if self._second is None or self._second.task.robot is not task.robot:
             return super().make(task)
-        templates = task.templates()
-        answers = {answer[0]: answer for answer in _made(task, self._second.todo(), templates)}
+        answers = {answer[0]: answer for answer in _made(task, self._second.todo())}
         answers.update({answer[0]: answer for answer in self._second.answers()})
         left = [number for number in range(len(task.outputs)) if number not in answers]
-        answers.update({answer[0]: answer for answer in _made(task, left, templates)})
+        answers.update({answer[0]: answer for answer in _made(task, left)})
         self.proven = {task.outputs[number].name for number, _, proven, _ in answers.values() if proven}
-        templates.used.update(*(used for _, _, _, used in answers.values()))
-        return [answers[number][1] for number in range(len(task.outputs))], templates.read()
+        made = [answers[number][1] for number in range(len(task.outputs))]
+        used = set[Path]().union(*(used for _, _, _, used in answers.values()))
+        if not used:
+            return made, ()
+        templates = task.templates()
+        templates.used.update(used)
+        return made, templates.read()
 
     def end(self) -> None:
         """Let the second process go, whatever it is at."""
@@ -79,16 +78,16 @@ class TwoProcesses(Maker):
             self._second.end()
 
 
-def _made(task: Task, numbers: Iterable[int], templates: Templates) -> Iterator[Answer]:
+def _made(task: Task, numbers: Iterable[int]) -> Iterator[Answer]:
     """Make the artifacts of some outputs, by their numbers, and hold each against the model."""
     numbers = iter(numbers)
     first = next(numbers, None)
-    if first is None:  # then nobody needs what artifacts are held against
+    if first is None:  # then nobody needs what makes artifacts, and what they are held against
         return
     from ..formats.known import Known
     from ..meaning.agreement import agrees
 
-    model = Known(task.robot)
+    model, templates = Known(task.robot), task.templates()
     for number in chain((first,), numbers):
         output = task.outputs[number]
         step(f"making {output.file},", number, len(task.outputs))
@@ -176,7 +175,7 @@ def _work(task: Task, taken: int, answers: int, all_marked: bool) -> None:
 
     modules, *data = tool_folders()
     marked = marks([modules, *data] if all_marked else data)  # while the first process has rules to ask
-    found = list(_made(task, _in_turn(taken), task.templates()))
+    found = list(_made(task, _in_turn(taken)))
     with open(answers, "wb") as opened:
         pickle.dump((found, cache_refused(), marked, loaded(modules)), opened, protocol=5)
 

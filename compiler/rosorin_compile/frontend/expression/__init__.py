@@ -81,7 +81,7 @@ def _fails(node: ast.expr, lookup: Lookup) -> bool:
         return False
     EFFORT.done = 0
     try:
-        compile_node(node, 0)(lookup)
+        compile_node(node)(lookup)
     except (ExpressionError, *_MISHAPS):
         return True
     return False
@@ -98,7 +98,7 @@ def compiled(text: str) -> Code:
         raise mistake(text.strip(), problem) from None
     except ValueError:
         raise ExpressionError("not an expression that can be read") from None
-    return compile_node(tree.body, 0)
+    return compile_node(tree.body)
 
 
 def parsed(text: str) -> ast.Expression:

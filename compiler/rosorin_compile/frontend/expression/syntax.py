@@ -7,7 +7,7 @@ bounds. ``compile_node`` goes through the nodes.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
 
@@ -229,19 +229,60 @@ Lookup = Callable[[str], "Any"]
 Code = Callable[[Lookup], "Any"]
 
 
-def compile_node(node: ast.AST, depth: int) -> Code:
+class _Loop:
+    """The loops of a list, while it is compiled: their names, and how many parts of an item know none of them."""
+
+    def __init__(self, names: frozenset[str]) -> None:
+        self.names = names
+        self.parts = 0
+
+    def once(self, code: Code) -> Code:
+        """Return what works out a number once for all items of a list; another value is made anew for each."""
+        part = self.parts
+        self.parts += 1
+
+        def look(lookup: Lookup) -> Any:
+            known: dict[int, Any] = lookup(_KNOWN)
+            if part in known:
+                return known[part]
+            value = code(lookup)
+            if type(value) in NUMERIC:
+                known[part] = value
+            return value
+
+        return look
+
+
+_KNOWN = ""  # a name that nothing has: of what is known for all items of the list that is being made
+Within = tuple[int, "_Loop | None"]  # how deep a node stands in its expression, and the loops around it
+
+
+def compile_node(node: ast.AST, within: Within = (0, None)) -> Code:
     """Return the function of a node. Raises ExpressionError, with its column, for a node that is not allowed."""
     column = getattr(node, "col_offset", 0)
     make = _NODES.get(type(node))
+    depth, loop = within
     if depth > MAX_DEPTH:
         raise ExpressionError("the expression is nested too deeply", column)
     if make is None:
         help = "allowed: numbers, text, lists, names, + - * / // % **, comparisons, and, or, not, a if c else b"
         raise ExpressionError(f"{_construct(node)} is not allowed here", column, help)
-    return make(node, depth + 1)
+    code = make(node, (depth + 1, loop))
+    return loop.once(code) if loop and type(node) is ast.BinOp and loop.names.isdisjoint(_names(node)) else code
 
 
-def _constant(node: ast.Constant, _depth: int) -> Code:
+def _names(node: ast.AST) -> Iterator[str]:
+    """Yield the names that stand in a node."""
+    waiting = [node]
+    for one in waiting:  # which grows meanwhile
+        if type(one) is ast.Name:
+            yield one.id
+        for field in one._fields:
+            value = getattr(one, field, None)
+            waiting += [part for part in (value if type(value) is list else (value,)) if isinstance(part, ast.AST)]
+
+
+def _constant(node: ast.Constant, _within: Within) -> Code:
     value: Any = node.value
     if isinstance(value, Literal):
         return _literal(value, node.col_offset)
@@ -269,7 +310,7 @@ def _literal(literal: Literal, column: int) -> Code:
     return look if factors else lambda _lookup: value
 
 
-def _name(node: ast.Name, _depth: int) -> Code:
+def _name(node: ast.Name, _within: Within) -> Code:
     name, column = node.id, node.col_offset
     builtin = CONSTANTS.get(name, Quantity(*UNITS[name]) if name in UNITS else None)
     known = name in CONSTANTS or name in UNITS
@@ -292,8 +333,8 @@ _OPERATORS: dict[type[ast.operator], str] = {
 }
 
 
-def _binop(node: ast.BinOp, depth: int) -> Code:
-    left, right = compile_node(node.left, depth), compile_node(node.right, depth)
+def _binop(node: ast.BinOp, within: Within) -> Code:
+    left, right = compile_node(node.left, within), compile_node(node.right, within)
     kind = type(node.op)
     function = BINARY.get(kind)
     if function is None:
@@ -332,8 +373,8 @@ def _product(kind: type[ast.operator], function: Callable[[Any, Any], Any], left
     return apply
 
 
-def _unaryop(node: ast.UnaryOp, depth: int) -> Code:
-    operand = compile_node(node.operand, depth)
+def _unaryop(node: ast.UnaryOp, within: Within) -> Code:
+    operand = compile_node(node.operand, within)
     if isinstance(node.op, ast.Not):
         return lambda lookup: not operand(lookup)
     if not isinstance(node.op, (ast.USub, ast.UAdd)):
@@ -349,8 +390,8 @@ def _unaryop(node: ast.UnaryOp, depth: int) -> Code:
     return apply
 
 
-def _boolop(node: ast.BoolOp, depth: int) -> Code:
-    parts = [compile_node(part, depth) for part in node.values]
+def _boolop(node: ast.BoolOp, within: Within) -> Code:
+    parts = [compile_node(part, within) for part in node.values]
     stop = isinstance(node.op, ast.Or)
 
     def apply(lookup: Lookup) -> Any:
@@ -364,51 +405,56 @@ def _boolop(node: ast.BoolOp, depth: int) -> Code:
     return apply
 
 
-def _compare(node: ast.Compare, depth: int) -> Code:
-    first = compile_node(node.left, depth)
+def _compare(node: ast.Compare, within: Within) -> Code:
+    first = compile_node(node.left, within)
     rest = [
-        (COMPARE.get(type(op)), compile_node(part, depth)) for op, part in zip(node.ops, node.comparators, strict=True)
+        (COMPARE.get(type(op)), isinstance(op, (ast.In, ast.NotIn)), compile_node(part, within))
+        for op, part in zip(node.ops, node.comparators, strict=True)
     ]
-    if any(function is None for function, _ in rest):
+    if any(function is None for function, _, _ in rest):
         raise ExpressionError("this comparison is not allowed here", node.col_offset)
 
     def apply(lookup: Lookup) -> bool:
         left = first(lookup)
-        for function, part in rest:
+        for function, of_many, part in rest:
             right = part(lookup)
-            if isinstance(left, Quantity) and isinstance(right, Quantity):
-                common_dimension([left, right])
-            if not holds(function, left, right):
-                return False
+            if type(left) in _BARE and type(right) in _BARE and function is not None and not of_many:
+                if not function(left, right):
+                    return False
+            else:
+                if isinstance(left, Quantity) and isinstance(right, Quantity):
+                    common_dimension([left, right])
+                if not holds(function, left, right):
+                    return False
             left = right
         return True
 
     return apply
 
 
-def _ifexp(node: ast.IfExp, depth: int) -> Code:
-    test, body, orelse = (compile_node(part, depth) for part in (node.test, node.body, node.orelse))
+def _ifexp(node: ast.IfExp, within: Within) -> Code:
+    test, body, orelse = (compile_node(part, within) for part in (node.test, node.body, node.orelse))
     return lambda lookup: body(lookup) if test(lookup) else orelse(lookup)
 
 
-def _list(node: ast.List | ast.Tuple, depth: int) -> Code:
-    items = [compile_node(item, depth) for item in node.elts]
+def _list(node: ast.List | ast.Tuple, within: Within) -> Code:
+    items = [compile_node(item, within) for item in node.elts]
     return lambda lookup: [item(lookup) for item in items]
 
 
-def _subscript(node: ast.Subscript, depth: int) -> Code:
-    container = compile_node(node.value, depth)
+def _subscript(node: ast.Subscript, within: Within) -> Code:
+    container = compile_node(node.value, within)
     if isinstance(node.slice, ast.Slice):
         ends = [
-            compile_node(end, depth) if end else None for end in (node.slice.lower, node.slice.upper, node.slice.step)
+            compile_node(end, within) if end else None for end in (node.slice.lower, node.slice.upper, node.slice.step)
         ]
         return lambda lookup: sliced(container(lookup), [end(lookup) if end else None for end in ends])
-    index = compile_node(node.slice, depth)
+    index = compile_node(node.slice, within)
     return lambda lookup: entry(container(lookup), index(lookup))
 
 
-def _attribute(node: ast.Attribute, depth: int) -> Code:
-    container, key = compile_node(node.value, depth), node.attr
+def _attribute(node: ast.Attribute, within: Within) -> Code:
+    container, key = compile_node(node.value, within), node.attr
 
     def apply(lookup: Lookup) -> Any:
         value = container(lookup)
@@ -419,14 +465,16 @@ def _attribute(node: ast.Attribute, depth: int) -> Code:
     return apply
 
 
-def _comprehension(node: ast.ListComp | ast.GeneratorExp, depth: int) -> Code:
+def _comprehension(node: ast.ListComp | ast.GeneratorExp, within: Within) -> Code:
     if len(node.generators) > 2:
         raise ExpressionError("at most two loops stand in one list", node.col_offset)
-    loops = [_loop(generator, depth) for generator in node.generators]
-    element = compile_node(node.elt, depth)
+    loops = [_loop(generator, (within[0], None)) for generator in node.generators]
+    around = _Loop(frozenset(name for names, _, _ in loops for name in names))
+    element = compile_node(node.elt, (within[0], around))
 
     def apply(lookup: Lookup) -> list[Any]:
         items: list[Any] = []
+        known: dict[int, Any] = {}
 
         def run(level: int, scope: Lookup) -> None:
             if level == len(loops):
@@ -439,18 +487,18 @@ def _comprehension(node: ast.ListComp | ast.GeneratorExp, depth: int) -> Code:
                 if not conditions or all(condition(inner) for condition in conditions):
                     run(level + 1, inner)
 
-        run(0, lookup)
+        run(0, (lambda name: known if name is _KNOWN else lookup(name)) if around.parts else lookup)
         return items
 
     return apply
 
 
-def _loop(generator: ast.comprehension, depth: int) -> tuple[list[str], Code, list[Code]]:
+def _loop(generator: ast.comprehension, within: Within) -> tuple[list[str], Code, list[Code]]:
     targets = generator.target.elts if isinstance(generator.target, ast.Tuple) else [generator.target]
     if not all(isinstance(target, ast.Name) for target in targets):
         raise ExpressionError("a loop sets plain names", generator.target.col_offset)
     names = [target.id for target in targets if isinstance(target, ast.Name)]
-    return names, compile_node(generator.iter, depth), [compile_node(condition, depth) for condition in generator.ifs]
+    return names, compile_node(generator.iter, within), [compile_node(condition, within) for condition in generator.ifs]
 
 
 def _bind(lookup: Lookup, names: list[str], item: Any) -> Lookup:
@@ -460,14 +508,14 @@ def _bind(lookup: Lookup, names: list[str], item: Any) -> Lookup:
     return lambda name: bound[name] if name in bound else lookup(name)
 
 
-def _call(node: ast.Call, depth: int) -> Code:
+def _call(node: ast.Call, within: Within) -> Code:
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if not name:
         help = "functions are called by name: upper(text), not text.upper()"
         raise ExpressionError("this is no function", node.col_offset, help)
     if node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
         raise ExpressionError("functions take their values in order, without names or stars", node.col_offset)
-    items = [compile_node(item, depth) for item in node.args]
+    items = [compile_node(item, within) for item in node.args]
     function, column = functions().get(name), node.col_offset
 
     def apply(lookup: Lookup) -> Any:
@@ -482,7 +530,7 @@ def _call(node: ast.Call, depth: int) -> Code:
     return apply
 
 
-_NODES: dict[type[ast.AST], Callable[[Any, int], Code]] = {
+_NODES: dict[type[ast.AST], Callable[[Any, Within], Code]] = {
     ast.Constant: _constant,
     ast.Name: _name,
     ast.BinOp: _binop,

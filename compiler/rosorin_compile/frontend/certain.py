@@ -42,6 +42,8 @@ _ABOUT = {
 _PYTHON = {"object": dict, "array": list, "string": str, "number": (int, float), "integer": (int, float)}
 # Keywords that say nothing of what fits.
 _SAYING = frozenset(("description", "title", "default", "examples", "$schema", "$id", "$defs"))
+# Those of a number that fits if one that is not larger does, and one that is not smaller.
+_OF_NUMBERS = _SAYING | {"type", "x-unit", "minimum", "maximum", "exclusiveMinimum"}
 
 
 class Certain:
@@ -131,7 +133,7 @@ class Certain:
             case "propertyNames":
                 return partial(_all, self.of(given))
             case "items":
-                return partial(_all, self.of(given))
+                return partial(_all_numbers if given.keys() <= _OF_NUMBERS else _all, self.of(given))
             case "dependentRequired":
                 return lambda value: all(key not in value or all(one in value for one in given[key]) for key in given)
             case "pattern":
@@ -235,6 +237,13 @@ def _lacking(names: list[str], test: Fits, value: Any) -> bool:
 
 
 def _all(test: Fits, values: Any) -> bool:
+    return all(map(test, values))
+
+
+def _all_numbers(test: Fits, values: Any) -> bool:
+    """Say whether all of a list fit of which each is to be a number between two others; most are of one kind."""
+    if set(map(type, values)) == {float} and isfinite(sum(values)):  # else one may be no number
+        return test(min(values)) and test(max(values))
     return all(map(test, values))
 
 

@@ -38,6 +38,11 @@ def collect(tree: Map) -> Remarkable:
     return collector.found
 
 
+def _is_remarkable(items: Any) -> bool:
+    """Say whether a list may hold anything but numbers within a turn, as most do."""
+    return set(map(type, items)) != {float} or not -FULL_TURN <= min(items) <= max(items) <= FULL_TURN
+
+
 class _Collector:
     """Walks a tree; a piece that stands in many places and has nothing remarkable is looked at once."""
 
@@ -51,10 +56,13 @@ class _Collector:
         if id(node) in self.plain:
             return
         before = self.marks
-        pairs: Any = enumerate(node)
-        if isinstance(node, Map):
+        if type(node) is Map:
             self._mapping(node)
-            pairs = node.items()
+            pairs: Any = node.items()
+        elif set(map(type, node)) == {float} and min(node) >= -FULL_TURN and max(node) <= FULL_TURN:
+            pairs = ()
+        else:
+            pairs = enumerate(node)
         for key, item in pairs:
             kind = type(item)
             if kind is Map or kind is Seq:

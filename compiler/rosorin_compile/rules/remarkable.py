@@ -38,9 +38,9 @@ def collect(tree: Map) -> Remarkable:
     return collector.found
 
 
-def _is_remarkable(items: Any) -> bool:
-    """Say whether a list may hold anything but numbers within a turn, as most do."""
-    return set(map(type, items)) != {float} or not -FULL_TURN <= min(items) <= max(items) <= FULL_TURN
+def _is_plain(items: Any) -> bool:
+    """Say quickly that a list holds numbers within a turn and nothing else, as most do."""
+    return set(map(type, items)) == {float} and -FULL_TURN <= min(items) <= max(items) <= FULL_TURN
 
 
 class _Collector:
@@ -56,13 +56,9 @@ class _Collector:
         if id(node) in self.plain:
             return
         before = self.marks
-        if type(node) is Map:
+        if isinstance(node, Map):
             self._mapping(node)
-            pairs: Any = node.items()
-        elif set(map(type, node)) == {float} and min(node) >= -FULL_TURN and max(node) <= FULL_TURN:
-            pairs = ()
-        else:
-            pairs = enumerate(node)
+        pairs: Any = node.items() if isinstance(node, Map) else () if _is_plain(node) else enumerate(node)
         for key, item in pairs:
             kind = type(item)
             if kind is Map or kind is Seq:

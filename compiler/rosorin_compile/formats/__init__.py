@@ -126,8 +126,12 @@ def _record(plain: Mapping[str, Any], functions: Iterable[str]) -> Format:
 def _later(format: str, name: str) -> Callable[..., Any]:
     """Return a function of a format, whose module is imported when it is called."""
 
+    made: Callable[..., Any] | None = None
+
     def function(*given: Any) -> Any:
-        return getattr(import_module(f".{format}", __name__).FORMAT, name)(*given)
+        nonlocal made
+        made = made or getattr(import_module(f".{format}", __name__).FORMAT, name)
+        return made(*given)
 
     return function
 

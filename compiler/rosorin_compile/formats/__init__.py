@@ -125,7 +125,6 @@ def _record(plain: Mapping[str, Any], functions: Iterable[str]) -> Format:
 
 def _later(format: str, name: str) -> Callable[..., Any]:
     """Return a function of a format, whose module is imported when it is called."""
-
     made: Callable[..., Any] | None = None
 
     def function(*given: Any) -> Any:

@@ -43,6 +43,11 @@ def _is_plain(items: Any) -> bool:
     return set(map(type, items)) == {float} and -FULL_TURN <= min(items) <= max(items) <= FULL_TURN
 
 
+def _is_carried(text: str) -> bool:
+    """Say whether XML can carry a text."""
+    return (text.isascii() and text.isprintable()) or not NOT_XML.search(text)
+
+
 class _Collector:
     """Walks a tree; a piece that stands in many places and has nothing remarkable is looked at once."""
 
@@ -51,10 +56,9 @@ class _Collector:
         self.marks = 0
         self.path: list[str | int] = []
         self.plain: set[int] = set()
+        self.keys: set[str] = set()  # those that XML can carry
 
     def visit(self, node: Map | Seq) -> None:
-        if id(node) in self.plain:
-            return
         before = self.marks
         if isinstance(node, Map):
             self._mapping(node)
@@ -62,13 +66,14 @@ class _Collector:
         for key, item in pairs:
             kind = type(item)
             if kind is Map or kind is Seq:
-                self.path.append(key)
-                self.visit(item)
-                self.path.pop()
+                if id(item) not in self.plain:
+                    self.path.append(key)
+                    self.visit(item)
+                    self.path.pop()
             elif kind is float or kind is int:
                 if not -FULL_TURN <= item <= FULL_TURN:
                     self.mark(self.found.numbers, (*self.path, key), item)
-            elif isinstance(item, str) and (not item.isascii() or not item.isprintable()) and NOT_XML.search(item):
+            elif (kind is str or isinstance(item, str)) and not _is_carried(item):
                 self.mark(self.found.texts, (*self.path, key), item)
         if self.marks == before:
             self.plain.add(id(node))
@@ -77,8 +82,12 @@ class _Collector:
         source = node.get("source")
         if isinstance(source, Map) and source.get("status") == "stand_in":
             self.mark(self.found.stand_ins, tuple(self.path), node)
+        if self.keys.issuperset(node):
+            return
         for key in node:
-            if not key.isprintable() and NOT_XML.search(key):
+            if _is_carried(key):
+                self.keys.add(key)
+            else:
                 self.mark(self.found.keys, (*self.path, key), key)
 
     def mark(self, found: list[tuple[Path, Any]], path: Path, value: Any) -> None:

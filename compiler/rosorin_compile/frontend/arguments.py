@@ -78,7 +78,7 @@ def declared(
     Of a description that has other faults the arguments are listed all the same, as long as its files can be read.
     """
     reader = Reader(path, None, packages)
-    root = reader.read(path, shown(path), None, None, ())
+    root = reader.whole()
     if root is None or has_errors(reader.diagnostics):
         return [], reader.diagnostics
     entries = root.get("args")

@@ -53,14 +53,15 @@ class CachedTrees:
                 self._used[shown] = text, data
                 return made
         made = mapping_of(source, path, via)
-        if self._file and len(source.text) <= _MOST and stdin_of(path) is None:
+        if self._file and len(source.text) <= _MOST:
             self._used[shown] = source.text, marshal.dumps(_packed(made, {}))
         return made
 
     def keep(self) -> None:
-        """Keep what was read for other runs, if it is not what was there."""
+        """Keep what was read for other runs, if it is not what was there, and forget it here."""
         if self._file and self._used != self._before:
             keep(self._file, marshal.dumps(self._used))
+        self._before, self._used = {}, {}
 
 
 @cache
@@ -74,7 +75,7 @@ def load_own(path: Path, shown: str) -> Map:
 
 def _file_of(path: Path) -> str:
     """Return the file of the cache for what is read with a file; "" if there is none."""
-    folder = private_folder("trees")
+    folder = private_folder("trees") if stdin_of(path) is None else ""
     try:
         name = f"{_meaning()}\n{os.path.abspath(path)}".encode("utf-8", "surrogateescape")
     except OSError:  # modules or folders that are gone

@@ -288,12 +288,17 @@ def _floats(sheet: Sheet, numbers: Iterable[float]) -> list[float]:
 
 def _read_joint(sheet: Sheet, name: str, joint: Mapping[str, Any]) -> None:
     child, kind = sheet.named(joint["child"]), joint["type"]
-    (x, y, z), (roll, pitch, yaw) = (_floats(sheet, _numbers(joint[key])) for key in ("xyz", "rpy"))
     sheet.add_parent(child, sheet.named(joint["parent"]))
-    sheet.add_pose(child, Pose((x, y, z), (roll, pitch, yaw)))
+    place = tuple(joint["xyz"]), tuple(joint["rpy"])
+    sheet.add_pose(child, sheet.once(place, lambda: _pose(sheet, *place)))
     limit = joint["limit"]
     key = (kind, tuple(joint["axis"]), None if limit is None else tuple(limit))
     sheet.add_joint(name, child, sheet.once(key, lambda: _motion(kind, joint)))
+
+
+def _pose(sheet: Sheet, xyz: Iterable[float], rpy: Iterable[float]) -> Pose:
+    (x, y, z), (roll, pitch, yaw) = (_floats(sheet, _numbers(numbers)) for numbers in (xyz, rpy))
+    return Pose((x, y, z), (roll, pitch, yaw))
 
 
 def _motion(kind: str, joint: Mapping[str, Any]) -> Block:

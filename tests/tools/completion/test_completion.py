@@ -235,7 +235,8 @@ def test_nothing_is_run_written_or_said(project: Path, line: str, capfd: pytest.
     edit(project / "descriptions" / "handy" / "robot.yaml", "include: [parts.yaml]", include)
     before = sorted(project.rglob("*"))
     assert main(["complete", "--", *line.split(" ")]) == 0
-    assert sorted(project.rglob("*")) == before
+    cache = project / "cache"  # of the user: a second key is answered sooner
+    assert sorted(path for path in project.rglob("*") if path != cache and cache not in path.parents) == before
     assert capfd.readouterr().err == ""
 
 

@@ -16,7 +16,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend import validate
 from rosorin_compile.frontend.certain import Certain
 from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.schema import judge_of, schema, validator
+from rosorin_compile.frontend.schema import judge_of, schema, validator, validator_of
 from rosorin_compile.frontend.tree import Map, Seq, Text
 from rosorin_compile.pipeline import Readers
 from rosorin_compile.units import ANGLE, LENGTH, MASS, NUMBER, Quantity
@@ -133,3 +133,32 @@ def test_json_artifacts(name: str, data: st.DataObject) -> None:
     assert certain.fits(tree)
     change(tree, data)
     assert not certain.fits(tree) or validator(name).is_valid(validate._Walk().plain(tree))
+
+
+NUMBERS = st.one_of(st.floats(), st.integers(-3, 3), st.floats(-3, 3), st.booleans(), st.just("1"), st.none())
+
+
+@given(
+    st.lists(NUMBERS, max_size=5) | st.lists(st.floats(-3, 3), max_size=5),
+    st.one_of(
+        st.booleans(),
+        st.fixed_dictionaries(
+            {},
+            optional={
+                "type": st.sampled_from(["number", "integer", "string", ["number", "null"]]),
+                "minimum": st.sampled_from([-1, 0.5]),
+                "maximum": st.sampled_from([0, 2.5]),
+                "exclusiveMinimum": st.just(0),
+                "enum": st.just(["1"]),
+                "description": st.just("a word"),
+            },
+        ),
+    ),
+)
+def test_lists_of_numbers(values: list[Any], items: Any) -> None:
+    schema_of_list = {"type": "array", "items": items, "$defs": {}}
+    fits = Certain(schema_of_list).fits(values)
+    finite = all(math.isfinite(one) for one in values if isinstance(one, float))
+    assert not fits or (finite and validator_of(schema_of_list).is_valid(values))
+    if fits is False and isinstance(items, dict) and items.get("type") == "number" and finite:
+        assert not validator_of(schema_of_list).is_valid(values)

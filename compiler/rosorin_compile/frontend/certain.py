@@ -133,7 +133,8 @@ class Certain:
             case "propertyNames":
                 return partial(_all, self.of(given))
             case "items":
-                return partial(_all_numbers if given.keys() <= _OF_NUMBERS else _all, self.of(given))
+                plain = isinstance(given, dict) and given.keys() <= _OF_NUMBERS
+                return partial(_all_numbers if plain else _all, self.of(given))
             case "dependentRequired":
                 return lambda value: all(key not in value or all(one in value for one in given[key]) for key in given)
             case "pattern":

@@ -195,3 +195,18 @@ def test_a_text_of_lists_is_no_mapping(at_home: Path) -> None:
         with pytest.raises(LoadError):
             CachedTrees(path).mapping(path, path.name)
     assert isinstance(parse_yaml(Source("robot.yaml", "- 1\n")), Seq)
+
+
+def test_so_many_files_are_not_kept_that_nobody_has_room(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cached_trees, "_MOST", 20)
+    monkeypatch.setattr(cached_trees, "_MOST_OF_ALL", 30)
+    sizes = {"a.yaml": 15, "b.yaml": 25, "c.yaml": 5, "d.yaml": 15, "e.yaml": 10}
+    for name, size in sizes.items():
+        (at_home / name).write_text(f"{name[0]}: 1".ljust(size))
+    for _ in range(2):
+        trees = CachedTrees(at_home / "a.yaml")
+        for name in sizes:
+            assert list(trees.mapping(at_home / name, name)) == [name[0]]
+        kept = set(trees._used)
+        trees.keep()
+    assert kept == {"a.yaml", "c.yaml", "e.yaml"}

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 _MOST = 200_000  # characters of a file; who changes a number of a larger one has it read anew
+_MOST_OF_ALL = 2_000_000  # characters of the files of a description
 _TEXT, _QUANTITY, _SEQ, _MAP = range(4)  # the kinds of values that have a tuple in their place
 _new = tuple.__new__
 
@@ -38,6 +39,7 @@ class CachedTrees:
         self._file = _file_of(path)
         self._before: dict[str, tuple[str, bytes]] = {}
         self._used: dict[str, tuple[str, bytes]] = {}
+        self._room = _MOST_OF_ALL
         data = recalled(self._file) if self._file else None
         with suppress(Exception):  # what is missing or damaged in whatever way says nothing
             kept = marshal.loads(data or b"")  # noqa: S302 - from a folder that is the user's alone
@@ -50,12 +52,16 @@ class CachedTrees:
         if text == source.text:
             with suppress(Exception):
                 made = _Unpacking(source, via).mapping(marshal.loads(data))  # noqa: S302 - as above
-                self._used[shown] = text, data
+                self._take(shown, text, data)
                 return made
         made = mapping_of(source, path, via)
-        if self._file and len(source.text) <= _MOST:
-            self._used[shown] = source.text, marshal.dumps(_packed(made, {}))
+        if self._file and len(source.text) <= min(_MOST, self._room):
+            self._take(shown, source.text, marshal.dumps(_packed(made, {})))
         return made
+
+    def _take(self, shown: str, text: str, data: bytes) -> None:
+        self._used[shown] = text, data
+        self._room -= len(text)
 
     def keep(self) -> None:
         """Keep what was read for other runs, if it is not what was there, and forget it here."""

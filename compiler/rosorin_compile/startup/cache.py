@@ -70,7 +70,9 @@ def private_folder(name: str) -> str:
     except (OSError, ValueError):
         return ""
     if open_to:
-        _refused.append((f"{open_to}: nothing is kept in the cache {top}", way_out))
+        told = (f"{open_to}: nothing is kept in the cache {top}", way_out)
+        if told not in _refused:
+            _refused.append(told)
         return ""
     return os.path.realpath(folder) if os.access(folder, os.W_OK) else ""
 

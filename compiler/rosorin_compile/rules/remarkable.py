@@ -73,7 +73,7 @@ class _Collector:
             elif kind is float or kind is int:
                 if not -FULL_TURN <= item <= FULL_TURN:
                     self.mark(self.found.numbers, (*self.path, key), item)
-            elif (kind is str or isinstance(item, str)) and not _is_carried(item):
+            elif isinstance(item, str) and not _is_carried(item):
                 self.mark(self.found.texts, (*self.path, key), item)
         if self.marks == before:
             self.plain.add(id(node))

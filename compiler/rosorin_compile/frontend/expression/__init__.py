@@ -20,7 +20,7 @@ from ...startup.remembering import remembered
 from ...units import Quantity
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, functions
 from .literals import Literal, masked, mistake
-from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node
+from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node, names, nodes
 
 if TYPE_CHECKING:
     import ast
@@ -116,7 +116,7 @@ def parsed(text: str) -> ast.Expression:
             tree: Any = compile(plain, "<unknown>", "eval", ast.PyCF_ONLY_AST)
         except (RecursionError, MemoryError):
             raise ValueError("nested too deep") from None
-    for node in _nodes(tree) if literals else ():
+    for node in nodes(tree) if literals else ():
         for field in node._fields:
             value = getattr(node, field, None)
             if isinstance(value, list):
@@ -124,16 +124,6 @@ def parsed(text: str) -> ast.Expression:
             elif isinstance(value, ast.Name):
                 setattr(node, field, _quantity(value, literals))
     return tree  # type: ignore[no-any-return]
-
-
-def _nodes(tree: ast.AST) -> list[ast.AST]:
-    """Return all nodes of a tree."""
-    found = [tree]
-    for node in found:  # which grows meanwhile
-        for field in node._fields:
-            value = getattr(node, field, None)
-            found += [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, ast.AST)]
-    return found
 
 
 def _quantity(node: Any, literals: Mapping[tuple[int, int], Literal]) -> Any:
@@ -153,9 +143,8 @@ def names_in(text: str) -> list[str]:
         tree = parsed(text)
     except (ExpressionError, SyntaxError, ValueError):
         return []
-    used = [node.id for node in _nodes(tree) if isinstance(node, ast.Name)]
     known = functions()
-    return list(dict.fromkeys(name for name in used if name not in known))
+    return list(dict.fromkeys(name for name in names(tree) if name not in known))
 
 
 def _reason(problem: Exception) -> str:

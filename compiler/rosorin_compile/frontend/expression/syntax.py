@@ -7,7 +7,7 @@ bounds. ``compile_node`` goes through the nodes.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import lru_cache
 
@@ -268,18 +268,22 @@ def compile_node(node: ast.AST, within: Within = (0, None)) -> Code:
         help = "allowed: numbers, text, lists, names, + - * / // % **, comparisons, and, or, not, a if c else b"
         raise ExpressionError(f"{_construct(node)} is not allowed here", column, help)
     code = make(node, (depth + 1, loop))
-    return loop.once(code) if loop and type(node) is ast.BinOp and loop.names.isdisjoint(_names(node)) else code
+    return loop.once(code) if loop and type(node) is ast.BinOp and loop.names.isdisjoint(names(node)) else code
 
 
-def _names(node: ast.AST) -> Iterator[str]:
-    """Yield the names that stand in a node."""
-    waiting = [node]
-    for one in waiting:  # which grows meanwhile
-        if type(one) is ast.Name:
-            yield one.id
-        for field in one._fields:
-            value = getattr(one, field, None)
-            waiting += [part for part in (value if type(value) is list else (value,)) if isinstance(part, ast.AST)]
+def nodes(tree: ast.AST) -> list[ast.AST]:
+    """Return all nodes of a tree."""
+    found = [tree]
+    for node in found:  # which grows meanwhile
+        for field in node._fields:
+            value = getattr(node, field, None)
+            found += [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, ast.AST)]
+    return found
+
+
+def names(tree: ast.AST) -> list[str]:
+    """Return the names in a tree, as often as they stand there."""
+    return [node.id for node in nodes(tree) if isinstance(node, ast.Name)]
 
 
 def _constant(node: ast.Constant, _within: Within) -> Code:

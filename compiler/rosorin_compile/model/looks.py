@@ -26,27 +26,37 @@ def colour_of_link(index: int) -> Rgba:
     return (red, green, blue, 1.0)
 
 
+def colours_of(robot: Robot) -> dict[str, Material]:
+    """Return a colour for each link that has collision shapes and no visual, by its name.
+
+    They are materials that the robot does not have, LINK_colour.
+    """
+    known = set(robot.material)
+    colours: dict[str, Material] = {}
+    for index, link in enumerate(robot.links):
+        if link.collision and not link.visual:
+            name = f"{link.name}_colour"
+            while name in known:
+                name += "_"
+            known.add(name)
+            colours[link.name] = Material(name, colour_of_link(index))
+    return colours
+
+
 def with_visuals(robot: Robot) -> Robot:
     """Return a robot whose links are all seen: a link without a visual as its collision shapes, in one colour.
 
-    The colours are materials of the robot, LINK_colour, which stand after its own. Names and elements of XML of a
+    The colours are materials of the robot, which stand after its own (``colours_of``). Names and elements of XML of a
     collision shape are not those of the visual.
     """
-    known = dict(robot.material)
-    made: list[Material] = []
-    links: list[Link] = []
-    for index, link in enumerate(robot.links):
-        if link.visual or not link.collision:
-            links.append(link)
-            continue
-        name = f"{link.name}_colour"
-        while name in known:
-            name += "_"
-        known[name] = Material(name, colour_of_link(index))
-        made.append(known[name])
-        shapes = (replace(shape, name="", material=name, stand_in="", urdf_elements=()) for shape in link.collision)
-        links.append(replace(link, visual=tuple(shapes)))
-    return replace(robot, links=tuple(links), materials=(*robot.materials, *made)) if made else robot
+    colours = colours_of(robot)
+    links = (_seen(link, colours[link.name].name) if link.name in colours else link for link in robot.links)
+    return replace(robot, links=tuple(links), materials=(*robot.materials, *colours.values())) if colours else robot
+
+
+def _seen(link: Link, colour: str) -> Link:
+    shapes = [replace(shape, name="", material=colour, stand_in="", urdf_elements=()) for shape in link.collision]
+    return replace(link, visual=tuple(shapes))
 
 
 def shows_collision(link: Link) -> bool:

@@ -159,7 +159,9 @@ else:
             names = fields or value.__dataclass_fields__
             return cls(**{name: own[name] for name in names if name not in changes}, **changes)
         made = object.__new__(cls)
-        made.__dict__.update({name: own[name] for name in fields} | changes)
+        # What was worked out of the old one and stays with it is not the new one's.
+        made.__dict__.update(own if len(own) == len(fields) else {name: own[name] for name in fields})
+        made.__dict__.update(changes)
         return made
 
     class _Named(type):

@@ -29,6 +29,8 @@ def escape(value: Any) -> Markup:
     """
     if value.__class__ is Markup:
         return value
+    if value.__class__ is str and value.isidentifier():  # as most names are
+        return Markup(value)
     if hasattr(value, "__html__"):
         return Markup(value.__html__())
     text = str(value).replace("&", "&amp;").replace(">", "&gt;").replace("<", "&lt;")

@@ -91,11 +91,12 @@ class Classes:
         """Return the attributes of the element at a place in the list: those of its class are said there."""
         element, name = self._elements[place], self._names.get(place, "")
         key = (id(element.values), name)
-        if key not in self._printed:
+        printed = self._printed.get(key)
+        if printed is None:
             said = next((one.values for one in self.shared[name] if one.tag == element.tag), {}) if name else {}
             own = {word: text for word, text in element.values.items() if word not in said}
-            self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
-        return Markup("".join((attribute("name", element.name), self._printed[key])))
+            printed = self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
+        return Markup(attribute("name", element.name) + printed)
 
     def tree(self, seen: bool, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.

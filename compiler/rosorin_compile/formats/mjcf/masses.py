@@ -115,12 +115,14 @@ def _is_body(inertial: Inertial) -> bool:
 
 def _impossible(robot: Robot) -> Iterator[Diagnostic]:
     """Yield an error for each inertia that MuJoCo loads on no link, a warning for each that it takes for another."""
+    fine: set[int] = set()  # inertials, which many links may share
     for link in robot.links:
-        if link.inertial is None or not has_mass(link.inertial):
+        if link.inertial is None or id(link.inertial) in fine or not has_mass(link.inertial):
             continue
         low, middle, high = principal_moments(link.inertial)
         products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
-        if link.inertial.mass < 0 or (low < 0 and not products):
+        taken_for_zero = link.inertial.mass < 0 or (low < 0 and not products)
+        if taken_for_zero:
             message = f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero'
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="correct them")
         if (low if products else max(low, 0.0)) + middle < high:
@@ -128,6 +130,8 @@ def _impossible(robot: Robot) -> Iterator[Diagnostic]:
         elif low < LEAST_EIGENVALUE and products:
             why = "it has products, and a principal moment of zero"
         else:
+            if not taken_for_zero:
+                fine.add(id(link.inertial))
             continue
         message = f'MuJoCo does not load the inertia of link "{link.name}": {why}'
         yield Diagnostic("mjcf-refused-inertia", ERROR, message, help="correct it, or take mjcf out of outputs")

@@ -125,26 +125,35 @@ def _site_name(part: Simulated) -> str:
 
 def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     """Yield what joints and meshes have that MJCF has no word for."""
+    fine: set[tuple[str, int]] = set()  # types and limits, which many joints may share
     for joint in joints:
         if not joint.moves:
             yield from () if is_free(robot, joint) else _several(joint)
-            continue
-        ends = position_range(joint)
-        if ends and ends[0] >= ends[1]:
-            what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
-            message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
-            yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
-        effort = joint.limit.known("effort") if joint.limit else None
-        if effort is not None and effort <= 0:
-            message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no'
-            message += " width for no limit"
-            yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
+        elif (joint.type, id(joint.limit)) not in fine:
+            found = list(_limits(joint))
+            yield from found
+            if not found:
+                fine.add((joint.type, id(joint.limit)))
     yield from _without_texture(robot)
     yield from _unreadable(robot)
     if WORLD in robot.link:
         message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
         message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
+
+
+def _limits(joint: Joint) -> Iterator[Diagnostic]:
+    """Yield a warning for each limit of a joint that MuJoCo takes for none."""
+    ends = position_range(joint)
+    if ends and ends[0] >= ends[1]:
+        what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
+        message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
+    effort = joint.limit.known("effort") if joint.limit else None
+    if effort is not None and effort <= 0:
+        message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no'
+        message += " width for no limit"
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
 
 
 def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:

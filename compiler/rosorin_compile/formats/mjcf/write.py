@@ -29,7 +29,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 
 from ...diagnostics import Diagnostic
@@ -44,6 +44,7 @@ from ...model import (
     Inertial,
     Joint,
     Link,
+    Material,
     Mesh,
     Output,
     Pose,
@@ -53,7 +54,7 @@ from ...model import (
     Vector,
     principal_moments,
 )
-from ...model.looks import with_visuals
+from ...model.looks import colours_of
 from ...model.standing import home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...startup.records import NamedTuple, replace
@@ -123,13 +124,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     free = output.options.get("base", "fixed") == "free" and not robot.simulation.root.world
     elements = elements_of(robot, templates, number)
     form = form_of(output)
-    seen = _seen(robot, output)
-    frames = list(walk(seen))
+    frames = list(walk(robot))
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
-    shown = frozenset(link.name for link in robot.links if not link.visual and seen.link[link.name].visual)
-    printer = _Printer(seen, number, elements.bodies, free, output, weightless(robot, free), shown)
+    shown = colours_of(robot) if _shows_collision(robot, output) else {}
+    printer = _Printer(robot, number, elements.bodies, free, output, weightless(robot, free), shown)
     kept = [*robot.simulation.elements, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
@@ -137,7 +137,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
     values = {
         "robot": robot,
-        "classes": printer.tree(bool(shown), output.options.get("groups", {})),
+        "classes": printer.tree(output.options.get("groups", {})),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
         "textures": [(name, texture_path(file)) for file, name in printer.simulated.textures.items()],
         "meshes": [printer.mesh(name, mesh) for (mesh, *_), name in printer.meshes.items()],
@@ -172,22 +172,24 @@ def walk(robot: Robot) -> Iterator[Frame]:
         if edge.pose is not None and not edge.moving and edge.child not in known:
             known.add(edge.child)
             edges.setdefault(edge.parent, []).append((edge.child, edge.pose))
-    waiting = [Frame(robot.root, 0, Pose(), None, robot.link[robot.root])]
+    links, joints_from = robot.link, robot.joints_from
+    waiting = [Frame(robot.root, 0, Pose(), None, links[robot.root])]
     while waiting:
         frame = waiting.pop()
         yield frame
-        below = [
-            Frame(
-                joint.child, frame.depth + 1, joint.origin, None if joint.is_fixed else joint, robot.link[joint.child]
-            )
-            for joint in robot.joints_from.get(frame.name, ())
-        ]
-        below += [Frame(name, frame.depth + 1, pose, None, None) for name, pose in edges.get(frame.name, ())]
-        waiting += reversed(below)
+        depth = frame.depth + 1
+        for name, pose in reversed(edges.get(frame.name, ())):
+            waiting.append(Frame(name, depth, pose, None, None))
+        for joint in reversed(joints_from.get(frame.name, ())):
+            moving = None if joint.is_fixed else joint
+            waiting.append(Frame(joint.child, depth, joint.origin, moving, links[joint.child]))
 
 
 class _Printer:
-    """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms."""
+    """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms.
+
+    ``shown`` are the colours of the links that are seen as their collision shapes.
+    """
 
     def __init__(
         self,
@@ -197,7 +199,7 @@ class _Printer:
         free: bool,
         output: Output,
         weightless: Sequence[str],
-        shown: frozenset[str],
+        shown: Mapping[str, Material],
     ) -> None:
         self.robot = robot
         self.shown = shown
@@ -205,13 +207,13 @@ class _Printer:
         self.elements = elements
         self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
         self.geom_names: dict[str, list[str]] = {}
-        self.simulated = SimulationPrinter(robot, number)
+        self.simulated = SimulationPrinter(robot, number, shown.values())
         self.fields: dict[str, Field] = {}
         # What is printed of values that many joints and links may share.
         self.motions: dict[Hashable, Mapping[str, str]] = {}
         self.printed: dict[Hashable, tuple[object, Markup | str]] = {}
         self.form = form_of(output)
-        self.names, self.simulated.own_names = _geom_names(robot, self.form)
+        self.names, self.simulated.own_names = _geom_names(robot, self.form, shown)
         self.mesh_inertia = output.options.get("mesh_inertia", "shell")
         self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
@@ -238,9 +240,10 @@ class _Printer:
             self.motions[key] = single(joint, self.robot, self.number)
         return self.motions[key]
 
-    def tree(self, shown: bool, groups: Mapping[str, int]) -> Class:
-        """Return the default classes; ``shown``: some visuals show what collides; ``groups`` that are asked for."""
-        return self.classes.tree(any(link.visual for link in self.robot.links), shown, groups)
+    def tree(self, groups: Mapping[str, int]) -> Class:
+        """Return the default classes; ``groups`` that are asked for."""
+        shown = bool(self.shown)
+        return self.classes.tree(shown or any(link.visual for link in self.robot.links), shown, groups)
 
     def actuators(self, drives: Sequence[Drive]) -> list[Part]:
         """Return the elements of actuators, which follow the joints in the list of those that share classes."""
@@ -269,8 +272,8 @@ class _Printer:
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
             self.joints_of(frame.joint) if frame.joint else [],
             [
-                *self.geoms(link, "collision", link.collision),
-                *self.geoms(link, "visual", link.visual),
+                *self.geoms(link, COLLISION, link.collision),
+                *self.geoms(link, VISUAL, link.collision if link.name in self.shown else link.visual),
                 *([self.no_drag(link.name)] if self.in_fluid and link.name in self.weightless else []),
             ],
             attribute("name", frame.name) + self.framed,
@@ -307,13 +310,14 @@ class _Printer:
         """Return the attributes of an inertial; empty where there is no mass."""
         if inertial is None:
             return ""
-        return self.once(id(inertial), inertial, lambda: self.massive(inertial))
+        return self.once(id(inertial), inertial, self.massive, inertial)
 
-    def once(self, key: Hashable, values: object, make: Callable[[], Markup | str]) -> Markup | str:
+    def once(self, key: Hashable, values: object, make: Callable[..., Markup | str], *given: object) -> Markup | str:
         """Return what is printed of ``values``, whose identities are in the key."""
-        if key not in self.printed:
-            self.printed[key] = (values, make())
-        return self.printed[key][1]
+        found = self.printed.get(key)
+        if found is None:
+            found = self.printed[key] = (values, make(*given))
+        return found[1]
 
     def massive(self, inertial: Inertial) -> Markup | str:
         """Return the attributes of an inertial that is there."""
@@ -331,26 +335,32 @@ class _Printer:
         """Return the name of a geom that collides."""
         return self.names[geom.link, "collision", geom.number]
 
-    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[str]:
-        """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
-        shown = purpose == VISUAL and link.name in self.shown
+    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> list[str]:
+        """Return the geoms of shapes, named by the link, the purpose and the number of the solid."""
+        if not shapes:
+            return []
+        shown = self.shown.get(link.name) if purpose == VISUAL else None
         called = self.classes.named(SHOWN if shown else purpose)
-        for index, solid in enumerate((solid for shape in shapes for solid in solids(shape, self.form)), start=1):
+        made: list[str] = []
+        for index, solid in enumerate([solid for shape in shapes for solid in solids(shape, self.form)], start=1):
             geometry = solid.geometry
-            key = (called, id(geometry), id(solid.pose))
-            sized = self.once(key, solid, partial(self.sized, called, geometry, solid))
+            sized = self.once((called, id(geometry), id(solid.pose)), solid, self.sized, called, geometry, solid)
             if not sized:
                 continue
             name = self.names[link.name, purpose, index]
             if purpose == COLLISION:
                 self.geom_names.setdefault(link.name, []).append(name)
-            more = self.look(solid) if purpose == VISUAL else {}
-            if not shown and (solid.contact is not None or solid.mjcf):
-                more |= self.simulated.touching(solid, purpose)
+            if shown:
+                more = {"material": self.simulated.material(shown.name)}
+            else:
+                more = self.look(solid) if purpose == VISUAL else {}
+                if solid.contact is not None or solid.mjcf:
+                    more |= self.simulated.touching(solid, purpose)
             if isinstance(geometry, (Mesh, HeightMap)):
-                yield attributes(**{"name": name, "class": called, **self.of_file(geometry, solid), **more})
-                continue
-            yield "".join((attribute("name", name), sized, *map(attribute, more, more.values())))
+                made.append(attributes(**{"name": name, "class": called, **self.of_file(geometry, solid), **more}))
+            else:
+                made.append("".join((attribute("name", name), sized, *map(attribute, more, more.values()))))
+        return made
 
     def sized(self, called: str, geometry: Geometry, solid: Shape) -> Markup | str:
         """Return the class of a geom, of a primitive its sizes and where it sits too; nothing for what is no geom."""
@@ -400,24 +410,28 @@ class _Printer:
         return {**({"material": named} if named else {}), **({"rgba": self.vector(own)} if own else {})}
 
 
-def _seen(robot: Robot, output: Output) -> Robot:
-    """Return the robot as it is to be seen: where nothing is, or where it is asked for, as its collision shapes."""
+def _shows_collision(robot: Robot, output: Output) -> bool:
+    """Say whether links without visuals are seen as their collision shapes: where nothing is seen, or as asked for."""
     usual = "own" if any(link.visual for link in robot.links) else "from_collision"
-    return with_visuals(robot) if output.options.get("visuals", usual) == "from_collision" else robot
+    return bool(output.options.get("visuals", usual) == "from_collision")
 
 
-def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
+def _geom_names(
+    robot: Robot, form: str, shown: Collection[str]
+) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
     """Return the name of each geom by link, purpose and number; and by LINK_PURPOSE_NUMBER where another one has that.
 
     A geom has the name of its shape, if no other shape has it; one that collides goes before one that is seen. All
-    others are called after their link.
+    others are called after their link, and so are those that show what collides, of the links that are ``shown``.
     """
     places: dict[tuple[str, str, int], str] = {}
-    for purpose in ("collision", "visual"):
-        for link in robot.links:
-            geoms = (solid for shape in getattr(link, purpose) for solid in solids(shape, form))
-            for number, solid in enumerate(geoms, start=1):
-                places[link.name, purpose, number] = solid.name
+    for link in robot.links:
+        for number, solid in enumerate([solid for shape in link.collision for solid in solids(shape, form)], start=1):
+            places[link.name, COLLISION, number] = solid.name
+    for link in robot.links:
+        shapes = link.collision if link.name in shown else link.visual
+        for number, solid in enumerate([solid for shape in shapes for solid in solids(shape, form)], start=1):
+            places[link.name, VISUAL, number] = "" if link.name in shown else solid.name
     own = [(at, name) for at, name in places.items() if name]
     first: dict[str, str] = {}
     for (_, purpose, _), name in own:

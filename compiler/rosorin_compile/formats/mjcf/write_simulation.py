@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
-from ...model import Attribute, Contact, ContactPair, Entry, Marked, Robot, Shape, Tendon, Values
+from ...model import Attribute, Contact, ContactPair, Entry, Marked, Material, Robot, Shape, Tendon, Values
 from ...model.simulation import SHARED_LAYER
 from ...numbers import NumberFormat
 from ...startup.records import NamedTuple
@@ -18,7 +18,9 @@ from .unsaid import is_textured
 
 # Attributes that name a body; what is called like a link is the body of it.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
-_GEOMS = ("geom", "geom1", "geom2", "objname", "refname")
+_NAMED = ("objname", "refname")
+_GEOMS = ("geom", "geom1", "geom2", *_NAMED)
+_NAMING = frozenset({*_BODIES, *_GEOMS, "material"})
 
 
 class Simulated(NamedTuple):
@@ -32,11 +34,15 @@ class Simulated(NamedTuple):
 
 
 class SimulationPrinter:
-    """Puts what only a simulation has into the terms of MuJoCo, numbers printed."""
+    """Puts what only a simulation has into the terms of MuJoCo, numbers printed.
 
-    def __init__(self, robot: Robot, number: NumberFormat) -> None:
+    ``colours`` are materials of links that are seen as their collision shapes.
+    """
+
+    def __init__(self, robot: Robot, number: NumberFormat, colours: Iterable[Material] = ()) -> None:
         self.robot = robot
         self.number = number
+        self.looks = {**robot.material, **{one.name: one for one in colours}}
         # Geoms that have a name of their own, by the one that their place in the link would give them.
         self.own_names: dict[str, str] = {}
         # The textures by their names in the description, and the materials that are one of them alone, by its name.
@@ -71,16 +77,17 @@ class SimulationPrinter:
 
     def material(self, name: str) -> str:
         """Return the name of a material in the file, where all begin with that of the robot; empty if it has none."""
-        material = self.robot.material.get(name)
+        material = self.looks.get(name)
         has_look = material and (material.rgba or material.mjcf or is_textured(self.robot, material.texture))
         return f"{self.robot.name}_{name}" if has_look else ""
 
     def materials(self) -> Iterator[Values]:
         """Yield the attributes of each material: those of the robot, then those that are a texture alone."""
-        for name, material in self.robot.material.items():
-            if self.material(name):
+        for name, material in self.looks.items():
+            called = self.material(name)
+            if called:
                 texture = None if "texture" in material.mjcf else self.texture(material.texture) or None
-                yield {"name": self.material(name), "texture": texture, "rgba": material.rgba, **material.mjcf}
+                yield {"name": called, "texture": texture, "rgba": material.rgba, **material.mjcf}
         for texture, name in self.plain.items():
             yield {"name": name, "texture": texture}
 
@@ -97,7 +104,7 @@ class SimulationPrinter:
         """Return the name of a material that is a texture alone; empty if the file has none."""
         texture = self.texture(file)
         if texture and texture not in self.plain:
-            own = [self.material(name) for name in self.robot.material]
+            own = [self.material(name) for name in self.looks]
             self.plain[texture] = free(texture, [*own, *self.plain.values()])
         return self.plain.get(texture, "")
 
@@ -158,18 +165,16 @@ class SimulationPrinter:
 
     def texts(self, values: Values) -> dict[str, str]:
         """Return attributes printed, by name."""
-        texts = {}
-        for name, value in values.items():
-            if value is None:
-                continue
-            named = name in _BODIES or (name in ("objname", "refname") and values.get(f"{name[:3]}type") == "xbody")
-            texts[name] = self.text(value)
-            if named and value in self.robot.link:
-                texts[name] = body_name(self.robot, str(value))
+        texts = {name: self.text(value) for name, value in values.items() if value is not None}
+        for name in _NAMING.intersection(texts):
+            text = texts[name]
+            named = name in _BODIES or (name in _NAMED and values.get(f"{name[:3]}type") == "xbody")
+            if named and values[name] in self.robot.link:
+                texts[name] = body_name(self.robot, text)
             elif name in _GEOMS:
-                texts[name] = self.own_names.get(texts[name], texts[name])
+                texts[name] = self.own_names.get(text, text)
             elif name == "material":
-                texts[name] = self.material(texts[name]) or texts[name]
+                texts[name] = self.material(text) or text
         return texts
 
     def text(self, value: Attribute) -> str:

@@ -225,8 +225,7 @@ class Sheet:
                     self.facts[Fact("link", link, f"box {end} {axis}")] = Value(value, "m")
         else:
             self._names.add(link)
-            box = Box(lower, upper)
-            self._solids.setdefault(link, []).append(Solid("box", box.size, box.centre, _UPRIGHT, (), 0.0, 0.0))
+            self._solids.setdefault(link, []).append(self.once(("box", lower, upper), lambda: _between(lower, upper)))
 
     def add_parent(self, child: str, parent: str, which: str = "") -> None:
         """Take down what a frame sits in; ``which`` stands behind the quantity, where a frame has several rows."""
@@ -380,6 +379,12 @@ class FactSheet(Sheet):
             return Solid(kind, sizes, transform.xyz, transform.rows, (), 0.0, 3 * self._turning)
         lengths = [_ROOT_THREE * max(map(self.tolerance, transform.xyz)), *(2 * self.tolerance(size) for size in sizes)]
         return Solid(kind, sizes, transform.xyz, transform.rows, (), max(lengths), 3 * self._turning)
+
+
+def _between(lower: Vector, upper: Vector) -> Solid:
+    """Return the box between two corners (m)."""
+    box = Box(lower, upper)
+    return Solid("box", box.size, box.centre, _UPRIGHT, (), 0.0, 0.0)
 
 
 _OF_LINKS = ("frame", "link")

@@ -261,7 +261,7 @@ def _read(text: str, sheet: Sheet) -> Sheet:
 
 
 def _read_frame(
-    sheet: Sheet, row: dict[str, str], numbers: Sequence[float], tolerance: Callable[[float], float], which: str
+    sheet: Sheet, row: dict[str, str], numbers: tuple[float, ...], tolerance: Callable[[float], float], which: str
 ) -> None:
     """Take down a row with its ``numbers``; ``which`` stands behind each quantity."""
     child, parent = row["child"], row["parent"]
@@ -269,10 +269,15 @@ def _read_frame(
     if sheet.known is None:  # where nothing is known of it
         sheet.take("frame", child, f"publisher{which}", Value(row["published by"]))
         sheet.take("frame", child, f"topic{which}", Value(row["topic"]))
-    if numbers:
-        x, y, z, roll, pitch, yaw = numbers
-        a, b, c, d, e, f = map(tolerance, numbers)
-        sheet.add_pose(child, Pose((x, y, z), (roll, pitch, yaw)), (a, b, c), (d, e, f), which)
+    if numbers:  # many rows have the same
+        sheet.add_pose(child, *sheet.once(numbers, lambda: _pose(numbers, tolerance)), which)
+
+
+def _pose(numbers: Sequence[float], tolerance: Callable[[float], float]) -> tuple[Pose, Vector, Vector]:
+    """Return a pose, and how well its position (m) and its angles (rad) are known."""
+    x, y, z, roll, pitch, yaw = numbers
+    a, b, c, d, e, f = map(tolerance, numbers)
+    return Pose((x, y, z), (roll, pitch, yaw)), (a, b, c), (d, e, f)
 
 
 def _place(row: dict[str, str]) -> str:

@@ -102,15 +102,11 @@ class Known:
         return found
 
     def _motion(self, joint: Joint) -> Block:
-        limit, mimic = joint.limit, joint.mimic
-        key = (
-            *(joint.type, joint.axis),
-            limit and (limit.lower, limit.upper, limit.velocity, limit.effort),
-            mimic and (mimic.joint, mimic.multiplier, mimic.offset),
-        )
-        if key not in self._motions:
-            self._motions[key] = _motion_of(joint)
-        return self._motions[key]
+        key = (joint.type, joint.axis, id(joint.limit), id(joint.mimic))  # which joints may share
+        found = self._motions.get(key)
+        if found is None:
+            found = self._motions[key] = _motion_of(joint)
+        return found
 
     def child(self, joint: str) -> str:
         """Return the child of a joint; empty of one that nothing is known of."""

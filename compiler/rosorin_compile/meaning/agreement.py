@@ -233,19 +233,20 @@ def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnosti
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
     format, output = reading.format, reading.output(robot)
-    fine: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()  # the solids of an artifact, and those of the model
+    # By the identities of the solids of an artifact and of the shapes of the model, which are kept for that.
+    fine: dict[tuple[tuple[int, ...], tuple[int, ...]], Sequence[Shape]] = {}
     for link in sorted(reading.view.names) if format.all_solids and told else sorted(told):
-        shapes = _meant(robot, link, format, output, reading.view.names)
+        shapes, solids = _meant(robot, link, format, output, reading.view.names), told.get(link, ())
         if shapes is None:
             continue
-        meant = [_solid(solid, known) for shape in shapes for solid in shape.solids()]
-        both = tuple(map(id, told.get(link, ()))), tuple(map(id, meant))
+        both = tuple(map(id, solids)), tuple(map(id, shapes))
         if both in fine:
             continue
+        meant = [_solid(solid, known) for shape in shapes for solid in shape.solids()]
         # Names of shapes and the like are not in every artifact.
-        solids = [solid._replace(words=()) if solid.words else solid for solid in told.get(link, ())]
+        solids = tuple([solid._replace(words=()) if solid.words else solid for solid in solids])
         if same_set(solids, meant):
-            fine.add(both)
+            fine[both] = shapes
             continue
         wrong = len(remainder(solids, meant).removed)
         message = f"{link} collision: {wrong} of {len(solids)} shapes in {reading.artifact.file} are not in the model"
@@ -269,6 +270,7 @@ def _meant(robot: Robot, link: str, format: Format, output: Output, names: froze
     own: Sequence[Shape] | None = robot.link[link].collision
     if format.solids is not None:
         own = format.solids(robot, link, output, names)
-    if own is None or any(isinstance(shape.geometry, Mesh) for shape in own):
-        return None
+    for shape in own or ():
+        if isinstance(shape.geometry, Mesh):
+            return None
     return own

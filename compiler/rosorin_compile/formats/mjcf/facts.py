@@ -16,6 +16,7 @@ from functools import partial
 from ...model import Transform
 from ...model.geometry import transform_of_quaternion
 from ...startup import TYPE_CHECKING, patterns
+from ...startup.records import NamedTuple
 from ..facts import AXES, COLLISION, VISUAL, FactSheet, Six, number_of
 from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, WORLD
@@ -48,9 +49,19 @@ _LARGE = 200_000  # letters; some 200 bodies
 _BODY, _END = '<body name="', "</body>"
 _JOINT = '<joint name="'
 _TAG = patterns.compile(r"<(\w+) ")
-# What cannot be told of several bodies at once.
-_OWN = (f"<{ALIKE}", "<pair ", "<!", "<?")
+# What cannot be told of several bodies at once, in a tree of them and beside it.
+_ODD = ("!", "?")
+_OWN = (f"<{ALIKE}", "<pair ", *_ODD)
 _SPECIAL = ('type="ball"', 'type="free"')
+
+
+class _Had(NamedTuple):
+    """What bodies of a large MJCF have alike: the first of them, their joint, how it moves, mass and inertia."""
+
+    first: str
+    joint: Element | None
+    motion: Block
+    inertia: tuple[float, Transform, Six] | None
 
 
 def read(text: str) -> Facts:
@@ -72,7 +83,9 @@ def folded(text: str) -> str:
     """
     head, begun, rest = text.partition("\n  <worldbody>\n")
     tree, ended, rest = rest.partition("\n  </worldbody>\n")
-    if len(text) < _LARGE or not begun or not ended or any(one in tree or one in rest for one in _OWN):
+    if len(text) < _LARGE or not begun or not ended or any(one in tree for one in _ODD):
+        return text
+    if any(one in rest for one in _OWN):
         return text
     model = head.partition('<mujoco model="')[2].partition('"')[0]
     known: dict[str, int] = {}
@@ -264,21 +277,27 @@ def _alike(
     scales: dict[str, Element],
     joints: dict[str, Element],
 ) -> None:
-    """Take down a body that has what others have; shapes are read of the first of them."""
-    name, number = sheet.text(body, "name"), body.get(ALIKE)
+    """Take down a body that has what others have, which is read of the first of them."""
+    name = sheet.text(body, "name")
     sheet.add_frame(name, parent, _transform(sheet, body))
-    joint, inertial = children.find("joint"), children.find("inertial")
+    first, joint, motion, inertia = sheet.once((ALIKE, id(children)), lambda: _had(sheet, name, children))
     if joint is not None:
         called = sheet.text(body, f"{ALIKE}_joint")
         joints[called] = joint
-        sheet.add_joint(called, name, sheet.once((ALIKE, "joint", number), lambda: _motion(sheet, joint)))
-    if inertial is not None:
-        _inertial(sheet, name, inertial)
-    first = sheet.once((ALIKE, number), lambda: name)
+        sheet.add_joint(called, name, motion)
+    if inertia is not None:
+        sheet.add_inertial(name, *inertia)
     if first == name:
         _shapes(sheet, name, children.findall("geom"), scales)
     else:
         sheet.add_solids_of(name, first)
+
+
+def _had(sheet: FactSheet, first: str, children: Element) -> _Had:
+    """Return what bodies have alike; ``first`` is the body that was read first."""
+    joint, inertial = children.find("joint"), children.find("inertial")
+    motion = {} if joint is None else _motion(sheet, joint)
+    return _Had(first, joint, motion, None if inertial is None else _inertia(sheet, inertial))
 
 
 def _others(sheet: FactSheet, link: str, body: Element, owners: dict[str, str]) -> None:

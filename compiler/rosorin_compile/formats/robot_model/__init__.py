@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 
 from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.bounded import json_of
@@ -22,6 +23,7 @@ from ...model import (
     Robot,
     ServoGroup,
     Shape,
+    Vector,
 )
 from ...rules.case import Case, suggest
 from ...startup import TYPE_CHECKING
@@ -271,8 +273,8 @@ def _model(model: Mapping[str, Any], sheet: Sheet) -> Sheet:
     for name, joint in model["joints"].items():
         _read_joint(sheet, name, joint)
     for link, box in model["boxes"].items():
-        (a, b, c), (d, e, f) = (_floats(sheet, box[end]) for end in ("min", "max"))
-        sheet.add_box(sheet.named(link), (a, b, c), (d, e, f))
+        corners = tuple(box["min"]), tuple(box["max"])
+        sheet.add_box(sheet.named(link), *sheet.once(("corners", *corners), partial(_corners, sheet, *corners)))
     if "chassis_heightmap" in model:
         _read_height_map(sheet, model["chassis_heightmap"])
     return sheet
@@ -284,6 +286,11 @@ def _floats(sheet: Sheet, numbers: Iterable[float]) -> list[float]:
     if sheet.known is not None and not all(map(math.isfinite, made)):
         raise ValueError("a number is not finite")
     return made
+
+
+def _corners(sheet: Sheet, lower: Iterable[float], upper: Iterable[float]) -> tuple[Vector, Vector]:
+    (a, b, c), (d, e, f) = _floats(sheet, lower), _floats(sheet, upper)
+    return (a, b, c), (d, e, f)
 
 
 def _read_joint(sheet: Sheet, name: str, joint: Mapping[str, Any]) -> None:

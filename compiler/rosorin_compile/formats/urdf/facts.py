@@ -216,21 +216,19 @@ def _motion(sheet: FactSheet, joint: Element, kind: str) -> Block:
 
 def _alike(sheet: FactSheet, name: str, number: str, link: Element, materials: Mapping[str, Element]) -> None:
     """Take down a link that has what others have; the first of them is read as any link is."""
-    first = sheet.once((ALIKE, number), lambda: name)
+    first, inertia = sheet.once((ALIKE, number), lambda: (name, _inertia(sheet, link)))
     if first == name:
         _link(sheet, name, link, materials)
         return
     sheet.add_solids_of(name, first)
-    inertial = link.find("inertial")
-    if inertial is not None:
-        sheet.add_inertial(name, *sheet.once((ALIKE, "inertial", number), lambda: _inertial(sheet, inertial)))
+    if inertia is not None:
+        sheet.add_inertial(name, *inertia)
 
 
 def _link(sheet: FactSheet, name: str, link: Element, materials: Mapping[str, Element]) -> None:
-    inertial = link.find("inertial")
-    if inertial is not None:
-        key = ("inertial", *((part.tag, *part.items()) for part in inertial))
-        sheet.add_inertial(name, *sheet.once(key, lambda: _inertial(sheet, inertial)))
+    inertia = _inertia(sheet, link)
+    if inertia is not None:
+        sheet.add_inertial(name, *inertia)
     shapes_of = {"collision": link.findall("collision"), "visual": link.findall("visual")}
     foreign = [shape for shapes in shapes_of.values() for shape in shapes if _is_foreign(shape)]
     for purpose, every in shapes_of.items():
@@ -240,6 +238,15 @@ def _link(sheet: FactSheet, name: str, link: Element, materials: Mapping[str, El
         for number, shape in enumerate(shapes, 1):
             _shape(sheet, name, f"{purpose} {number}", shape, materials)
     _elements(sheet, ("link", name, ""), link, _OF_LINK, foreign)
+
+
+def _inertia(sheet: FactSheet, link: Element) -> tuple[float, Transform, Six] | None:
+    """Return what the <inertial> of a link says; None where it has none."""
+    inertial = link.find("inertial")
+    if inertial is None:
+        return None
+    key = ("inertial", *((part.tag, *part.items()) for part in inertial))
+    return sheet.once(key, lambda: _inertial(sheet, inertial))
 
 
 def _inertial(sheet: FactSheet, inertial: Element) -> tuple[float, Transform, Six]:

@@ -49,7 +49,8 @@ class Compiled(NamedTuple):
 
     ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
     packages and of mesh files led. ``meshes`` are the mesh files that were looked for; None if none were.
-    ``variant`` is which of many robots it is, if ``sweep`` made it.
+    ``variant`` is which of many robots it is, if ``sweep`` made it. ``digests`` are those of the artifacts, by file, as
+    far as somebody has worked them out.
     """
 
     robot: Robot | None
@@ -59,6 +60,7 @@ class Compiled(NamedTuple):
     resolved: tuple[Resolved, ...] = ()
     meshes: Searched | None = None
     variant: Variant | None = None
+    digests: Mapping[str, str] | None = None
 
     def __repr__(self) -> str:
         """Return what there is, without the texts of the artifacts."""

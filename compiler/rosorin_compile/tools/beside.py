@@ -25,23 +25,37 @@ except ImportError:
 from ..diagnostics.progress import hide, step
 from ..pipeline import Made, Maker, Task, make_one
 from ..startup.again import loaded, loaded_too, marked_too, marks
-from ..startup.cache import cache_refused, refused_too
+from ..startup.cache import cache_refused, digest, refused_too
+from ..startup.records import NamedTuple
 
 # What takes long is begun first; the formats of artifacts by that, the longest first.
 _LONG = ("mjcf", "urdf", "sdf", "srdf", "robot_model", "frames_picture", "frames")
 _MOST = 200  # outputs: the number of one is a byte
 
-Answer = tuple[int, Made, bool, set[Path]]  # the number of the output, what became of it, is it proven, templates
+
+class Answer(NamedTuple):
+    """What became of the output of that number: the artifact, is it proven, its digest, the templates that were used.
+
+    The digest is that of the bytes of the artifact; empty if there are none.
+    """
+
+    number: int
+    made: Made
+    proven: bool
+    digest: str
+    used: set[Path]
 
 
 class TwoProcesses(Maker):
-    """Makes the artifacts of one robot in two processes; ``proven`` are the outputs that were read back, by name.
+    """Makes the artifacts of one robot in two processes.
 
+    ``proven`` are the outputs that were read back, by name, ``digests`` those of the artifacts, by file.
     ``marked``: the second one marks the whole tool too, for stamps.
     """
 
     def __init__(self, marked: bool) -> None:
         self.proven: set[str] = set()
+        self.digests: dict[str, str] = {}
         self._marked = marked
         self._second: _Second | None = None
 
@@ -59,13 +73,14 @@ class TwoProcesses(Maker):
             self.foresee(task)
         if self._second is None or self._second.task.robot is not task.robot:
             return super().make(task)
-        answers = {answer[0]: answer for answer in _made(task, self._second.todo())}
-        answers.update({answer[0]: answer for answer in self._second.answers()})
+        answers = {answer.number: answer for answer in _made(task, self._second.todo())}
+        answers.update({answer.number: answer for answer in self._second.answers()})
         left = [number for number in range(len(task.outputs)) if number not in answers]
-        answers.update({answer[0]: answer for answer in _made(task, left)})
-        self.proven = {task.outputs[number].name for number, _, proven, _ in answers.values() if proven}
-        made = [answers[number][1] for number in range(len(task.outputs))]
-        used = set[Path]().union(*(used for _, _, _, used in answers.values()))
+        answers.update({answer.number: answer for answer in _made(task, left)})
+        self.proven = {task.outputs[answer.number].name for answer in answers.values() if answer.proven}
+        self.digests = {task.outputs[answer.number].file: answer.digest for answer in answers.values() if answer.digest}
+        made = [answers[number].made for number in range(len(task.outputs))]
+        used = set[Path]().union(*(answer.used for answer in answers.values()))
         if not used:
             return made, ()
         templates = task.templates()
@@ -93,21 +108,33 @@ def _made(task: Task, numbers: Iterable[int]) -> Iterator[Answer]:
         step(f"making {output.file},", number, len(task.outputs))
         made = make_one(task, output, templates)
         step(f"proving {output.file},", number, len(task.outputs))
-        yield number, made, made.artifact is not None and agrees(task.robot, made.artifact, model), templates.used
+        proven = made.artifact is not None and agrees(task.robot, made.artifact, model)
+        yield Answer(number, made, proven, _digest(made.artifact.text) if made.artifact else "", templates.used)
+
+
+def _digest(text: str) -> str:
+    with suppress(UnicodeEncodeError):  # that is told when it is to be written
+        return digest(text.encode())
+    return ""
 
 
 class _Second:
-    """The second process, and the list of what is to do, which both take from: a byte an output."""
+    """The second process, and the list of what is to do, which both take from: a byte an output.
+
+    Its answers wait in a file in memory, so that it need not wait for anybody who reads; where each of them ends, it
+    tells by a pipe when it is done.
+    """
 
     def __init__(self, task: Task, marked: bool) -> None:
         self.task = task
         _bury()
+        self._held = os.memfd_create("answers")
         self._taken, listed = os.pipe()
         self._answers, answers = os.pipe()
         self._child = os.fork()
         if self._child == 0:
             os.close(self._answers)  # else nobody would be told that the first process is gone
-            _answer(task, self._taken, listed, answers, marked)
+            _answer(task, self._taken, listed, self._held, answers, marked)
         os.close(listed)
         os.close(answers)
 
@@ -119,18 +146,20 @@ class _Second:
         """Return what the second process has made, once it is done; nothing if it did not come so far."""
         try:
             with open(self._answers, "rb", closefd=False) as opened:
-                found, refused, marked, files = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
+                ends, refused, marked, files = pickle.load(opened)  # noqa: S301 - of a copy of this process, by a pipe
+            places = zip([0, *ends], ends, strict=False)
+            found = [pickle.loads(os.pread(self._held, end - start, start)) for start, end in places]  # noqa: S301
         except Exception:  # it ended before it had told all
             return []
         refused_too(refused)
         marked_too(marked)
         loaded_too(files)
-        return list(found)
+        return found
 
     def end(self) -> None:
         """Stop the process if it still runs; nobody waits until the system has taken apart what it held."""
-        os.close(self._taken)
-        os.close(self._answers)
+        for handle in (self._held, self._taken, self._answers):
+            os.close(handle)
         with suppress(ProcessLookupError):  # where SIGCHLD is ignored it may be gone already
             os.kill(self._child, signal.SIGKILL)
         _ended.append(self._child)
@@ -157,27 +186,31 @@ def _in_turn(taken: int) -> Iterator[int]:
         yield byte[0]
 
 
-def _answer(task: Task, taken: int, listed: int, answers: int, marked: bool) -> None:
+def _answer(task: Task, taken: int, listed: int, held: int, answers: int, marked: bool) -> None:
     """Be the second process: list what is to do, make what nobody has taken, tell it, and end without a word."""
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         hide()
         os.write(listed, bytes(_order(task)))  # a pipe holds more without anybody who reads
         os.close(listed)
-        _work(task, taken, answers, marked)
+        _work(task, taken, held, answers, marked)
     finally:
         os._exit(0)
 
 
-def _work(task: Task, taken: int, answers: int, all_marked: bool) -> None:
-    """Make what nobody has taken, and tell it."""
+def _work(task: Task, taken: int, held: int, answers: int, all_marked: bool) -> None:
+    """Make what nobody has taken, keep it, and tell where it is."""
     from ..project import tool_folders
 
     modules, *data = tool_folders()
     marked = marks([modules, *data] if all_marked else data)  # while the first process has rules to ask
-    found = list(_made(task, _in_turn(taken)))
+    ends = []
+    with open(held, "wb") as opened:
+        for answer in _made(task, _in_turn(taken)):
+            pickle.dump(answer, opened, protocol=5)
+            ends.append(opened.tell())
     with open(answers, "wb") as opened:
-        pickle.dump((found, cache_refused(), marked, loaded(modules)), opened, protocol=5)
+        pickle.dump((ends, cache_refused(), marked, loaded(modules)), opened, protocol=5)
 
 
 def _order(task: Task) -> list[int]:

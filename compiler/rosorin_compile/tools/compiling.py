@@ -66,7 +66,7 @@ def compile_proven(given: Given, description: Description, console: Console, wan
     finally:
         maker.end()
     _last.extend((maker, compiled))
-    return proven(compiled, maker.proven)
+    return proven(compiled, maker.proven)._replace(digests=maker.digests)
 
 
 # The last robot and its tree: most processes end with them, and need not take them apart first.

@@ -73,6 +73,8 @@ class _Collector:
             elif kind is float or kind is int:
                 if not -FULL_TURN <= item <= FULL_TURN:
                     self.mark(self.found.numbers, (*self.path, key), item)
+            elif kind is str and item.isascii() and item.isprintable():
+                continue
             elif isinstance(item, str) and not _is_carried(item):
                 self.mark(self.found.texts, (*self.path, key), item)
         if self.marks == before:

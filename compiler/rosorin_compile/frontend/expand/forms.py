@@ -91,7 +91,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
             sound = False
     sound &= not hides_letters("prefix", entry, scope)
     for key, dimension in _POSE.items():
-        sound &= key not in entry or _check_vector(f"{owner} {key}", entry, key, dimension, scope)
+        sound &= key not in entry or _check_vector(owner, entry, key, dimension, scope)
     for key in ("with", "content"):
         sound &= key not in entry or _check_kind(owner, entry, key, Map, scope, evaluated=False)
     content = entry.get("content")
@@ -188,14 +188,14 @@ def _check_kind(owner: str, tree: Map, key: str, wanted: type, scope: Scope, eva
     return False
 
 
-def _check_vector(where: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
-    value = tree.get(key)
+def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
+    value, where = tree.get(key), f"{owner} {key}"
     if value is None:
         return True
     if not isinstance(value, list) or len(value) != 3:
         _report(f"{where} is a list of three numbers, not {_kind(value)}", tree, key, scope)
         return False
-    wrong = [v for v in value if not is_number(v, dimension)]
+    wrong = [v for v in value if type(v) is not float and not is_number(v, dimension)]
     if not wrong and all(map(math.isfinite, value)):
         return True
     if not wrong:

@@ -81,6 +81,13 @@ def turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     return next(((*path, i, "by") for i, turn in enumerate(turns) if turn["by"] == ROBOT_STATE_PUBLISHER), None)
 
 
+def _lists_publishers(tree: Map) -> bool:
+    """Say whether a joint, or a sensor that mounts one, has a list of publishers, which few robots have."""
+    entries = [entry for section in ("joints", "sensors") for entry in (tree.get(section) or {}).values()]
+    entries += [entry.get("optical") for entry in (tree.get("sensors") or {}).values() if isinstance(entry, Map)]
+    return any(isinstance(entry, Map) and isinstance(entry.get("publisher"), Seq) for entry in entries)
+
+
 @rule(
     "two-publishers",
     "Two publishers own one frame at the same time.",
@@ -176,7 +183,7 @@ def _gap(case: Case, child: str, claimed: list[Claim], combination: conditions.C
 def urdf_always(case: Case) -> Iterator[Diagnostic]:
     """Conditions of robot_state_publisher, which publishes all of its URDF in every mode."""
     claimed = claims(case)
-    for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):
+    for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER) if _lists_publishers(case.tree) else ():
         place = turn_of_urdf(case, joint)
         when = at(case.tree, (*place[:-1], "when")) if place else None
         # With another one the frame has two publishers, which is said.

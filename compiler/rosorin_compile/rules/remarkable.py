@@ -21,8 +21,9 @@ NOT_XML = patterns.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff
 class Remarkable(NamedTuple):
     """Paths with their values, parents before children, in the order of the tree.
 
-    ``numbers``: bare numbers beyond a full turn; ``texts``: texts, and ``keys``: names, with characters that XML cannot
-    carry; ``stand_ins``: mappings whose source says that they are stand-ins.
+    ``numbers``: bare numbers beyond a full turn, but for efforts and velocities in limits of joints; ``texts``: texts,
+    and ``keys``: names, with characters that XML cannot carry; ``stand_ins``: mappings whose source says that they are
+    stand-ins.
     """
 
     numbers: list[tuple[Path, float]]
@@ -71,7 +72,7 @@ class _Collector:
                     self.visit(item)
                     self.path.pop()
             elif kind is float or kind is int:
-                if not -FULL_TURN <= item <= FULL_TURN:
+                if not -FULL_TURN <= item <= FULL_TURN and not self._is_large(key):
                     self.mark(self.found.numbers, (*self.path, key), item)
             elif kind is str and item.isascii() and item.isprintable():
                 continue
@@ -79,6 +80,10 @@ class _Collector:
                 self.mark(self.found.texts, (*self.path, key), item)
         if self.marks == before:
             self.plain.add(id(node))
+
+    def _is_large(self, key: str | int) -> bool:
+        """Say whether a number at a key may well be beyond a full turn: nearly every joint has such limits."""
+        return key in ("effort", "velocity") and self.path[:1] == ["joints"] and self.path[2:] == ["limit"]
 
     def _mapping(self, node: Map) -> None:
         source = node.get("source")

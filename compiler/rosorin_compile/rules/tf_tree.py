@@ -64,7 +64,7 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
     """Edges that hang neither on a link nor over one: one of their names is not what was meant."""
     robot = case.robot
     pairs = [(joint.parent, joint.child) for joint in robot.joints] + [(e.parent, e.child) for e in robot.edges]
-    for piece in pieces(pairs):
+    for piece in pieces(pairs) if robot.edges else ():
         inside = [(index, edge) for index, edge in enumerate(robot.edges) if edge.parent in piece]
         if not inside or not piece.isdisjoint(robot.link):
             continue
@@ -301,6 +301,8 @@ def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
     for one, other in pairs:
         first, second = piece_of.setdefault(one, {one}), piece_of.setdefault(other, {other})
         if first is not second:
+            if len(first) < len(second):  # else a long chain that is told from its end would take the square of time
+                first, second = second, first
             first |= second
             for name in second:
                 piece_of[name] = first

@@ -126,8 +126,11 @@ def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
     for frame in frames:
         who, topic, when = _publishing(frame)
         motion = "moving" if frame.moving else "static"
-        unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
-        numbers = _placed(frame.pose.xyz, frame.pose.rpy, number) if frame.pose else (unknown, "", "")
+        if frame.pose:
+            numbers = _placed(frame.pose.xyz, frame.pose.rpy, number)
+        else:
+            unknown = frame.publisher.kind == UNPUBLISHED
+            numbers = ("not known" if unknown else f"known to {_escape(who)} alone", "", "")
         rows.append([_escape(frame.parent), _escape(frame.child), _escape(who), motion, topic, *numbers, _escape(when)])
     return rows
 

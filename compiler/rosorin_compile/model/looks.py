@@ -22,8 +22,8 @@ def colour_of_link(index: int) -> Rgba:
     """Return a colour for the link of that number: calm, and told apart from its neighbours; the first is grey."""
     hue = round((_FIRST_HUE + index * _GOLDEN_ANGLE) % 360, 1) / 360
     lightness, saturation = (0.52 if index % 2 else 0.60), (0.42 if index else 0.10)
-    red, green, blue = (round(part, _DIGITS) for part in hls_to_rgb(hue, lightness, saturation))
-    return (red, green, blue, 1.0)
+    red, green, blue = hls_to_rgb(hue, lightness, saturation)
+    return (round(red, _DIGITS), round(green, _DIGITS), round(blue, _DIGITS), 1.0)
 
 
 def colours_of(robot: Robot) -> dict[str, Material]:

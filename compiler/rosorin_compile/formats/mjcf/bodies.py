@@ -46,8 +46,14 @@ def weld_groups(robot: Robot) -> dict[str, list[str]]:
     """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
     top: dict[str, str] = {}
     groups: dict[str, list[str]] = {}
+    above = robot.joint_to
     for link in robot.walk():
-        joint = robot.joint_to.get(link.name)
-        top[link.name] = link.name if joint is None or not joint.is_fixed else top[joint.parent]
-        groups.setdefault(top[link.name], []).append(link.name)
+        name = link.name
+        joint = above.get(name)
+        if joint is None or not joint.is_fixed:
+            top[name] = name
+            groups[name] = [name]
+        else:
+            top[name] = top[joint.parent]
+            groups[top[name]].append(name)
     return groups

@@ -167,7 +167,7 @@ class Classes:
 
     def _with_joints(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> str:
         """Return the class of joints that all joints of these actuators are of, if it has no actuators yet."""
-        joints = {self._elements[place].joint for place in shared.members}
+        joints = {self._elements[place].joint for place in shared.members} if made else set()
         for name, parts in made.items():
             known = {self._elements[place].joint for place in parts[0].members}
             if parts[0].tag == "joint" != shared.tag and len(parts) == 1 and joints <= known:

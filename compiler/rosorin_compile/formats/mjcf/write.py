@@ -433,6 +433,8 @@ def _geom_names(
         for number, solid in enumerate([solid for shape in shapes for solid in solids(shape, form)], start=1):
             places[link.name, VISUAL, number] = "" if link.name in shown else solid.name
     own = [(at, name) for at, name in places.items() if name]
+    if not own:
+        return {at: f"{at[0]}_{at[1]}_{at[2]}" for at in places}, {}
     first: dict[str, str] = {}
     for (_, purpose, _), name in own:
         first.setdefault(name, purpose)

@@ -39,7 +39,7 @@ from ...startup.records import NamedTuple
 from ...startup.remembering import remembered
 from ...xml.elements import indented
 from ...xml.escaping import Markup
-from ..templating import Templates, attributes, comment
+from ..templating import Templates, attribute, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = form.once(masses[name], lambda one: _inertial(one, number)) if name in masses else []
             shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
-            rows.append((attributes(name=name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
+            rows.append((attribute("name", name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
         steps.append((rows, [] if joint is None else [_joint(joint, form)]))
     diagnostics += [*_stood_in(unsaid, form), *_balls(robot), *_left_out(robot, output, elements)]
     diagnostics += standing_still(robot, carried) if masses else ()
@@ -322,8 +322,9 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
         keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
         inner.append(("safety_controller", _given(joint.safety, keys, number)))
     # The nearest that URDF has, and robot_state_publisher leaves it alone as well.
-    names = attributes(name=joint.name, type="floating" if joint.type == "ball" else joint.type)
-    ends = attributes(link=joint.parent), attributes(link=joint.child)
+    kind = attribute("type", "floating" if joint.type == "ball" else joint.type)
+    names = attribute("name", joint.name) + kind
+    ends = attribute("link", joint.parent), attribute("link", joint.child)
     return (names, *ends, _origin(joint.origin, number), inner, form.kept(joint.urdf_elements, "    "))
 
 

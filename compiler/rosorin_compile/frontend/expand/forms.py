@@ -39,6 +39,7 @@ _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "conten
 _SENSOR_TYPE_KEYS = ("help", "params", "let", "optical", "mjcf", "gazebo", KEPT, "publisher", "source")
 _USE_TEXTS = ("part", "prefix", "parent")
 _POSE: dict[str, Dimension] = {"xyz": LENGTH, "rpy": ANGLE}
+_FLOATS = [float] * 3
 
 
 def check_file(file: str, tree: Map, scope: Scope) -> None:
@@ -85,11 +86,11 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
     owner = f'use "{name}"'
     sound = _check_keys(owner, entry, _USE_KEYS, scope, "use")
     for key in _USE_TEXTS:
-        value = entry.get(key)
-        if value is not None and not isinstance(value, str):
+        value = entry.get(key, "")
+        if not isinstance(value, str) and value is not None:
             _report(f"{owner} {key} is text, not {_kind(value)}", entry, key, scope)
             sound = False
-    sound &= not hides_letters("prefix", entry, scope)
+    sound &= "prefix" not in entry or not hides_letters("prefix", entry, scope)
     for key, dimension in _POSE.items():
         sound &= key not in entry or _check_vector(owner, entry, key, dimension, scope)
     for key in ("with", "content"):
@@ -189,13 +190,14 @@ def _check_kind(owner: str, tree: Map, key: str, wanted: type, scope: Scope, eva
 
 
 def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
-    value, where = tree.get(key), f"{owner} {key}"
-    if value is None:
+    value = tree.get(key)
+    if value is None or (type(value) is Seq and list(map(type, value)) == _FLOATS and all(map(math.isfinite, value))):
         return True
+    where = f"{owner} {key}"
     if not isinstance(value, list) or len(value) != 3:
         _report(f"{where} is a list of three numbers, not {_kind(value)}", tree, key, scope)
         return False
-    wrong = [v for v in value if type(v) is not float and not is_number(v, dimension)]
+    wrong = [v for v in value if not is_number(v, dimension)]
     if not wrong and all(map(math.isfinite, value)):
         return True
     if not wrong:

@@ -379,7 +379,8 @@ class _Placer:
     def joints(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
             return entry
-        changes = self._attached(entry) | self._elements(entry)
+        changes = self._attached(entry)
+        changes.update(self._elements(entry))
         if isinstance(entry.get("child"), str):
             changes["child"] = self.frame(entry["child"])
         mimic = entry.get("mimic")
@@ -396,7 +397,8 @@ class _Placer:
     def sensors(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
             return entry
-        changes = self._attached(entry) | self._elements(entry)
+        changes = self._attached(entry)
+        changes.update(self._elements(entry))
         for key in ("frame", "joint"):
             if isinstance(entry.get(key), str):
                 changes[key] = self.rename(entry[key])
@@ -553,8 +555,10 @@ class _Placer:
         if isinstance(parent, str):
             changes["parent"] = self.frame(parent)
             if parent == MOUNT and self.mount != (None, None):
-                changes |= self._mounted(entry, changes)
-        return changes | self._published(entry)
+                changes.update(self._mounted(entry, changes))
+        if "publisher" in entry:
+            changes.update(self._published(entry))
+        return changes
 
     def _published(self, entry: Map) -> dict[str, Any]:
         """Return the publishers of an entry, the static ones renamed: each part starts its own."""

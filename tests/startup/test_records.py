@@ -8,6 +8,7 @@ import inspect
 import pickle
 import typing
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import pytest
@@ -186,3 +187,21 @@ def test_a_wrong_call_is_told_as_python_tells_it(given: tuple[int, ...], named: 
     for _ in range(2):
         with pytest.raises(TypeError, match=r"__new__\(\)"):
             Few(*given, **named)
+
+
+def test_what_was_worked_out_of_a_value_is_not_that_of_one_made_from_it() -> None:
+    first = _Worked(1, 2)
+    assert first.total == 3
+    second = records.replace(first, y=5)
+    assert (second, second.total, first.total) == (_Worked(1, 5), 6, 3)
+    assert records.replace(second, x=0) == _Worked(0, 5)
+
+
+@records.dataclass(frozen=True)
+class _Worked:
+    x: int
+    y: int
+
+    @cached_property
+    def total(self) -> int:
+        return self.x + self.y

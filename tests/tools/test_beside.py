@@ -14,6 +14,7 @@ from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.pipeline import Compiled, Made, Task
 from rosorin_compile.project import Description
+from rosorin_compile.startup.cache import digest
 from rosorin_compile.tools import beside
 from rosorin_compile.tools.compiling import compile_proven
 from rosorin_compile.tools.given import Given
@@ -58,6 +59,38 @@ def in_second(do: Callable[[], None]) -> Callable[[Task, beside.Output, object],
 @pytest.mark.parametrize("robot", ROBOTS, ids=str)
 def test_two_processes_make_what_one_makes(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert seen(compiled(ROOT / robot, monkeypatch)) == seen(compiled(ROOT / robot, monkeypatch, 1))
+
+
+def test_digests_are_those_of_the_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = compiled(ROSORIN, monkeypatch)
+    assert made.digests == {artifact.file: digest(artifact.text.encode()) for artifact in made.artifacts}
+
+
+def test_a_text_that_no_file_can_hold_has_no_digest(monkeypatch: pytest.MonkeyPatch) -> None:
+    make = beside.make_one
+
+    def odd(task: Task, output: beside.Output, templates: object) -> Made:
+        made = make(task, output, templates)
+        assert made.artifact is not None
+        text = made.artifact.text + "\ud800" * (output.name == "frames")
+        return made._replace(artifact=made.artifact._replace(text=text))
+
+    monkeypatch.setattr(beside, "make_one", odd)
+    made = compiled(ROSORIN, monkeypatch)
+    assert made.digests is not None
+    assert {one.file for one in made.artifacts} - made.digests.keys() == {"frames.md"}
+
+
+@pytest.mark.parametrize("fork", [os.fork, None], ids=["", "refused"])
+def test_no_handle_is_left(fork: Callable[[], int] | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused() -> int:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    compiled(ROSORIN, monkeypatch)
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    monkeypatch.setattr(os, "fork", fork or refused)
+    compiled(ROSORIN, monkeypatch)
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
 
 
 def test_the_second_process_does_something(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

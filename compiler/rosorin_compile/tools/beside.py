@@ -131,7 +131,12 @@ class _Second:
         self._held = os.memfd_create("answers")
         self._taken, listed = os.pipe()
         self._answers, answers = os.pipe()
-        self._child = os.fork()
+        try:
+            self._child = os.fork()
+        except OSError:
+            for handle in (self._held, self._taken, listed, self._answers, answers):
+                os.close(handle)
+            raise
         if self._child == 0:
             os.close(self._answers)  # else nobody would be told that the first process is gone
             _answer(task, self._taken, listed, self._held, answers, marked)

@@ -131,6 +131,15 @@ def test_where_no_process_can_begin_all_is_made(monkeypatch: pytest.MonkeyPatch)
     assert seen(compiled(ROSORIN, monkeypatch)) == alone
 
 
+def test_where_python_knows_no_files_in_memory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    alone = seen(compiled(ROSORIN, monkeypatch, 1))
+    mark = tmp_path / "second"
+    monkeypatch.delattr(os, "memfd_create")
+    monkeypatch.setattr(beside, "make_one", in_second(mark.touch))
+    assert seen(compiled(ROSORIN, monkeypatch)) == alone
+    assert mark.exists()
+
+
 def test_what_the_second_process_makes_wrongly_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     make = beside.make_one
 

@@ -128,7 +128,7 @@ class _Second:
     def __init__(self, task: Task, marked: bool) -> None:
         self.task = task
         _bury()
-        self._held = os.memfd_create("answers")
+        self._held = _nameless()
         self._taken, listed = os.pipe()
         self._answers, answers = os.pipe()
         try:
@@ -169,6 +169,17 @@ class _Second:
             os.kill(self._child, signal.SIGKILL)
         _ended.append(self._child)
         _bury()
+
+
+def _nameless() -> int:
+    """Return a file that has no name and is gone with its last handle: in memory, where this Python knows of such."""
+    if hasattr(os, "memfd_create"):
+        return os.memfd_create("answers")
+    import tempfile
+
+    handle, name = tempfile.mkstemp()
+    Path(name).unlink()
+    return handle
 
 
 _ended: list[int] = []  # processes that are being taken apart

@@ -69,5 +69,5 @@ def row(name: str, ratio: Ratio, goal: float) -> str:
     """Return one line of a table of results."""
     return (
         f"{name:<42} {ratio.first * 1e3:8.1f} ms {ratio.second * 1e3:8.1f} ms   "
-        f"{ratio.median:5.2f} ({ratio.low:.2f} to {ratio.high:.2f})   goal {goal:g}"
+        f"{ratio.median:6.3f} ({ratio.low:.3f} to {ratio.high:.3f})   goal {goal:g}"
     )

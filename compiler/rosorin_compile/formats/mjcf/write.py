@@ -234,10 +234,10 @@ class _Printer:
     def motion(self, joint: Joint) -> Mapping[str, str]:
         """Return the attributes of a joint but its name: one object for joints that move alike."""
         if joint.actuator is not None or joint.mjcf:
-            return single(joint, self.robot, self.number)
+            return single(joint, self.simulated)
         key = (joint.type, joint.axis, id(joint.limit), id(joint.dynamics))
         if key not in self.motions:
-            self.motions[key] = single(joint, self.robot, self.number)
+            self.motions[key] = single(joint, self.simulated)
         return self.motions[key]
 
     def tree(self, groups: Mapping[str, int]) -> Class:
@@ -253,7 +253,7 @@ class _Printer:
 
     def joints_of(self, joint: Joint) -> list[Markup]:
         """Return the attributes of the joints that a body has for one joint, in their order."""
-        return [self.single[joint.name]] if joint.moves else several(joint, self.robot, self.number)
+        return [self.single[joint.name]] if joint.moves else several(joint, self.simulated)
 
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
@@ -425,13 +425,12 @@ def _geom_names(
     others are called after their link, and so are those that show what collides, of the links that are ``shown``.
     """
     places: dict[tuple[str, str, int], str] = {}
-    for link in robot.links:
-        for number, solid in enumerate([solid for shape in link.collision for solid in solids(shape, form)], start=1):
-            places[link.name, COLLISION, number] = solid.name
-    for link in robot.links:
-        shapes = link.collision if link.name in shown else link.visual
-        for number, solid in enumerate([solid for shape in shapes for solid in solids(shape, form)], start=1):
-            places[link.name, VISUAL, number] = "" if link.name in shown else solid.name
+    for purpose in (COLLISION, VISUAL):
+        for link in robot.links:
+            shows = purpose == VISUAL and link.name in shown
+            shapes = link.visual if purpose == VISUAL and not shows else link.collision
+            for number, solid in enumerate([solid for shape in shapes for solid in solids(shape, form)], start=1):
+                places[link.name, purpose, number] = "" if shows else solid.name
     own = [(at, name) for at, name in places.items() if name]
     if not own:
         return {at: f"{at[0]}_{at[1]}_{at[2]}" for at in places}, {}

@@ -34,13 +34,13 @@ def free_joint(robot: Robot) -> str:
     return name
 
 
-def several(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
+def several(joint: Joint, printer: SimulationPrinter) -> list[Markup]:
     """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
-    if is_free(robot, joint):
-        return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
+    if is_free(printer.robot, joint):
+        return [attributes(name=joint.name, type="free", **_inner(joint, printer))]
     if joint.type == "ball":
-        return [attributes(name=joint.name, type="ball", **_inner(joint, robot, number))]
-    base = _base_name(joint, robot)
+        return [attributes(name=joint.name, type="ball", **_inner(joint, printer))]
+    base, number = _base_name(joint, printer.robot), printer.number
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
         kinds = ("slide", "slide", "hinge")
@@ -59,28 +59,29 @@ def _base_name(joint: Joint, robot: Robot) -> str:
     return base
 
 
-def single(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
+def single(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
     """Return the attributes of a joint of one position, but its name."""
-    values = {"type": TYPES[joint.type], "axis": vector(joint.axis, number)}
+    values = {"type": TYPES[joint.type], "axis": vector(joint.axis, printer.number)}
     ends = position_range(joint)
     if ends:
-        values["range"] = vector(ends, number)
-    return {**values, **_inner(joint, robot, number)}
+        values["range"] = vector(ends, printer.number)
+    return {**values, **_inner(joint, printer)}
 
 
-def _inner(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
+def _inner(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
     """Return the attributes of what holds and moves a joint."""
     values: dict[str, str] = {}
+    number = printer.number
     if joint.dynamics is not None:
         dynamics = joint.dynamics
         words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
         words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
         values = {word: number(value) for word, value in words.items() if value}
     effort = joint.limit.known("effort") if joint.limit is not None else None
-    if effort and not is_clamped(robot, joint, effort):
+    if effort and not is_clamped(printer.robot, joint, effort):
         values["actuatorfrcrange"] = vector([-effort, effort], number)
     if joint.mjcf:
-        values |= SimulationPrinter(robot, number).texts(joint.mjcf)
+        values |= printer.texts(joint.mjcf)
     return values
 
 

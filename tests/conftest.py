@@ -1,4 +1,4 @@
-"""Fixtures that several folders use, and which tests are slow."""
+"""Fixtures that several folders use, which tests are slow, and which belong to a tier of ``.ci/full``."""
 
 from __future__ import annotations
 
@@ -32,9 +32,23 @@ def rosorin(home: Path) -> Path:
     return home
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--tier", metavar="NAME", help="run the tests of a tier of .ci/full, and no others")
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as slow what tries many inputs; the rest of what is slow says so itself."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark as slow what tries many inputs; leave out what belongs to a tier, or all else where one is asked for."""
     for item in items:
         if getattr(getattr(item, "obj", None), "is_hypothesis_test", False):
             item.add_marker(pytest.mark.slow)
+    asked = config.getoption("tier")
+    chosen = [item for item in items if asked in _tiers(item)]
+    if len(chosen) < len(items):
+        config.hook.pytest_deselected(items=[item for item in items if asked not in _tiers(item)])
+        items[:] = chosen
+
+
+def _tiers(item: pytest.Item) -> list[str | None]:
+    """Return the tiers that a test belongs to: ``None`` is what every landing passes."""
+    return [marker.args[0] for marker in item.iter_markers("tier")] or [None]

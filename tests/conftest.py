@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,12 @@ def rosorin(home: Path) -> Path:
     """The current folder, a project with the description of the reference robot."""
     copy_of_rosorin(home)
     return home
+
+
+def pytest_configure() -> None:
+    """Take interrupts where a shell's job in the background ignores them: its children would ignore them, too."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

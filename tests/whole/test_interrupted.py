@@ -25,9 +25,19 @@ def test_an_interrupt_is_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
             time.sleep(moment)
             run.send_signal(signal.SIGINT)
             out, said = run.communicate(timeout=60)
-        # Before Python has read the file of the program, it answers itself.
-        assert "rosorin_compile" not in said, said
+        # Before Python has read the file of the program, or what leads to that of a checkout, it answers itself.
+        assert "/rosorin_compile/" not in said, said
         ended.append(run.returncode)
         assert run.returncode in (*INTERRUPTED, 0, 1)
         assert run.returncode != 0 or out.endswith("</robot>\n")
     assert any(code in INTERRUPTED for code in ended)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [[], ["-n", "1"]])
+def test_the_tests_interrupt_their_children_also_in_the_background(workers: list[str]) -> None:
+    """A shell that starts a job in the background has it ignore SIGINT, which its children inherit."""
+    command = [sys.executable, "-m", "pytest", *workers, "tests/diagnostics/test_progress.py", "-k", "ctrl_c"]
+    ignoring = ["sh", "-c", 'trap "" INT; exec "$@"', "sh", *command]
+    done = subprocess.run(ignoring, cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert "1 passed" in done.stdout, done.stdout

@@ -6,6 +6,7 @@ Every file in tests/data/mjcf/corners and tests/data/mjcf/public is imported, an
 from __future__ import annotations
 
 import math
+import shutil
 import struct
 import zlib
 from functools import cache
@@ -257,6 +258,18 @@ def test_comments_stay_with_what_they_are_about() -> None:
     leg = read_mjcf(CORNERS["included"], ReadOptions())
     assert [(comment.text.strip(), comment.path) for comment in leg.comments] == [("the only leg", ("links", "leg"))]
     assert [file.name for file in leg.files] == ["included.xml", "classes.xml", "leg.xml"]
+
+
+def test_the_ending_is_mjcf(tmp_path: Path) -> None:
+    """MuJoCo itself takes .xml alone; includes are found as they are of an .xml."""
+    source = CORNERS["included"]
+    shutil.copytree(source.parent / "parts", tmp_path / "parts")
+    shutil.copy(source, tmp_path / "included.mjcf")
+    xml, mjcf = read_mjcf(source, ReadOptions()), read_mjcf(tmp_path / "included.mjcf", ReadOptions())
+    assert xml.tree is not None
+    assert mjcf.tree is not None
+    assert {**mjcf.tree, "source": xml.tree["source"]} == xml.tree
+    assert [file.name for file in mjcf.files] == ["included.mjcf", "classes.xml", "leg.xml"]
 
 
 def test_the_files_that_were_read_include_meshes_height_fields_and_textures(tmp_path: Path) -> None:

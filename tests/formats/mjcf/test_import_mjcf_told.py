@@ -7,6 +7,8 @@ A file in tests/data/mjcf/told or tests/data/mjcf/bad carries, in comments, all 
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -96,6 +98,15 @@ def test_mujoco_has_an_end() -> None:
     assert answer.own
     assert answer.refusal.startswith(("MuJoCo did not come to an end", "MuJoCo crashed", "MuJoCo gave up"))
     assert time.monotonic() - began < 30
+
+
+def test_the_limits_of_a_shell_are_kept(tmp_path: Path) -> None:
+    """ulimit -v, as batch systems and services set it: a process may lower it, and not raise it."""
+    file = MJCF / "corners" / "defaults.xml"
+    words = [sys.executable, "-m", "rosorin_compile", "import", str(file), "-o", str(tmp_path / "out")]
+    limited = ["sh", "-c", 'ulimit -v 8000000; ulimit -t 50; exec "$@"', "sh", *words]
+    done = subprocess.run(limited, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_crash_of_mujoco_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ and not the command. ``process`` starts it. Nothing of the package is imported h
 from __future__ import annotations
 
 import json
+import os
 import warnings
 from importlib import import_module
 from pathlib import Path
@@ -24,7 +25,7 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            spec = mujoco.MjSpec.from_file(path)
+            spec = _read(mujoco, Path(path))
             # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
             spec.compiler.fusestatic = spec.compiler.discardvisual = False
             name_all(spec)
@@ -78,7 +79,7 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
     """
     from . import matched, moves, same
 
-    theirs = mujoco.MjSpec.from_file(path)
+    theirs = _read(mujoco, Path(path))
     theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
     ours = mujoco.MjSpec.from_string(asked["text"])
     ours.modelfiledir = str(Path(path).parent)
@@ -96,15 +97,30 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
     return made
 
 
+def _read(mujoco: Any, path: Path) -> Any:
+    """Return the MjSpec of a file; MuJoCo itself refuses one whose name does not end in .xml."""
+    if path.suffix == ".xml":
+        return mujoco.MjSpec.from_file(str(path))
+    before = Path.cwd()
+    os.chdir(path.parent)  # where a text's includes are looked for
+    try:
+        spec = mujoco.MjSpec.from_string(path.read_text(encoding="utf-8"))
+    finally:
+        os.chdir(before)  # what MuJoCo logs goes there, not beside the file
+    spec.modelfiledir = str(path.parent)
+    return spec
+
+
 def _limit(cpu_seconds: int) -> None:
     """Give this process an end, and no more memory than a robot can need; where the system knows such limits."""
     try:
         import resource
     except ImportError:
         return
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + 5))
-    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for kind, most in ((resource.RLIMIT_CPU, cpu_seconds), (resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CORE, 0)):
+        _, allowed = resource.getrlimit(kind)  # which no process may raise
+        least = most if allowed == resource.RLIM_INFINITY else min(most, allowed)
+        resource.setrlimit(kind, (least, least))
 
 
 _INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")  # mjtIntegrator

@@ -135,7 +135,7 @@ def named_by(description: Path) -> list[str]:
 
 
 def test_ci_installs_the_judges_in_these_versions() -> None:
-    run = (ROOT / ".ci" / "run").read_text("utf-8")
+    run = (ROOT / ".ci" / "prepare").read_text("utf-8")
     assert all(f"{judge}=={version}" in run for judge, version in VERSIONS.items())
     assert 'export JUDGES="$work/judges/bin"' in run
 

@@ -15,7 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.output.watch import Inputs, mark
+from rosorin_compile.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.output.watch import Inputs, Said, mark
 from rosorin_compile.tools.init import start
 from support.robots import copy_of_rosorin
 
@@ -141,6 +142,41 @@ def test_broken_states_keep_the_artifacts(project: Path, watch: Watch) -> None:
     assert artifacts(project) == before
     path.write_text(whole.replace("xzy: [40 mm, 0,", "xyz: [50 mm, 0,"), "utf-8")
     watch.until("laser moved 10.0 mm in base_link: origin x 0.04 -> 0.05 m")
+
+
+def test_what_is_wrong_is_said_when_it_is_new(project: Path, watch: Watch) -> None:
+    edit(project, "xyz: [40 mm, 0,", "xzy: [40 mm, 0,")
+    assert "error[unknown-key]" in watch.until("the artifacts stay as they are")[0]
+    edit(project, "wheel_radius: 40 mm", "\n\n  wheel_radius: 41 mm")
+    told = watch.until("the artifacts stay as they are")
+    assert told == ["bot: 1 error, as before; the artifacts stay as they are"], "its line has only moved"
+    edit(project, "wheel_radius: 41 mm", "wheel_radius: 41 mn")
+    told = watch.until("the artifacts stay as they are")
+    assert "error[expression]" in told[0], "what cannot be asked any more is not said to be gone"
+    edit(project, "wheel_radius: 41 mn", "wheel_radius: 40 mm")
+    watch.until("the artifacts stay as they are")
+    edit(project, "xzy: [40 mm, 0,", "xyz: [40 mm, 0,")
+    assert watch.until("artifacts in outputs")[-1] == "bot: 5 artifacts in outputs/bot, unchanged"
+    edit(project, "xyz: [40 mm, 0,", "xzy: [40 mm, 0,")
+    assert "error[unknown-key]" in watch.until("the artifacts stay as they are")[0], "it is new again"
+
+
+def _told(severity: str, message: str, line: int) -> Diagnostic:
+    source = Source("robot.yaml", "a\nb\n\na\n")
+    return error("rule", message, Span(source, line, 1))._replace(severity=severity)
+
+
+def test_said_tells_the_new_from_the_old() -> None:
+    said = Said()
+    one, moved, other = (_told("error", "wrong", line) for line in (1, 4, 2))
+    note = _told("note", "by the way", 2)
+    assert said.new([one, note]) == [one, note]
+    assert said.new([moved]) == [], "the same text in another line"
+    assert said.new([moved, one]) == [one], "a second one of them is new"
+    assert said.new([other, one]) == [other]
+    assert said.new([note]) == [], "errors had hidden the note"
+    assert said.new([]) == []
+    assert said.new([note, one]) == [note, one], "both are new again"
 
 
 def test_new_includes_are_watched(project: Path, watch: Watch) -> None:

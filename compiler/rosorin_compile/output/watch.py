@@ -1,10 +1,16 @@
-"""Watch: knowing that one of the files that a description was made from is not as it was when it was read."""
+"""Watch: knowing that one of the files that a description was made from is not as it was when it was read.
+
+``Said`` knows what a run before has said already.
+"""
 
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
+
+from ..diagnostics import ERROR, Diagnostic, has_errors
 
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
@@ -62,3 +68,34 @@ class Inputs:
     @staticmethod
     def _now(paths: Iterable[Path]) -> dict[Path, Mark]:
         return {path: mark(path) for path in paths}
+
+
+class Said:
+    """What has been said of a robot, so that it is not said again at each save."""
+
+    def __init__(self) -> None:
+        self.known: Counter[tuple[str, ...]] = Counter()
+
+    def new(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+        """Return the diagnostics that the run before did not have, and remember all of them.
+
+        One whose line has only moved is the same. An error hides what is asked after it: what was said of that is not
+        forgotten before a run without errors.
+        """
+        told = list(diagnostics)
+        left, new = self.known.copy(), []
+        for one in told:
+            key = _same(one)
+            if left[key]:
+                left[key] -= 1
+            else:
+                new.append(one)
+        hidden = Counter({key: n for key, n in left.items() if key[0] != ERROR}) if has_errors(told) else Counter()
+        self.known = Counter(map(_same, told)) + hidden
+        return new
+
+
+def _same(one: Diagnostic) -> tuple[str, ...]:
+    """Return what is the same of a diagnostic as long as nobody touches its line."""
+    place = (one.span.source.path, one.span.source.line(one.span.line).strip()) if one.span else ()
+    return (one.severity, one.rule, one.message, *place)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from ..diagnostics.console import Console
 from ..diagnostics.progress import begin
 from ..diagnostics.wording import and_more, counted
-from ..output.watch import INTERVAL, Inputs
+from ..output.watch import INTERVAL, Inputs, Said
 from ..project import MESH_FILE, Description, NoDescription, find
 from .compiling import compile_proven, count, mesh_files
 from .given import Given, given_arguments
@@ -23,7 +23,6 @@ from .robots import descriptions, no_stdin
 from .usage import FINE
 
 if TYPE_CHECKING:
-    from ..diagnostics import Diagnostic
     from ..meaning.golden import Comparison
     from ..pipeline import Compiled
 
@@ -94,7 +93,7 @@ class _Robot:
         self.given = given
         self.inputs = Inputs()
         self.console = Console("text", quiet)
-        self.notes: set[tuple[str, str]] = set()
+        self.said = Said()
 
     def compile(self) -> None:
         """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
@@ -105,10 +104,13 @@ class _Robot:
         """Compile, and return the files that were read; after an error also those that were read before it."""
         compiled = compile_proven(self.given, self.description, self.console)
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
-        self._show(compiled.diagnostics)
+        new = self.said.new(compiled.diagnostics)
+        self.console.show(new)
         name = self.description.name
         if errors:
-            self.console.warn(f"{name}: {counted(errors, 'error')}; the artifacts stay as they are")
+            before = errors - sum(diagnostic.severity == "error" for diagnostic in new)
+            also = "" if not before else ", as before" if before == errors else f", {before} as before"
+            self.console.warn(f"{name}: {counted(errors, 'error')}{also}; the artifacts stay as they are")
         elif not compiled.artifacts:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
         else:
@@ -118,11 +120,6 @@ class _Robot:
             Path(one.name) for one in compiled.resolved if one.kind == MESH_FILE
         ]  # one that is not there may come
         return [self.description.path, *self.given.files, *compiled.inputs, *meshes, *before]
-
-    def _show(self, diagnostics: list[Diagnostic]) -> None:
-        """Print errors and warnings; notes only when they are new."""
-        self.console.show([d for d in diagnostics if d.severity != "note" or (d.rule, d.message) not in self.notes])
-        self.notes |= {(d.rule, d.message) for d in diagnostics if d.severity == "note"}
 
     def _write(self, compiled: Compiled) -> None:
         from ..meaning.golden import compare

@@ -108,8 +108,8 @@ class _Robot:
         self.console.show(new)
         name = self.description.name
         if errors:
-            before = errors - sum(diagnostic.severity == "error" for diagnostic in new)
-            also = "" if not before else ", as before" if before == errors else f", {before} as before"
+            old = errors - sum(diagnostic.severity == "error" for diagnostic in new)
+            also = "" if not old else ", as before" if old == errors else f", {old} as before"
             self.console.warn(f"{name}: {counted(errors, 'error')}{also}; the artifacts stay as they are")
         elif not compiled.artifacts:
             _say(f"{name}: nothing to emit; say under outputs: what you want")

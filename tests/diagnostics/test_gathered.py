@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, gathered
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, Use, arrange, gathered
 
 FILE = Source("robot.yaml", "robot: made\n")
 SPECK = "{inertial: {mass: 1 kg, inertia: {ixx: 1e-9, iyy: 1e-9, izz: 1e-9}}}"
@@ -33,6 +33,32 @@ def test_what_was_related_stays_first():
     said = [_one(line, f"{line} kg")._replace(related=(related,)) for line in (1, 2)]
     (one,) = gathered(said, 1, [WARNING])
     assert [item.message for item in one.related] == ["the shape", "and here"]
+
+
+def test_one_mistake_of_a_part_is_told_once_with_its_uses():
+    uses = [Use(f'part "arm" used here as "{name}"', Span(FILE, 5, 3)) for name in "abcdefghij"]
+    said = [
+        _one(1, f'joint "{use.message[-2]}_j" [{i}] is wrong')._replace(related=(use,)) for i, use in enumerate(uses)
+    ]
+    (one,) = arrange(said)
+    assert one.message == 'joint "a_j" [0] is wrong'
+    assert one.related == (*uses[:7], Related("and 3 more", None))
+
+
+def test_keys_that_an_entry_lacks_are_told_one_by_one():
+    said = [
+        _one(1, f'servo group "{group}" needs the key "{key}"', rule="missing-key") for group in "sl" for key in "xyz"
+    ]
+    assert [one.message[-3:] for one in arrange(said)] == ['"x"', '"y"', '"z"']
+    assert all(one.related == (Related("and 1 more entry that uses this value", None),) for one in arrange(said))
+
+
+def test_a_value_that_several_kinds_of_entries_use_is_told_once():
+    owners = ("source", 'link "a" source', 'joint "b" source', "moveit groups x source")
+    (one,) = arrange(_one(1, f'{owner} has no key "b"', rule="unknown-key") for owner in owners)
+    assert one.related == (Related("and 3 more entries that use this value", None),)
+    others = ('link "a" xyz[0] is a length (m), but 5 kg is a mass', 'link "a" rpy[1] is an angle, but 5 kg is a mass')
+    assert len(arrange(_one(1, message, rule="wrong-unit") for message in others)) == 2
 
 
 @pytest.mark.parametrize(

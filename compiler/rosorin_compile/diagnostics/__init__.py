@@ -73,6 +73,12 @@ class Related(NamedTuple):
     span: Span | None
 
 
+class Use(Related):
+    """A second place that made what is wrong: the use of a part, the round of a loop."""
+
+    __slots__ = ()
+
+
 class MadeSpan(Span):
     """A place that a program made something of: ``text``, by the calls in ``via``, innermost first."""
 
@@ -116,15 +122,33 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Return each diagnostic once, ordered by file, line and column; those without a place come last.
 
-    One mistake in a value that many entries use is told for the first of them, with the number of the others.
+    One mistake in a value that many entries use, or in a part, is told for the first of them, with the other uses or
+    with the number of the other entries.
     """
     causes: dict[tuple[object, ...], list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
-        span = diagnostic.span
-        place = (span.source.path, span.line, span.column) if span else ()
-        what = _NAME.sub("", diagnostic.message) if span else diagnostic.message
-        causes.setdefault((diagnostic.rule, what, place), []).append(diagnostic)
+        causes.setdefault(_cause(diagnostic), []).append(diagnostic)
     return sorted((_together(same) for same in causes.values()), key=_order)
+
+
+# Rules about a value as it is written, whatever entry it belongs to.
+_OF_VALUES = (
+    *("unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length"),
+    *("wrong-unit", "not-finite", "bad-name", "empty-text", "wrong-shape"),
+)
+_NAME = patterns.compile(r'(the key )?"[^"]*"')
+_INDEX = patterns.compile(r"\[\d+\]")
+_SUBJECT = patterns.compile(r"^.*?(?= (has|needs|is|cannot|does)\b)")
+
+
+def _cause(diagnostic: Diagnostic) -> tuple[object, ...]:
+    """Return what is the same for all that is told of one mistake: the rule, the place, what is wrong there."""
+    span, rule, said = diagnostic.span, diagnostic.rule, diagnostic.message
+    if span is None:
+        return (rule, said)
+    said = _INDEX.sub("", _NAME.sub(lambda found: found[0] if found[1] else "", said))
+    said = _SUBJECT.sub("", said) if rule in _OF_VALUES else said
+    return (rule, said, span.source.path, span.line, span.column)
 
 
 def with_calls(diagnostic: Diagnostic) -> Diagnostic:
@@ -138,7 +162,6 @@ def with_calls(diagnostic: Diagnostic) -> Diagnostic:
 MAX_COMPARED = 60
 MAX_LISTED = 40
 
-_NAME = patterns.compile(r'"[^"]*"')
 _VARYING = patterns.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 _PLACES = 6  # places named of one thing
 _EACH = ("stand-in",)  # rules whose every case is told
@@ -178,13 +201,22 @@ def _gathered(first: Diagnostic, others: Sequence[Diagnostic]) -> Diagnostic:
 
 
 def _together(same: list[Diagnostic]) -> Diagnostic:
-    """Return the first of several diagnostics about one place, saying how many others there are."""
+    """Return the first of several diagnostics of one mistake, with the other uses or the number of other entries."""
     first = same[0]
+    further = (next((one for one in other.related if _is_other_use(one, first)), None) for other in same[1:])
+    uses = list(dict.fromkeys(use for use in further if use is not None))
+    if uses:
+        left = [Related(and_more(len(uses) - _PLACES).strip(), None)] if len(uses) > _PLACES else []
+        return first._replace(related=(*first.related, *uses[:_PLACES], *left))
     others = len({diagnostic.message for diagnostic in same}) - 1
     if not others:
         return first
     more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value").strip()
     return first._replace(related=(Related(more, None), *first.related))
+
+
+def _is_other_use(related: Related, first: Diagnostic) -> bool:
+    return isinstance(related, Use) and related not in first.related
 
 
 def _order(d: Diagnostic) -> tuple[object, ...]:

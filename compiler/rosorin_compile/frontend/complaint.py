@@ -19,7 +19,7 @@ from .meant import (
     numbers_in,
     text_meant,
 )
-from .misnamed import fallen_out, is_meant, key_meant, word_meant
+from .misnamed import fallen_out, goes_on, is_meant, key_meant, word_meant
 from .schema import Steps, resolve, schema_at, subject
 from .tree import Map, Seq, locate
 
@@ -106,6 +106,7 @@ class Complaint:
         return [
             self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
             for key in self.kind.unexpected
+            if not goes_on(key, self.value, self.kind.unexpected)
             for help in [key_meant(key, self.value, known, self._kind())]
         ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from types import NoneType
 from typing import Any
 
 from ..diagnostics import did_you_mean, nearest
@@ -46,6 +47,8 @@ def _written_wrongly(key: str, entry: Map, known: Mapping[str, Any]) -> str:
     before = keys[keys.index(key) - 1] if key in entry and keys.index(key) else ""
     if not before:
         return ""
+    if told := text_meant_by(key, entry):
+        return told
     part = re.fullmatch(r"(\d+)\s*(\D.*)?", key)
     if part and entry[key] is None and type(entry[before]) is int and (not part[2] or parse_unit(part[2])):
         return f"a number has a point, not a comma: {before}: {entry[before]}.{key}"
@@ -53,6 +56,39 @@ def _written_wrongly(key: str, entry: Map, known: Mapping[str, Any]) -> str:
     if entry[before] is None and key in inner:
         return f'"{key}" is a key of {before}: indent it deeper than "{before}"'
     return ""
+
+
+def text_meant_by(key: str, entry: Map) -> str:
+    """Return the way out for a key that is the rest of a text: the "b" of ``{note: a, b}``; "" if it is none.
+
+    YAML takes what stands behind a comma in braces for a key without a value.
+    """
+    keys = list(entry)
+    first = end = keys.index(key) if key in entry else 0
+    while first > 0 and _goes_on(entry, keys[first - 1], keys[first]):
+        first -= 1
+    if first == end or type(entry[keys[first]]) is not str:
+        return ""
+    while end + 1 < len(keys) and _goes_on(entry, keys[end], keys[end + 1]):
+        end += 1
+    whole = ", ".join([entry[keys[first]], *keys[first + 1 : end + 1]])
+    return f'a comma ends the text: put it in quotes, {keys[first]}: "{whole}"'
+
+
+def goes_on(key: str, entry: Map, unknown: Sequence[str]) -> bool:
+    """Say whether a key is the rest of a text of which another unknown key is told already."""
+    keys = list(entry)
+    before = keys[keys.index(key) - 1] if keys.index(key) else ""
+    return before in unknown and bool(text_meant_by(key, entry))
+
+
+def _goes_on(entry: Map, before: str, key: str) -> bool:
+    """Say whether a key without a value stands in the line of another entry, with nothing but a comma between."""
+    value, span = entry[before], entry.key_spans[key]
+    begin = entry.key_spans[before] if value is None else entry.value_spans[before]
+    if entry[key] is not None or not isinstance(value, (str, NoneType)) or begin.line != span.line:
+        return False
+    return begin.source.line(span.line)[begin.column - 1 + begin.length : span.column - 1].strip() == ","
 
 
 def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:

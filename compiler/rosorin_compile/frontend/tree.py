@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from ..diagnostics import Related, Source, Span
+from ..diagnostics import Related, Source, Span, Use
 from ..diagnostics.wording import and_more
 from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
@@ -35,7 +35,7 @@ class Instance(NamedTuple):
         steps: list[Related] = []
         here: Instance | None = self
         while here is not None:
-            steps.append(Related(here.message, here.span))
+            steps.append((Use if here.made else Related)(here.message, here.span))
             here = here.parent
         if len(steps) > 12:
             steps[6:-5] = [Related(and_more(len(steps) - 11).strip(), None)]

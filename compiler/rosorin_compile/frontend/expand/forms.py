@@ -169,10 +169,12 @@ def _check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool) -> boo
 def _check_keys(owner: str, tree: Map, known: Sequence[str], scope: Scope, kind: str = "") -> bool:
     unknown = [key for key in tree if key not in known]
     for key in unknown:
-        from ..misnamed import word_meant
+        from ..misnamed import goes_on, text_meant_by, word_meant
 
+        if goes_on(key, tree, unknown):
+            continue
         place = Place(tree.key_spans[key], scope.via or tree.via)
-        help = word_meant(key, known, kind)
+        help = text_meant_by(key, tree) or word_meant(key, known, kind)
         if kind == "use" and help.startswith("known"):
             help = f"an argument of the part stands in with: {{{key}: ...}}; {help}"
         scope.report("unknown-key", f'{owner} has no key "{key}"', place, help)

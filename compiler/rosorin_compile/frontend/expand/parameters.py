@@ -145,10 +145,13 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
         return Parameter(name, "", True, entry, None, "", Place(declared.value_spans[name], declared.via))
     unknown = [key for key in entry if key not in (*KEYS, *BOUNDS)]
     for key in unknown:
-        from ..misnamed import word_meant
+        from ..misnamed import goes_on, text_meant_by, word_meant
 
-        where = Place(entry.key_spans[key], entry.via)
-        scope.report("unknown-key", f'argument "{name}" has no key "{key}"', where, word_meant(key, KEYS, "arg"))
+        if not goes_on(key, entry, unknown):
+            help = text_meant_by(key, entry) or word_meant(key, KEYS, "arg")
+            scope.report(
+                "unknown-key", f'argument "{name}" has no key "{key}"', Place(entry.key_spans[key], entry.via), help
+            )
     if "default" in entry:
         place = Place(entry.value_spans["default"], entry.via)
     help = str(entry.get("help") or "")

@@ -186,6 +186,10 @@ def judged(
     if not has_errors(diagnostics):  # else what is wrong may be the use
         diagnostics += expanded.unused
     left = settled(tree, diagnostics, acceptable())
+    if expanded.scope is not None and expanded.scope.ledger.left_out and has_errors(left.diagnostics):
+        from .frontend.expand.left_out import told_by_cause
+
+        left = left._replace(diagnostics=told_by_cause(expanded.scope, tree, left.diagnostics))
     return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
 
 

@@ -12,7 +12,7 @@ from ..startup.records import NamedTuple
 from ..units import parse_unit
 from .schema import resolve
 from .synonyms import KEYS, VALUES, synonym, way_out
-from .tree import Map
+from .tree import Map, Path, prefix_at
 
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
@@ -104,6 +104,22 @@ def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     table = VALUES.get(kind) or KEYS.get(kind, {})
     close = synonym(word, table, known)
     return way_out(word, table) or (f'did you mean "{close}"?' if close else did_you_mean(word, known))
+
+
+def name_meant(tree: Map, path: Path, word: str, known: Iterable[str], more: Sequence[str] = ()) -> str:
+    """Return what a name at a path may stand for that is none of ``known``, as ``did_you_mean``.
+
+    In a part its own names go first, without the prefix, as it calls them; ``more`` are further names of its own.
+    """
+    names, prefix = list(known), prefix_at(tree, path)
+    own = [name.removeprefix(prefix) for name in names if prefix and name.startswith(prefix)]
+    if not own:
+        return did_you_mean(word, names)
+    guess = did_you_mean(word, [*own, *more])
+    if guess.startswith("did"):
+        return guess
+    of_others = did_you_mean(word, [name for name in names if not name.startswith(prefix)])
+    return of_others if of_others.startswith("did") else guess
 
 
 class Fallen(NamedTuple):

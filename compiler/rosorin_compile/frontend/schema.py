@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
 
@@ -23,6 +23,12 @@ ONE_ENTRY = ("drive", "moveit")
 MANY_INSIDE = ("moveit",)  # of them those with entries by name, which several parts and files may add to
 
 Steps = list[str | int]
+
+
+def keys_of(section: str) -> Collection[str]:
+    """Return the keys of a section that is one entry."""
+    keys: Collection[str] = resolve(schema()["properties"][section])["properties"].keys()
+    return keys
 
 
 @cache

@@ -23,12 +23,14 @@ class Instance(NamedTuple):
     """How a piece of the tree came to stand where it is: included or instantiated at ``span``, within ``parent``.
 
     ``made`` is true for a part, a sensor type and the round of a loop, which make something; an include only reads it.
+    ``prefix`` is what a part has before its names, with those of the parts around it.
     """
 
     message: str
     span: Span
     parent: Instance | None = None
     made: bool = False
+    prefix: str = ""
 
     def stack(self) -> Iterator[Related]:
         """Yield the places passed through, innermost first; of very many only the first and the last."""
@@ -175,6 +177,14 @@ def maker(tree: Map, path: Path) -> Instance | None:
     while outer is not None and outer is not own:
         outer = outer.parent
     return near if outer is None else own
+
+
+def prefix_at(tree: Map, path: Path) -> str:
+    """Return what stands before the names of the part that the value at a path was written in; "" outside of parts."""
+    via = locate(tree, path).via
+    while via is not None and not via.prefix:
+        via = via.parent
+    return via.prefix if via else ""
 
 
 def first_line(source: Source) -> Span:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType, NoneType
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
@@ -110,6 +110,23 @@ class Case(NamedTuple):
         """Return a second place."""
         return Related(message, self._written(path, key)[0].span)
 
+    def also(
+        self, first: Path, others: Iterable[tuple[Path, str, bool]], key: bool = False
+    ) -> tuple[list[Related], list[tuple[Path, str]]]:
+        """Return where else is used what is wrong at a path, and what of that was written at the same place.
+
+        Each of ``others`` is a path, what is there, and whether it is a key. A part says the same at one place for all
+        its uses: that is told of each, and each is told once.
+        """
+        place, related, same = self._written(first, key)[0].span, dict[Span, Related](), []
+        for path, what, is_key in others:
+            span = self._written(path, is_key)[0].span
+            if span == place:
+                same.append((path, what))
+            else:
+                related.setdefault(span, Related(f"also used here: {what}", span))
+        return list(related.values()), same
+
     def _written(self, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
         """Return where a value was written, and where it is used if that is another place (see ``written``)."""
         place, use = written(self.tree, path, key, within)
@@ -119,6 +136,16 @@ class Case(NamedTuple):
         if span is None:
             return place, use
         return Place(span, place.via), use or place.span
+
+    def suggest(self, path: Path, word: str, known: Iterable[str], otherwise: str, more: Sequence[str] = ()) -> str:
+        """Return 'did you mean "x"?' for an unknown name at a path, else what to do and the known names.
+
+        In a part its own names go first, as it calls them, and ``more``.
+        """
+        from ..frontend.misnamed import name_meant
+
+        guess = name_meant(self.tree, path, word, known, more)
+        return _or_else(guess, otherwise)
 
     def stands_in(self, *paths: Path) -> str:
         """Return " (a stand-in)" if one of the values at some paths only holds a place, else nothing."""
@@ -225,8 +252,10 @@ def _has(node: Any, step: str | int) -> bool:
 
 def suggest(word: str, known: Iterable[str], otherwise: str) -> str:
     """Return 'did you mean "x"?' if a known word is near, else what to do and the known words."""
-    names = sorted(known)
-    guess = did_you_mean(word, names)
+    return _or_else(did_you_mean(word, known), otherwise)
+
+
+def _or_else(guess: str, otherwise: str) -> str:
     if guess.startswith("did"):
         return guess
     return f"{otherwise} ({guess})" if guess else otherwise

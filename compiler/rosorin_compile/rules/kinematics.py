@@ -7,11 +7,12 @@ from collections.abc import Iterable, Iterator
 from ..diagnostics import Diagnostic, nearest
 from ..diagnostics.registry import JOINTS, rule
 from ..diagnostics.wording import listed, quoted
+from ..frontend.expand.placing import MOUNT
 from ..frontend.lower import owner_of_frame
 from ..frontend.tree import Path
 from ..model import Drive, Joint, Robot
 from ..model.drive import MECANUM, TRICYCLE
-from .case import Case, suggest
+from .case import Case
 
 AFTER = ""
 
@@ -95,10 +96,13 @@ def _unknown(case: Case, kind: str, mentions: Iterable[_Mention], known: set[str
     real = case.robot.link if kind == "link" else case.robot.joint
     for name, uses in by_name.items():
         path, what = uses[0]
-        also = [case.related(f"also used here: {other}", more, _is_key(more)) for more, other in uses[1:]]
-        message = f'there is no {kind} "{name}", {what}'
-        help = _namesake(case, kind, name) or suggest(name, real, f'add "{name}" to {kind}s, or name one that is there')
-        yield case.problem(f"unknown-{kind}", message, path, help, related=also, key=_is_key(path))
+        otherwise = f'add "{name}" to {kind}s, or name one that is there'
+        own = (MOUNT,) if kind == "link" else ()
+        help = _namesake(case, kind, name) or case.suggest(path, name, real, otherwise, own)
+        also, same = case.also(path, ((more, other, _is_key(more)) for more, other in uses[1:]), _is_key(path))
+        for one, whose, related in ((path, what, also), *((more, other, []) for more, other in same)):
+            message = f'there is no {kind} "{name}", {whose}'
+            yield case.problem(f"unknown-{kind}", message, one, help, related=related, key=_is_key(one))
 
 
 def _namesake(case: Case, kind: str, name: str) -> str:
@@ -124,7 +128,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
     if case.robot.is_tree:
         return
     for child, joints in children(case.robot).items():
-        if len(joints) < 2:
+        if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # what is not there is told by itself
             continue
         names = quoted(joint.name for joint in joints)
         count = "two" if len(joints) == 2 else str(len(joints))

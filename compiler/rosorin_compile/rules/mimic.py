@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, rule
 from ..model import ROBOT_STATE_PUBLISHER, Joint, Mimic
-from .case import Case, number, suggest
+from .case import Case, number
 
 AFTER = "joints"
 
@@ -37,9 +37,8 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
         elif leader is None:
             message = f'joint "{joint.name}" follows "{joint.mimic.joint}", but there is no such joint'
             moving = [other.name for other in robot.joints if other.moves and other is not joint]
-            yield case.problem(
-                "mimic-unknown", message, path, suggest(joint.mimic.joint, moving, "name a joint that moves")
-            )
+            help = case.suggest(path, joint.mimic.joint, moving, "name a joint that moves")
+            yield case.problem("mimic-unknown", message, path, help)
         elif not leader.moves:
             what = "fixed and never moves" if leader.is_fixed else f"{leader.type} and has no single position"
             message = f'joint "{joint.name}" follows "{leader.name}", which is {what}'

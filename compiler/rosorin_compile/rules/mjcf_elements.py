@@ -106,7 +106,7 @@ def known(case: Case) -> Iterator[Diagnostic]:
                     known = names.of(one.kind)
                     if one.kind == mujoco.MATERIAL:
                         known = {f"{case.robot.name}_{name}" for name in known}
-                    help = suggest(one.name, known, f"name a {word} of the robot or of these elements")
+                    help = case.suggest(path, one.name, known, f"name a {word} of the robot or of these elements")
                     yield at_name(case.problem("unknown-in-mjcf", message, path, help), one.name, found.line)
 
 

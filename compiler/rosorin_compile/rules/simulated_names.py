@@ -18,7 +18,7 @@ from ..startup.records import NamedTuple
 from ..xml import mujoco
 from ..xml.elements import found_in
 from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, MESH, SENSOR, SITE, TENDON
-from .case import Case, suggest
+from .case import Case
 
 AFTER = "xml_elements"
 
@@ -207,16 +207,18 @@ def known(case: Case) -> Iterator[Diagnostic]:
             wrong.setdefault((mention.kind, mention.name), []).append(mention)
     for (kind, name), uses in wrong.items():
         first, *others = uses
-        related = [case.related(f"also used here: {one.what}", one.path, _is_key(one)) for one in others[:_MAX_RELATED]]
-        id, message, help = _said(names, kind, name, first.what)
-        yield case.problem(id, message, first.path, help, related=related, key=_is_key(first))
+        listed = ((one.path, one.what, _is_key(one)) for one in others)
+        also, same = case.also(first.path, listed, _is_key(first))
+        for path, what, related in ((first.path, first.what, also[:_MAX_RELATED]), *((*one, []) for one in same)):
+            id, message, help = _said(names, kind, name, what, path)
+            yield case.problem(id, message, path, help, related=related, key=_is_key(first))
 
 
 def _is_key(mention: Mention) -> bool:
     return mention.path[-2:-1] in (("controls",), ("joints",)) and isinstance(mention.path[-1], str)
 
 
-def _said(names: Names, kind: str, name: str, what: str) -> tuple[str, str, str]:
+def _said(names: Names, kind: str, name: str, what: str, path: Path) -> tuple[str, str, str]:
     """Return the rule, the message and the way out for a name that there is not."""
     robot, word = names.robot, WORDS.get(kind, kind)
     if kind == JOINT and name in robot.joint:
@@ -234,7 +236,7 @@ def _said(names: Names, kind: str, name: str, what: str) -> tuple[str, str, str]
         return "unknown-joint", message, "say base: free in the output of the MJCF"
     id = {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name")
     otherwise = f"name a {word} of the robot" if word[0] not in "aei" else f"name an {word} of the robot"
-    return id, f'there is no {word} "{name}", {what}', suggest(name, names.of(kind), otherwise)
+    return id, f'there is no {word} "{name}", {what}', names.case.suggest(path, name, names.of(kind), otherwise)
 
 
 def mentions(case: Case) -> Iterator[Mention]:

@@ -9,7 +9,7 @@ from ..diagnostics.registry import FRAMES, rule
 from ..frontend.tree import Path
 from ..startup.records import NamedTuple
 from . import conditions
-from .case import Case, exists, suggest
+from .case import Case, exists
 from .tf_tree import Step, active_in, is_tree, legal_steps, silences
 
 AFTER = "tf_tree"
@@ -62,7 +62,7 @@ def known(case: Case) -> Iterator[Diagnostic]:
     for stamp in stamped:
         if stamp.frame not in frames:
             message = f'there is no frame "{stamp.frame}", which {stamp.who} stamps its messages with'
-            help = suggest(stamp.frame, frames, "name a frame of the robot")
+            help = case.suggest(stamp.path, stamp.frame, frames, "name a frame of the robot")
             yield case.problem("unknown-frame-id", message, stamp.path, help)
         elif whole and stamp.frame not in told and len(frames) > 1:
             absent = _absent(stamp.frame, conditions.combinations(modes), published)

@@ -11,7 +11,7 @@ from ..frontend.tree import Path
 from ..model import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Edge
 from ..startup.records import NamedTuple
 from . import conditions
-from .case import Case, suggest
+from .case import Case
 from .kinematics import WORLD_FRAMES, below
 
 AFTER = "publishers"
@@ -74,9 +74,9 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
             ends += [(edge.parent, case.edge(index, "parent")), (edge.child, case.edge(index, "child"))]
         near = [end for end in ends if end[0] not in WORLD_FRAMES and nearest(end[0], known)]
         name, path = (near or ends)[0]
-        edges = listed(f"{edge.parent} -> {edge.child}" for _, edge in inside)
+        edges = listed(dict.fromkeys(f"{edge.parent} -> {edge.child}" for _, edge in inside))
         message = f'there is no frame "{name}" to hang {edges} on'
-        yield case.problem("unknown-link", message, path, suggest(name, known, "name a link of the robot"))
+        yield case.problem("unknown-link", message, path, case.suggest(path, name, known, "name a link of the robot"))
 
 
 @rule(
@@ -215,7 +215,8 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
         if first.parent not in links:
             message = f'there is no link "{first.parent}": {quoted(names)} would be cut off from the rest of the robot'
             known = {*links, *reached}
-            yield case.problem("unknown-link", message, first.path, suggest(first.parent, known, "name a frame"))
+            help = case.suggest(first.path, first.parent, known, "name a frame")
+            yield case.problem("unknown-link", message, first.path, help)
         elif first.parent not in urdf_roots[1:] and first.parent in case.robot.joint_to:
             above = case.robot.joint_to[first.parent]
             message = (

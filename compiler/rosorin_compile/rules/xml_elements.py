@@ -186,8 +186,12 @@ def _unknown(case: Case, mentions: dict[tuple[str, str], list[Mention]], own: se
         elif sure or nearest(name, names[kind]):
             told = sure or uses
             message = f'there is no {kind} "{name}", {told[0].found.where}'
-            help = _with_prefix(case, told[0], real[kind]) or suggest(name, real[kind], f"name a {kind} of the robot")
-            yield _problem(case, message, told, help)
+            help = _with_prefix(case, told[0], real[kind])
+            help = help or case.suggest(told[0].path, name, real[kind], f"name a {kind} of the robot")
+            first = _problem(case, message, told, help)
+            yield first
+            same = (_placed(case, message, use, help) for use in told[1:])
+            yield from (one for one in same if one.span == first.span)  # a part has one text for all its uses
 
 
 def _with_prefix(case: Case, use: Mention, names: Set[str]) -> str:
@@ -232,7 +236,7 @@ def _not_in_urdf(case: Case, uses: list[Mention]) -> Diagnostic:
 
 def _problem(case: Case, message: str, uses: list[Mention], help: str) -> Diagnostic:
     first, *others = [_placed(case, message, use, help) for use in uses[: _MAX_RELATED + 1]]
-    places = dict.fromkeys(other.span for other in others if other.span != first.span)  # a part has one text for all
+    places = dict.fromkeys(other.span for other in others if other.span != first.span)
     related = tuple(Related("also named here", place) for place in places)
     return first._replace(related=(*related, *first.related))
 

@@ -89,7 +89,8 @@ def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Fi
         there = {*frames, *_WORLD} if last == "odom_frame_id" else frames
         if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in there:
             message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
-            yield Finding("controller-name", message, key, did_you_mean(value, there))
+            help = did_you_mean(value, there)
+            yield Finding("controller-name", message, key, help, unknown=value, known=there)
 
 
 def _texts(value: Any) -> list[str]:
@@ -106,7 +107,8 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
     for one in _texts(value):
         if one not in moving:
             what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
-            yield Finding("controller-name", f'"{key}" of {name} names "{one}", {what}', key, did_you_mean(one, moving))
+            message, help = f'"{key}" of {name} names "{one}", {what}', did_you_mean(one, moving)
+            yield Finding("controller-name", message, key, help, unknown=one, known=moving)
 
 
 def _same(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:

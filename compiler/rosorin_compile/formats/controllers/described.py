@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
+from ...frontend.misnamed import name_meant
 from ...frontend.tree import Path
 from ...model import Edge, Output
 from ...rules.case import Case, at
@@ -144,7 +145,8 @@ def _named(case: Case, one: Filled) -> Iterator[Finding]:
         said = getattr(one.controller, key)
         if said and said not in names:
             message = f'the controller "{one.controller.name}" names the {word} "{said}", which there is not'
-            yield Finding("controller-name", message, key, did_you_mean(said, names) or f"the robot has no {word}")
+            help = did_you_mean(said, names) or f"the robot has no {word}"
+            yield Finding("controller-name", message, key, help, unknown=said, known=names)
 
 
 def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic:
@@ -154,7 +156,8 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     )
     key = found.at_key or not found.key or path == (*entry, *within)
     path = entry if not found.key else path
-    return case.problem(found.rule, found.message, path, found.help, severity=found.severity, key=key)
+    help = name_meant(case.tree, path, found.unknown, found.known) if found.known else found.help
+    return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 
 def _path(case: Case, path: Path, key: str) -> Path:

@@ -6,7 +6,7 @@ where that was written.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import NoneType
 
 from ...diagnostics import ERROR, WARNING, Diagnostic, Related, Span, did_you_mean, nearest
@@ -47,7 +47,10 @@ RULES = (
 
 
 class Finding(NamedTuple):
-    """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it."""
+    """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
+
+    ``unknown`` is a name that there is not, ``known`` are those that there are.
+    """
 
     rule: str
     message: str
@@ -55,6 +58,8 @@ class Finding(NamedTuple):
     help: str = ""
     severity: str = ERROR
     at_key: bool = False
+    unknown: str = ""
+    known: Collection[str] = ()
 
     def at(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
         """Return it with its place."""

@@ -135,7 +135,7 @@ def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 def _unknown_group(case: Case, planning: Planning, name: str, path: Path, what: str) -> Iterator[Diagnostic]:
     if name not in planning.groups:
         message = f'there is no planning group "{name}", {what}'
-        help = suggest(name, planning.groups, "name a group of moveit")
+        help = case.suggest(path, name, planning.groups, "name a group of moveit")
         yield case.problem("moveit-unknown-group", message, path, help)
 
 
@@ -197,7 +197,8 @@ def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
             path = _state_path(case, group, state)
             if name not in poses:
                 message = f'there is no pose "{name}", a state of planning group "{group.name}"'
-                yield case.problem("moveit-unknown-pose", message, path, suggest(name, poses, "add it to poses"))
+                help = case.suggest(path, name, poses, "add it to poses")
+                yield case.problem("moveit-unknown-pose", message, path, help)
             elif active and not any(joint in poses[name].positions for joint in active):
                 message = f'pose "{name}" places no joint of planning group "{group.name}"'
                 help = f"name one of its joints in the pose: {first_of(active, 5)}"

@@ -26,7 +26,7 @@ from ...model.control import (
     Interface,
     Words,
 )
-from ...rules.case import Case, at, number, suggest
+from ...rules.case import Case, at, number
 from ...units import Quantity, describe, parse_unit
 from ..distributions import HUMBLE, title
 from .control import OPTION, asked, follows, limits_of
@@ -269,7 +269,7 @@ def _transmissions(case: Case, block: Block) -> Iterator[Diagnostic]:
         for end in one.joints:
             if end.name not in names:
                 message = f'transmission "{one.name}" moves joint "{end.name}", which {_called(block)} does not have'
-                help = suggest(end.name, names, "name a joint of the same block")
+                help = case.suggest(path, end.name, names, "name a joint of the same block")
                 yield case.problem("control-transmission", message, (*path, "joints", end.name), help, key=True)
 
 

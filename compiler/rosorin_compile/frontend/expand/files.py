@@ -30,7 +30,7 @@ from ...startup.remembering import forget
 from ..cached_trees import CachedTrees
 from ..expression.functions import ExpressionError
 from ..load import LoadError, parse_yaml, read_text
-from ..schema import MANY_INSIDE
+from ..schema import MANY_INSIDE, keys_of
 from ..tree import Instance, Map, Place, Seq, locate
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
 from .parts import copy, join_within, sourced
@@ -409,7 +409,10 @@ class Reader:
             elif key in _JOINED and isinstance(value, Map) and isinstance(made[key], Map):
                 if key in MANY_INSIDE:
                     for inner, name, mine, other in join_within(made[key], value):
-                        self._defined_twice(inner, name, mine, other)
+                        if inner in keys_of(key):
+                            self._defined_twice(inner, name, mine, other)
+                        else:
+                            self._unknown_key(key, inner, value)
                     continue
                 self._join_section(key, made[key], value)
             elif key in _LISTED and isinstance(value, Seq) and isinstance(made[key], Seq):
@@ -428,6 +431,13 @@ class Reader:
         else:
             self._error("duplicate-key", f'"{key}" is said twice', place, "remove one", related)
 
+    def _unknown_key(self, section: str, key: str, entry: Map) -> None:
+        """Report a key of one entry that two files say something under, and that nobody knows."""
+        from ..misnamed import word_meant
+
+        place = locate(entry, (key,), key=True)
+        self._error("unknown-key", f'{section} has no key "{key}"', place, word_meant(key, keys_of(section)))
+
     def _join_section(self, section: str, made: Map, more: Map) -> None:
         for name, entry in more.items():
             if name in made:
@@ -436,6 +446,7 @@ class Reader:
             made.put(name, entry, more.key_spans[name], more.value_spans[name])
 
     def _defined_twice(self, section: str, name: str, made: Map, more: Map) -> None:
+        """Report a name that two files give."""
         related = [Related("first defined here", made.key_spans[name])]
         message = f'{section.rstrip("s")} "{name}" is defined twice'
         self._error("duplicate-name", message, locate(more, (name,), key=True), "rename or remove one", related)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ...diagnostics import Diagnostic
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
@@ -26,6 +28,19 @@ class Step(NamedTuple):
     constant: bool
     controlled: bool
     named: bool
+
+
+class LeftOut(NamedTuple):
+    """An entry that is left out: by its condition, in a round of its loop, or because that has no rounds (``empty``).
+
+    ``key`` is its name as it is written, "" for an item of a list; ``is_use``: it uses a part.
+    """
+
+    key: str
+    item: Map
+    scope: Any
+    is_use: bool
+    is_empty: bool
 
 
 class _Scopes(dict[int, "Any"]):
@@ -56,10 +71,15 @@ class Ledger:
         self.parameters: dict[int, Any] = {}
         # The scope of each part and each round of a loop, by the identity of its Instance: what ``explain`` asks.
         self.scopes: dict[int, Any] = _Scopes()
+        # What is left out, and what finds a part by its name: for whoever misses it.
+        self.left_out: list[LeftOut] = []
+        self.find: Callable[[str], Map | None] | None = None
 
     def forget(self) -> None:
         """Let go of the scopes, which know the ledger: with them goes the tree, once nobody needs it."""
         self.scopes.clear()
+        self.left_out.clear()
+        self.find = None
 
     @property
     def work(self) -> int:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from ...diagnostics import WARNING, Diagnostic, Related, Span, did_you_mean, nearest
+from ...diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
 from ...startup import TYPE_CHECKING, patterns
@@ -22,7 +22,7 @@ from ..cached_trees import load_own
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
 from ..load import LoadError, load_mapping
-from ..schema import MANY_INSIDE, ONE_ENTRY
+from ..schema import MANY_INSIDE, ONE_ENTRY, keys_of
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
@@ -88,6 +88,7 @@ class Parts:
         self.made: dict[Hashable, _Made] = {}
         self.alone: dict[int, tuple[str, ...] | None] = {}
         self.found: dict[str, Definition] = {}
+        ledger.find = self.body
 
     def instantiate(self, name: str, entry: Any, scope: Scope, where: Place, depth: int = 0) -> Map:
         """Return the fragment of a description that a ``use`` entry makes. Raises Failed after reporting."""
@@ -104,8 +105,8 @@ class Parts:
             self.ledger.nodes, self.ledger.full = sys.maxsize, True  # told once, not for each of its branches
             raise Failed
         message = f'part "{definition.name}" used here as "{name}"'
-        via = Instance(message, where.span, scope.via or where.via, made=True)
         prefix = scope.prefix + prefix_of(name, entry)
+        via = Instance(message, where.span, scope.via or where.via, True, prefix)
         key = self._key(definition, name, prefix, entry)
         made = self.made.get(key) if key is not None else None
         if made is not None:
@@ -168,8 +169,18 @@ class Parts:
         inner.said = made.scope.said
         return inner
 
+    def body(self, name: str) -> Map | None:
+        """Return a part as it is written; None if there is none, of which nothing is said."""
+        told = len(self.ledger.diagnostics)
+        with suppress(Failed):
+            place = Place((self.own or Map(Span(Source("", ""), 1, 1))).span, None)
+            return (self.found.get(name) or self._looked_up(name, self.scope, place)).body
+        del self.ledger.diagnostics[told:]
+        return None
+
     def check_unused(self) -> None:
         """Look at the parts of the description that nothing uses, as far as that can be done without arguments."""
+        left = len(self.ledger.left_out)
         for name, body in (self.own or {}).items():
             if id(body) in self.sound or not check_part(name, self.own or Map(body.span), self.scope):
                 continue
@@ -186,6 +197,7 @@ class Parts:
                         probe.resolve(body[key], Place(body.value_spans[key], body.via), key in XML)
             with suppress(Failed):
                 evaluate_rest(probe)
+        del self.ledger.left_out[left:]  # of what is not used at all
 
     def _bind(self, inner: Scope, name: str, entry: Map, definition: Definition) -> None:
         """Bind the parameters and the named values of a part."""
@@ -236,7 +248,7 @@ class Parts:
             place_of_key = Place(entries.key_spans[key], via)
             try:
                 check_content(key, item, scope)
-                for inner, entry in scope.entries(item):
+                for inner, entry in scope.entries(item, key, is_use=True):
                     name = inner.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instantiate(name, resolved, inner, place_of_key, depth)
@@ -418,13 +430,8 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
             tree.put(section, joined, more.key_spans[section], more.value_spans[section])
             continue
         have = tree[section]
-        if section in MANY_INSIDE and isinstance(have, Map) and isinstance(value, Map):
-            for key, name, mine, other in join_within(have, value):
-                failed = True
-                _taken(key, name, mine, other, scope)
-        elif section in ONE_ENTRY:
-            failed = True
-            _said_twice(section, tree, more, scope)
+        if section in ONE_ENTRY:
+            failed |= not _join_one(section, tree, more, scope)
         elif isinstance(have, Seq) and isinstance(value, Seq):
             for item, span in zip(value, value.value_spans, strict=True):
                 have.put(item, span)
@@ -441,6 +448,37 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
                     have.put(name, entry, value.key_spans[name], value.value_spans[name])
     if failed:
         raise Failed
+
+
+def _join_one(section: str, tree: Map, more: Map, scope: Scope) -> bool:
+    """Add one entry that is there already, as far as it holds entries by name; say whether all went well.
+
+    Where it cannot be joined, its shape is told first: a key that nobody knows holds nothing that can be said twice.
+    """
+    have, value = tree[section], more[section]
+    holds_many = section in MANY_INSIDE and isinstance(have, Map) and isinstance(value, Map)
+    is_known = holds_many and value.keys() <= keys_of(section)
+    twice = join_within(have, value) if is_known else []
+    if is_known and not twice:
+        have.via = tree.via  # it holds the entries of others too: each entry knows what made it
+        return True
+    wrong = [*_misshapen(section, tree), *_misshapen(section, more)]
+    scope.ledger.diagnostics += wrong
+    if not holds_many:
+        _said_twice(section, tree, more, scope)
+    for key, name, mine, other in twice if not wrong else ():
+        _taken(key, name, mine, other, scope)
+    return False
+
+
+def _misshapen(section: str, tree: Map) -> list[Diagnostic]:
+    """Return what is wrong with the shape of one section."""
+    from ..validate import validate
+
+    alone = Map(tree.span, tree.via)
+    alone.put("robot", "robot", tree.span, tree.span)
+    alone.put(section, tree[section], tree.key_spans[section], tree.value_spans[section])
+    return validate(alone, {})
 
 
 def join_within(have: Map, more: Map) -> list[tuple[str, str, Map, Map]]:
@@ -462,20 +500,27 @@ def join_within(have: Map, more: Map) -> list[tuple[str, str, Map, Map]]:
         ):
             have[key] = joined = copy(mine)
             for name, entry in value.items():
-                if name in joined:
-                    twice.append((key, name, joined, value))
-                else:
+                if name not in joined:
                     joined.put(name, entry, value.key_spans[name], value.value_spans[name])
-        else:
+                elif not _is_same(name, joined, value):
+                    twice.append((key, name, joined, value))
+        elif not _is_same(key, have, more):
             twice.append((key, key, have, more))
     return twice
+
+
+def _is_same(key: str, have: Map, more: Map) -> bool:
+    """Say whether two uses of a part say the same at a key, about something that is not of the part."""
+    return bool(have[key] == more[key]) and have.value_spans[key] == more.value_spans[key]
 
 
 def _taken(section: str, name: str, have: Map, more: Map, scope: Scope) -> None:
     place = Place(more.key_spans[name], getattr(more[name], "via", None) or more.via)
     related = [Related("first defined here", have.key_spans[name])]
-    message = f'{section.rstrip("s")} "{name}" is defined twice'
-    scope.report("duplicate-name", message, place, "rename one, or give the part another prefix", related)
+    message, help = f'{section.rstrip("s")} "{name}" is defined twice', "rename one, or give the part another prefix"
+    if more.get(section) is not None:  # what cannot be joined, and has no name
+        message, help = f'"{name}" is said twice', "remove one"
+    scope.report("duplicate-name", message, place, help, related)
 
 
 def _said_twice(section: str, have: Map, more: Map, scope: Scope) -> None:

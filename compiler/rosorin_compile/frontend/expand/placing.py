@@ -88,7 +88,7 @@ def _of_mjcf(fragment: Map) -> Iterator[tuple[str, bool]]:
                 yield text, owner is fragment
 
 
-def _names_of_control(fragment: Map) -> frozenset[str]:
+def names_of_control(fragment: Map) -> frozenset[str]:
     """Return the names of hardware blocks, of their sensors and gpio, and of controllers of a fragment."""
     blocks = fragment.get("control") or {}
     within = (block.get(key) for block in blocks.values() if isinstance(block, Map) for key in ("sensors", "gpio"))
@@ -137,7 +137,7 @@ def names_of(fragment: Map) -> Names:
     return Names(
         defined_names(fragment),
         simulated_names(fragment),
-        _names_of_control(fragment),
+        names_of_control(fragment),
         mentions_mount(fragment),
         any(map(_has_names, (fragment.get("links") or {}).values())),
     )
@@ -185,7 +185,7 @@ def placed(
 
     renames = (rename, frame, simulated)
     placer = _Placer(renames, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
-    placer.of_control = known.of_control
+    placer.of_control, placer.via = known.of_control, fragment.via
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
@@ -292,6 +292,7 @@ class _Placer:
         self.mount = mount
         self.mirror = mirror
         self.of_control: frozenset[str] = frozenset()
+        self.via: Instance | None = None
 
     def renamed(self, text: Any) -> Any:
         """Return elements of XML with the new names in them."""
@@ -449,19 +450,30 @@ class _Placer:
         changes: dict[str, Any] = {}
         for key in ("passive_joints", "unchecked_links", "checked_collisions", "disabled_collisions"):
             if key in entry:
-                changes[key] = _named_in(entry[key], key, texts)
+                value = _named_in(entry[key], key, texts)
+                changes[key] = each(value, "", self._made) if isinstance(value, Seq) else value
         for key, prefix in (("groups", self.prefix), ("end_effectors", self.prefix)):
             if isinstance(entry.get(key), Map):
-                changes[key] = each(entry[key], prefix, lambda one: _named_in(one, "", texts))
+                changes[key] = each(entry[key], prefix, lambda one: _named_in(one, "", texts), self.via)
         for key, rename in (("spheres", self.frame), ("joint_properties", self.rename)):
             table = entry.get(key)
             if isinstance(table, Map):
                 made = Map(table.span, table.via)
                 for name, value in table.items():
-                    balls = each(value, "", self._mark) if isinstance(value, Seq) else value
-                    made.put(rename(name), balls, table.key_spans[name], table.value_spans[name])
+                    one = each(value, "", self._mark) if isinstance(value, Seq) else value
+                    made.put(rename(name), self._made(one), table.key_spans[name], table.value_spans[name])
                 changes[key] = made
         return _with(entry, changes)
+
+    def _made(self, item: Any) -> Any:
+        """Return an item of what others are joined to: it knows the part that made it."""
+        if isinstance(item, str):
+            return Kept(item, self.via)
+        if isinstance(item, Seq):
+            made = each(item, "", _unchanged)
+            made.via = self.via
+            return made
+        return _made_by(item, self.via, item)
 
     def _joints(self, names: Any) -> Any:
         """Return the name of a joint, or a list of such, as they are called outside."""

@@ -21,7 +21,7 @@ from ..expression import Piece, evaluate, names_in, pieces
 from ..expression.functions import BUILT_IN, CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, functions, kind_of
 from ..expression.syntax import weight
 from ..tree import Instance, Kept, Map, Place, Seq
-from .ledger import Failed, Ledger
+from .ledger import Failed, Ledger, LeftOut
 
 if TYPE_CHECKING:
     from typing import Any, NoReturn
@@ -220,7 +220,7 @@ class Scope:
     def _entries_of(self, made: Map, value: Map, key: str, item: Any, via: Instance | None) -> None:
         """Add the entries that one entry with a loop, a condition or an expression in its name makes."""
         key_span, span = value.key_spans[key], value.value_spans[key]
-        for scope, entry in self.entries(item):
+        for scope, entry in self.entries(item, key):
             name = scope.name(key, key_span, via) if "$" in key else key
             if name in made:
                 related = [Related("first defined here", made.key_spans[name])]
@@ -281,15 +281,22 @@ class Scope:
             self.report("too-large", message, place, "use fewer or smaller loops, or calculate once, under let")
         raise Failed
 
-    def entries(self, item: Any) -> Iterator[tuple[Scope, Any]]:
-        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, where its ``if`` holds."""
+    def entries(self, item: Any, key: str = "", is_use: bool = False) -> Iterator[tuple[Scope, Any]]:
+        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, where its ``if`` holds.
+
+        What is left out is noted under its ``key``.
+        """
         if not isinstance(item, Map) or ("for" not in item and "if" not in item):
             yield self, item
             return
-        body = self.ledger.body(item)
+        body, scope = self.ledger.body(item), None
         for scope in rounds(self, item):
             if "if" not in item or scope.condition(item["if"], Place(item.value_spans["if"], self.via or item.via)):
                 yield scope, body
+            else:
+                self.ledger.left_out.append(LeftOut(key, item, scope, is_use, is_empty=False))
+        if scope is None:
+            self.ledger.left_out.append(LeftOut(key, item, self, is_use, is_empty=True))
 
     def condition(self, value: Any, place: Place) -> bool:
         """Return whether an ``if`` holds; it has to be true or false."""

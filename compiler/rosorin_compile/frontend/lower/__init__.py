@@ -176,7 +176,8 @@ class _Lowering:
             servo_group_of(name, entry, self.problem) for name, entry in sorted(self.section("servos").items())
         )
         poses = [
-            pose_of_joints(name, entry, servos, self.problem) for name, entry in sorted(self.section("poses").items())
+            pose_of_joints(name, entry, servos, tree, self.problem)
+            for name, entry in sorted(self.section("poses").items())
         ]
         return Robot(
             name=tree["robot"],

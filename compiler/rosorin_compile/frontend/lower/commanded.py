@@ -61,10 +61,10 @@ def moveit_of(entry: Mapping[str, Any]) -> Moveit:
             for name, one in (entry.get("end_effectors") or {}).items()
         ),
         virtual_joint=_virtual_joint_of(entry.get("virtual_joint", True)),
-        passive_joints=tuple(entry.get("passive_joints") or ()),
+        passive_joints=tuple(map(str, entry.get("passive_joints") or ())),
         disabled=tuple(_disabled_of(one) for one in entry.get("disabled_collisions") or ()),
         checked=tuple(map(_pair_of, entry.get("checked_collisions") or ())),
-        unchecked_links=tuple(entry.get("unchecked_links") or ()),
+        unchecked_links=tuple(map(str, entry.get("unchecked_links") or ())),
         spheres={
             link: tuple(Ball(vector_of(one.get("xyz")), float(one["radius"])) for one in balls)
             for link, balls in (entry.get("spheres") or {}).items()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from ...diagnostics import did_you_mean
 from ...diagnostics.registry import POSES, Rule
 from ...model import (
     IDENTITY,
@@ -28,7 +27,7 @@ from ...model.link import NO_SOURCE
 from ...model.shape import Rgba
 from ...model.simulation import POSITION
 from ...startup import TYPE_CHECKING
-from ..tree import Path
+from ..tree import Map, Path
 
 if TYPE_CHECKING:
     from typing import Any
@@ -191,8 +190,10 @@ def servo_group_of(name: str, entry: Mapping[str, Any], problem: Problem) -> Ser
     return ServoGroup(name, tuple(entry["joints"]), rad, entry["zero_pulse"], flipped, (low, high), source)
 
 
-def pose_of_joints(name: str, entry: Mapping[str, Any], servos: Sequence[ServoGroup], problem: Problem) -> JointPose:
-    """Return a named pose, pulses as positions; ``problem`` takes what is wrong with it."""
+def pose_of_joints(
+    name: str, entry: Mapping[str, Any], servos: Sequence[ServoGroup], tree: Map, problem: Problem
+) -> JointPose:
+    """Return a named pose of a tree, pulses as positions; ``problem`` takes what is wrong with it."""
     positions = {joint: float(value) for joint, value in sorted(entry.get("positions", {}).items())}
     pulses = dict(sorted(entry.get("pulses", {}).items()))
     for joint, pulse in pulses.items():
@@ -201,7 +202,9 @@ def pose_of_joints(name: str, entry: Mapping[str, Any], servos: Sequence[ServoGr
         if group is None:
             known = [joint for group in servos for joint in group.joints]
             message = f'no servo group has the joint "{joint}"'
-            problem("unknown-servo", message, path, did_you_mean(joint, known))
+            from ..misnamed import name_meant
+
+            problem("unknown-servo", message, path, name_meant(tree, path, joint, known))
             continue
         low, high = group.pulse_range
         if not low <= pulse <= high:

@@ -97,7 +97,7 @@ class Complaint:
         """Return the name of the kind of entry that complains, as tables of synonyms have it."""
         if not self.path:
             return "top"
-        return str(self.schema_path[1]) if self.schema_path[0] == "$defs" else "output"
+        return str(self.schema_path[1] if self.schema_path[0] == "$defs" else self.path[0])
 
     def _additionalproperties(self) -> list[Diagnostic]:
         known = self._fragment(1).get("properties", {})
@@ -113,7 +113,7 @@ class Complaint:
     def _required(self) -> list[Diagnostic]:
         key = self.kind.property
         legal = self._fragment(1).get("properties", {})
-        closed = self._kind() != "output"  # the keys of those are judged when their format is known
+        closed = self.path[:1] != ["outputs"]  # the keys of those are judged when their format is known
         if closed and any(is_meant(other, key, self._kind(), legal) for other in self.value if other not in legal):
             return []  # it is there, under a name that is reported
         wanted = schema_at([*self.schema_path[:-1], "properties", key], self.schema)

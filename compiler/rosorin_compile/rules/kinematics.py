@@ -119,7 +119,8 @@ def _namesake(case: Case, kind: str, name: str) -> str:
 
 def _is_key(path: Path) -> bool:
     """Say whether a name is given by a key of the description instead of a value."""
-    return path[-2:-1] in (("rename",), ("positions",)) or path[0] == "control"
+    tables = ("rename", "positions", "spheres", "joint_properties")
+    return path[-2:-1] in [(table,) for table in tables] or path[0] == "control"
 
 
 @rule("two-parents", "A link is the child of two joints.", "Correct one `child`, or remove a joint.", JOINTS)

@@ -35,7 +35,7 @@ def servos(case: Case) -> Iterator[Diagnostic]:
             joint = case.robot.joint.get(name)
             if joint is not None and not joint.moves:
                 yield _fixed(case, joint, path, f'servo group "{group.name}" turns')
-            if name in taken:
+            if name in taken and joint is not None:  # else that is told
                 message = f'joint "{name}" has two servos'
                 related = [case.related("its first servo", taken[name])]
                 yield case.problem("two-servos", message, path, "name it in one place", related=related)

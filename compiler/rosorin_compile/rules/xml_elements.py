@@ -9,9 +9,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence, Set
 
-from ..diagnostics import WARNING, Diagnostic, Related, Source, nearest
+from ..diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
 from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.tree import Instance, Path, locate
+from ..frontend.tree import Instance, Path, locate, prefix_at
 from ..model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
 from ..model.robot import of_robot
 from ..startup import TYPE_CHECKING
@@ -202,6 +202,10 @@ def _with_prefix(case: Case, use: Mention, names: Set[str]) -> str:
     own = [one for one in longer if via is not None and via.made and via in _makers(case, one)]
     if own:
         return f'did you mean "{own[0]}", as this use of the part makes it?'
+    prefix = prefix_at(case.tree, use.path)
+    short = [one.removeprefix(prefix) for one in names if prefix and one.startswith(prefix)]
+    if nearest(name, short) is not None:
+        return did_you_mean(name, short)
     if not longer and nearest(name, names) is None:
         tails = {"_".join(one.split("_")[-name.count("_") - 1 :]): one for one in sorted(names, reverse=True)}
         longer = [tails[near]] if (near := nearest(name, tails)) else []

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
 from ...frontend.misnamed import name_meant
-from ...frontend.tree import Path
+from ...frontend.tree import Path, Seq
 from ...model import Edge, Output
 from ...rules.case import Case, at
 from ...rules.tf_tree import is_tree
@@ -82,15 +82,14 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     said = {key: one.values[key] for key in controller.params}
     told = list(against_kind(name, one.kind, {**_lists(one.values), **said}) if one.kind else unwritable(name, said))
     yield from told
-    yield from missing(
-        name,
-        one.kind if wrong is None else None,
-        one.values,
-        f"{one.known.why_not or 'nobody says it'}; give it in params",
-    )
-    yield from frames_of(name, said, case.robot)
     fine = {key: value for key, value in one.values.items() if key not in {finding.key for finding in told}}
-    yield from against_robot(name, one.type, fine, one.known, case.robot, WARNING)
+    named = list(against_robot(name, one.type, fine, one.known, case.robot, WARNING))
+    joints = (joint.name for block in case.robot.control for joint in block.joints)
+    if wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints)):
+        help = f"{one.known.why_not or 'nobody says it'}; give it in params"
+        yield from missing(name, one.kind, one.values, help)  # else what is missing may follow from the wrong name
+    yield from frames_of(name, said, case.robot)
+    yield from named
 
 
 def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:
@@ -156,6 +155,8 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     )
     key = found.at_key or not found.key or path == (*entry, *within)
     path = entry if not found.key else path
+    value = at(case.tree, path)
+    path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
     help = name_meant(case.tree, path, found.unknown, found.known) if found.known else found.help
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 

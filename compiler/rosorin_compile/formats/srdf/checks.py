@@ -244,9 +244,20 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
     elif one.parent_group == one.group:
         message = f'the parent group of end effector "{one.name}" is its own group'
         yield case.problem(rule, message, (*path, "parent_group"), "name the group that moves it")
-    elif one.parent_group and one.parent not in planning.links_in(planning.groups[one.parent_group]):
+    elif (
+        one.parent_group
+        and one.parent not in planning.links_in(planning.groups[one.parent_group])
+        and not _has_unknown(case, planning, one.parent_group)
+    ):
         message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries "{one.name}"'
         yield case.problem(rule, message, (*path, "parent_group"), "let the chain of that group end at this link")
+
+
+def _has_unknown(case: Case, planning: Planning, group: str) -> bool:
+    """Say whether a group names a link or a joint that the robot does not have, which is told."""
+    links = ((path, name in case.robot.link) for name, path, _ in planning.said.links_named())
+    joints = ((path, name in case.robot.joint) for name, path, _ in planning.said.joints_named())
+    return any(path[1:3] == ("groups", group) and not there for path, there in (*links, *joints))
 
 
 def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:

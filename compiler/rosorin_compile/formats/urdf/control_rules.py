@@ -279,6 +279,8 @@ def _shared(case: Case) -> Iterator[Diagnostic]:
     blocks: dict[tuple[str, str, str], str] = {}
     for block in case.robot.control:
         for section, one in block.components():
+            if section == "joints" and one.name not in case.robot.joint:  # which is told
+                continue
             path = _path(block, section, one.name)
             for key, names in (("command", one.commands), ("state", one.states)):
                 taken = [name for name in names if blocks.setdefault((key, one.name, name), block.name) != block.name]

@@ -131,8 +131,10 @@ class _Lowering:
         """Return a section of the tree, empty if it is left out."""
         return self.tree.get(name) or {}
 
-    def problem(self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = ()) -> None:
-        place = locate(self.tree, path)
+    def problem(
+        self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = (), key: bool = False
+    ) -> None:
+        place = locate(self.tree, path, key)
         diagnostic = error(rule, message, place.span, help, [*related, *place.stack()])
         self.diagnostics.append(diagnostic._replace(of=names_at(self.tree, path)))
 

@@ -42,8 +42,8 @@ RULES = (
     Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
 
-# Takes the rule, the message, the path and the way out of a problem.
-Problem = Callable[[str, str, Path, str], None]
+# Takes the rule, the message, the path and the way out of a problem, and whether it is at a key.
+Problem = Callable[..., None]
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
@@ -201,10 +201,12 @@ def pose_of_joints(
         group = next((group for group in servos if joint in group.joints), None)
         if group is None:
             known = [joint for group in servos for joint in group.joints]
+            if joint in (tree.get("joints") or ()) and not {*known} <= tree["joints"].keys():
+                continue  # a servo group names it wrongly, which is told
             message = f'no servo group has the joint "{joint}"'
             from ..misnamed import name_meant
 
-            problem("unknown-servo", message, path, name_meant(tree, path, joint, known))
+            problem("unknown-servo", message, path, name_meant(tree, path, joint, known), key=True)
             continue
         low, high = group.pulse_range
         if not low <= pulse <= high:

@@ -139,8 +139,8 @@ LIDAR = """\
           <horizontal>
             <samples>5</samples>
             <resolution>2</resolution>
-            <min_angle>-1.5707963267948966</min_angle>
-            <max_angle>1.5707963267948966</max_angle>
+            <min_angle>-1.570796326795</min_angle>
+            <max_angle>1.570796326795</max_angle>
           </horizontal>
         </scan>
         <range>

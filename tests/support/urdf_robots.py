@@ -160,7 +160,8 @@ def _child(element: ET.Element, tag: str) -> ET.Element:
 
 
 def emit(robot: Robot, options: Mapping[str, Any] | None = None) -> str:
-    text, diagnostics = urdf.write(robot, Output("urdf", "urdf", "robot.urdf", options or {}), Templates())
+    options = {"number_format": "exact", **(options or {})}
+    text, diagnostics = urdf.write(robot, Output("urdf", "urdf", "robot.urdf", options), Templates())
     assert diagnostics == []
     return text
 

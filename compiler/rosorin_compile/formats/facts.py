@@ -20,7 +20,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 
 from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
-from ..numbers import SIX, six
+from ..numbers import SIX, off_by_short, six
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from ..startup.remembering import remembered
@@ -134,8 +134,8 @@ def numbers_of(text: str) -> tuple[float, ...]:
 _FEW = 6
 
 
-def is_exact(texts: Iterable[str]) -> bool:
-    """Say whether an artifact was printed with number_format exact: it holds a number that ``six`` would shorten."""
+def is_six(texts: Iterable[str]) -> bool:
+    """Say whether an artifact was printed with number_format six, which would shorten none of its numbers."""
     seen = set[str]()
     for text in texts:
         if len(text) <= _FEW or text in seen:
@@ -149,8 +149,8 @@ def is_exact(texts: Iterable[str]) -> bool:
             except ValueError:
                 continue
             if float(six(value)) != value:
-                return True
-    return False
+                return False
+    return True
 
 
 _tolerance_of_six = remembered(SIX.tolerance)
@@ -260,17 +260,17 @@ class FactSheet(Sheet):
     def __init__(self, text: str, tag: str, known: Known | None = None) -> None:
         super().__init__(known)
         self.root = parse(text, tag)
-        self.exact = is_exact(self.numbers_written())
-        # How well a printed rotation is known (rad).
-        self._turning = ROTATION_ROUNDING + 4 * self.tolerance(1.0)
+        self.six = is_six(self.numbers_written())
+        # How well a printed rotation is known (rad); 4 is more than the largest angle.
+        self._turning = ROTATION_ROUNDING + 4 * self.tolerance(4.0)
 
     def numbers_written(self) -> Iterator[str]:
         """Yield the texts in which numbers stand."""
         return (text for element in self.root.iter() for name, text in element.items() if name != "name")
 
-    def tolerance(self, value: float) -> float:
-        """Return how well a printed value is known: 0 where every digit was printed."""
-        return 0.0 if self.exact else _tolerance_of_six(value)
+    def tolerance(self, value: float, *others: float) -> float:
+        """Return how well a printed value is known, an entry of a vector with ``others``: 0 if each digit is there."""
+        return _tolerance_of_six(value) if self.six else off_by_short(value, max(map(abs, others), default=0.0))
 
     def text(self, element: Element, attribute: str) -> str:
         """Return an attribute. Raises ValueError if it is not there."""
@@ -304,6 +304,13 @@ class FactSheet(Sheet):
             return Value(value)
         return Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
 
+    def axis(self, xyz: Vector) -> dict[str, Value]:
+        """Return what is said of the direction of a joint, by quantity."""
+        return {
+            f"axis {letter}": self.value(value, "", self.tolerance(value, *xyz))
+            for letter, value in zip(AXES, xyz, strict=True)
+        }
+
     def add(self, fact: Fact, value: float | str, unit: str = "", tolerance: float | None = None) -> None:
         """Take down a fact; its value as in ``value``."""
         if self.known is None or self.is_news(self.known, *fact, value):
@@ -320,7 +327,7 @@ class FactSheet(Sheet):
                 return
         self.facts[Fact("frame", link, "parent")] = Value(parent)
         for axis, value in zip(_ORIGIN, transform.xyz, strict=True):
-            self.facts[Fact("frame", link, axis)] = self.value(value, "m")
+            self.facts[Fact("frame", link, axis)] = self.value(value, "m", self.tolerance(value, *transform.xyz))
         for angle, value in zip(ANGLES, angles(transform), strict=True):
             self.facts[Fact("frame", link, angle)] = Value(value, "rad", self._turning)
 
@@ -333,12 +340,13 @@ class FactSheet(Sheet):
                 return
         self.add(Fact("link", link, "mass"), mass, "kg")
         for axis, value in zip(_CENTRE, frame.xyz, strict=True):
-            self.add(Fact("link", link, axis), value, "m")
-        rounding = 0.0 if self.exact else _turned(inertia, 4 * self.tolerance(1.0))
+            self.add(Fact("link", link, axis), value, "m", self.tolerance(value, *frame.xyz))
+        rounding = _turned(inertia, 4 * self.tolerance(1.0))
         if frame.rows != _UPRIGHT:
-            rounding += max(map(abs, inertia)) * ROTATION_ROUNDING + 3 * max(map(self.tolerance, inertia))
+            largest = max(map(abs, inertia))
+            rounding += largest * ROTATION_ROUNDING + 3 * max(self.tolerance(one, largest) for one in inertia)
         for name, value in zip(_MOMENTS, along, strict=True):
-            tolerance = self.tolerance(value) + rounding
+            tolerance = self.tolerance(value, *inertia) + rounding
             self.add(Fact("link", link, name), value, "kg*m^2", tolerance)
 
     def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
@@ -354,7 +362,8 @@ class FactSheet(Sheet):
             return
         self.add(Fact("link", link, f"{shape} geometry"), kind)
         for axis, value in zip(AXES, transform.xyz, strict=True):
-            self.add(Fact("link", link, f"{shape} origin {axis}"), value, "m")
+            tolerance = self.tolerance(value, *transform.xyz)
+            self.add(Fact("link", link, f"{shape} origin {axis}"), value, "m", tolerance)
         for angle, value in zip(ANGLES, angles(transform), strict=True):
             self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", self._turning)
         unit = "" if kind == "mesh" else "m"
@@ -375,9 +384,8 @@ class FactSheet(Sheet):
     def _solid(self, kind: str, sizes: Sequence[float], transform: Transform) -> Solid:
         """Return a shape as ``add_shape`` would say it."""
         sizes = tuple(sizes[: len(SIZES.get(kind, ()))])
-        if self.exact:
-            return Solid(kind, sizes, transform.xyz, transform.rows, (), 0.0, 3 * self._turning)
-        lengths = [_ROOT_THREE * max(map(self.tolerance, transform.xyz)), *(2 * self.tolerance(size) for size in sizes)]
+        place = max(self.tolerance(value, *transform.xyz) for value in transform.xyz)
+        lengths = [_ROOT_THREE * place, *(2 * self.tolerance(size) for size in sizes)]
         return Solid(kind, sizes, transform.xyz, transform.rows, (), max(lengths), 3 * self._turning)
 
 

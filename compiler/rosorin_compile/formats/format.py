@@ -70,9 +70,9 @@ def row_name(edge: Edge) -> str:
 
 # The key of outputs that several formats have.
 NUMBER_FORMAT: Mapping[str, Any] = {
-    "enum": ["exact", "six"],
-    "description": "exact (default): the shortest decimal that reads back the same; six: whichever of %.6g and %.6f"
-    " keeps more.",
+    "enum": ["short", "exact", "six"],
+    "description": "short (default): the shortest decimal within 1e-12 of the number, or of the largest of its vector;"
+    " exact: the shortest that reads back the same; six: whichever of %.6g and %.6f keeps more.",
 }
 
 # The forms of boxes that height maps are cut into, for an option of formats without a word for them.

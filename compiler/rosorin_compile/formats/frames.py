@@ -10,7 +10,7 @@ from functools import lru_cache
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
-from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
+from ..numbers import SIX, NumberFormat, fixed, number_format, off_by_short, six, vector
 from ..rules.proof import in_words, prove
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
@@ -67,8 +67,8 @@ class _Frame(NamedTuple):
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the list of all frames of a robot. Option: ``number_format`` (exact or six)."""
-    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    """Return the list of all frames of a robot. Option: ``number_format`` (short, exact or six)."""
+    number = number_format(output.options)
     frames = _frames(robot)
     publishers = dict.fromkeys(frame.publisher for frame in frames)
     values: dict[str, Any] = {
@@ -191,10 +191,10 @@ def _degree(angle: float) -> str:
     return fixed(angle, _DEGREE_DIGITS)
 
 
-def _vector(vector: Vector, number: NumberFormat, unit: str) -> str:
+def _vector(values: Vector, number: NumberFormat, unit: str) -> str:
     """Return three numbers as text; those of other rows stand below each other unless they are long."""
     width = _NUMBER_WIDTH[unit]
-    return " ".join(number(value).ljust(width) for value in vector).rstrip()
+    return " ".join(text.ljust(width) for text in vector(values, number).split()).rstrip()
 
 
 @lru_cache(maxsize=_MANY)
@@ -264,7 +264,7 @@ def _read(text: str, sheet: Sheet) -> Sheet:
 
 
 def _read_frame(
-    sheet: Sheet, row: dict[str, str], numbers: tuple[float, ...], tolerance: Callable[[float], float], which: str
+    sheet: Sheet, row: dict[str, str], numbers: tuple[float, ...], tolerance: Callable[..., float], which: str
 ) -> None:
     """Take down a row with its ``numbers``; ``which`` stands behind each quantity."""
     child, parent = row["child"], row["parent"]
@@ -276,11 +276,13 @@ def _read_frame(
         sheet.add_pose(child, *sheet.once(numbers, lambda: _pose(numbers, tolerance)), which)
 
 
-def _pose(numbers: Sequence[float], tolerance: Callable[[float], float]) -> tuple[Pose, Vector, Vector]:
+def _pose(numbers: Sequence[float], tolerance: Callable[..., float]) -> tuple[Pose, Vector, Vector]:
     """Return a pose, and how well its position (m) and its angles (rad) are known."""
     x, y, z, roll, pitch, yaw = numbers
-    a, b, c, d, e, f = map(tolerance, numbers)
-    return Pose((x, y, z), (roll, pitch, yaw)), (a, b, c), (d, e, f)
+    farthest, widest = max(abs(x), abs(y), abs(z)), max(abs(roll), abs(pitch), abs(yaw))
+    metres = tolerance(x, farthest), tolerance(y, farthest), tolerance(z, farthest)
+    radians = tolerance(roll, widest), tolerance(pitch, widest), tolerance(yaw, widest)
+    return Pose((x, y, z), (roll, pitch, yaw)), metres, radians
 
 
 def _place(row: dict[str, str]) -> str:
@@ -288,10 +290,11 @@ def _place(row: dict[str, str]) -> str:
     return f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}" if row["roll pitch yaw (rad)"] else ""
 
 
-def _tolerance(numbers: Iterable[float]) -> Callable[[float], float]:
-    """Return the function that says how well a printed number is known: one number of many digits shows ``exact``."""
-    exact = any(float(six(number)) != number for number in numbers)
-    return (lambda _: 0.0) if exact else SIX.tolerance
+def _tolerance(numbers: Iterable[float]) -> Callable[..., float]:
+    """Return the function that says how well a number is known: one of many digits shows that ``six`` made none."""
+    if any(float(six(number)) != number for number in numbers):
+        return off_by_short
+    return lambda value, _largest=0.0: SIX.tolerance(value)
 
 
 def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:

@@ -11,8 +11,9 @@ Names that a template gets:
   metres, by joint name; ``{}`` is all at zero); the result has ``.xyz`` (metres), ``.rpy()`` (radians),
   ``.quaternion()`` (w, x, y, z) and ``.rows``.
 - ``output``: this entry of outputs; values of your own stand in ``output.options.options``.
-- ``number(X)``: shortest decimal that reads back the same; ``six(X)``: six digits or decimals, whichever keeps more;
-  ``fixed(X, DECIMALS)``: never an exponent; ``vector(NUMBERS)``, ``vector(NUMBERS, six)``: with spaces between.
+- ``number(X)``: shortest decimal within 1e-12 of the number; ``exact(X)``: shortest that reads back the same;
+  ``six(X)``: six digits or decimals, whichever keeps more; ``fixed(X, DECIMALS)``: never an exponent;
+  ``vector(NUMBERS)``, ``vector(NUMBERS, six)``: with spaces between, within 1e-12 of the largest.
 - ``degrees(X)``, ``radians(X)``: of an angle.
 - ``kind(X)``: the type of a geometry by name: Box, Cylinder, Capsule, Sphere, Mesh, HeightMap.
 - ``source(X)``: a source (``joint.source``) as one line of text.
@@ -29,7 +30,7 @@ from typing import Any
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import TEMPLATES, Rule
 from ..model import Output, Robot
-from ..numbers import exact, fixed, six, vector
+from ..numbers import exact, fixed, short, six, vector
 from .format import Format
 from .static_tf import describe
 from .templating import Templates
@@ -60,10 +61,11 @@ def _names(robot: Robot, output: Output) -> dict[str, Any]:
     return {
         "robot": robot,
         "output": output,
-        "number": exact,
+        "number": short,
+        "exact": exact,
         "six": six,
         "fixed": fixed,
-        "vector": lambda numbers, number=exact: vector(numbers, number),
+        "vector": lambda numbers, number=short: vector(numbers, number),
         "degrees": math.degrees,
         "radians": math.radians,
         "kind": lambda geometry: type(geometry).__name__,

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from ..model import Robot
 
+_SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12
 _DIGITS = 10  # of metres and entries of a rotation, behind the point
 TOLERANCE = 1e-12  # of numbers, absolute or relative: what is left of a field of view that was halved
 
@@ -123,7 +124,7 @@ def _pose(text: str) -> str:
 
 def _number(word: str) -> str:
     try:
-        return word if "_" in word else f"{float(word) + 0.0:.12g}"
+        return word if "_" in word else f"{float(word) + 0.0:.{_SIGNIFICANT}g}"
     except ValueError:
         return word
 

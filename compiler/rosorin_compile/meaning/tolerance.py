@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 
 from ..diagnostics import Span
 from ..formats import Value
+from ..formats.facts import PI_CUT
 from ..frontend.tree import Map, Seq
 from ..model import Transform, Vector
 from ..model.geometry import norm, rotation_of_rpy
@@ -140,8 +141,9 @@ class Turn(NamedTuple):
 
 
 def wrapped(angle: float) -> float:
-    """Return an angle (rad) within plus and minus half a turn; half a turn itself is plus."""
-    return math.pi - (math.pi - angle) % math.tau
+    """Return an angle (rad) within plus and minus half a turn; half a turn itself is plus, in print as well."""
+    half = math.pi + PI_CUT
+    return half - (half - angle) % math.tau
 
 
 def same_angles(one: Turn, other: Turn) -> bool:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
+from ..numbers import NumberFormat, inertia
 from ..startup.records import dataclass, field
 from .geometry import Pose, Vector, eigenvalues
 from .shape import Shape
@@ -40,6 +42,11 @@ class Inertial:
         """The eigenvalues of the inertia in kg*m^2, smallest first."""
         xy, xz, yz = self.ixy, self.ixz, self.iyz
         return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
+
+    def printed(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
+        """Return the inertia in print, as xx yy zz xy xz yz; ``along`` is the same inertia along other axes."""
+        six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
+        return inertia(six, self.principal_moments, number)
 
 
 @dataclass(frozen=True, repr=False)

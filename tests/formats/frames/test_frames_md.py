@@ -200,8 +200,8 @@ def test_reading_gives_back_the_rows() -> None:
     assert facts[Fact("frame", "base", "publisher below odom")] == Value("ekf")
     assert facts[Fact("frame", "odom", "publisher when slam")] == Value("slam_toolbox")
     assert facts[Fact("frame", "odom", "publisher when not slam")] == Value("amcl")
-    assert facts[Fact("pose", "tuck", "arm_joint")] == Value(0.4, "rad")
-    assert facts[Fact("pose", "tuck", "slide_joint")] == Value(0.25, "m")
+    assert facts[Fact("pose", "tuck", "arm_joint")] == Value(0.4, "rad", pytest.approx(0.4e-12))
+    assert facts[Fact("pose", "tuck", "slide_joint")] == Value(0.25, "m", pytest.approx(0.25e-12))
     assert Fact("frame", "odom", "origin x when slam") not in facts
     assert abs(float(facts[Fact("frame", "depth_optical", "roll")].value)) <= math.pi
 

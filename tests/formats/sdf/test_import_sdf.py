@@ -52,6 +52,8 @@ def asked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, st
 
 
 def written(robot: Robot, **options) -> str:
+    """Return the SDF of a robot, with all digits: what is lost on the way is no rounding."""
+    options = {"number_format": "exact", **options}
     return FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0]
 
 

@@ -113,7 +113,7 @@ def test_each_number_is_the_one_of_the_sensor(tmp_path):
     camera = {key.removeprefix("sensor/"): text for key, text in found["camera"].items()}
     assert camera["topic"] == "front"
     assert float(camera["update_rate"]) == 15
-    assert float(camera["camera/horizontal_fov"]) == pytest.approx(np.pi / 2, abs=1e-15)
+    assert float(camera["camera/horizontal_fov"]) == pytest.approx(np.pi / 2, rel=1e-12)
     assert (camera["camera/image/width"], camera["camera/image/height"]) == ("320", "200")
     assert (camera["camera/clip/near"], camera["camera/clip/far"]) == ("0.1", "8")
     assert (camera["camera/noise/type"], camera["camera/noise/stddev"]) == ("gaussian", "0.01")

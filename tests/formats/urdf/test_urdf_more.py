@@ -127,8 +127,8 @@ GOLDEN = """\
     <parent link="base link"/><child link="ns/arm"/>
     <origin xyz="0 0 0" rpy="0 0 0"/>
     <axis xyz="0 0 1"/>
-    <calibration rising="0.17453292519943295" reference_position="0.5"/>
-    <limit lower="-0.17453292519943295" upper="1" effort="1" velocity="1"/>
+    <calibration rising="0.1745329251994" reference_position="0.5"/>
+    <limit lower="-0.1745329251994" upper="1" effort="1" velocity="1"/>
     <safety_controller soft_lower_limit="-0.1" k_position="15" k_velocity="10"/>
     <x/>
   </joint>

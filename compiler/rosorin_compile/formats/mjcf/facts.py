@@ -17,7 +17,7 @@ from ...model import Transform
 from ...model.geometry import transform_of_quaternion
 from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
-from ..facts import AXES, COLLISION, VISUAL, FactSheet, Six, number_of
+from ..facts import COLLISION, VISUAL, FactSheet, Six, number_of
 from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, WORLD
 from .masses import LEAST
@@ -401,8 +401,8 @@ def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
 
 
 def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
-    for axis, value in zip(AXES, sheet.vector3(joint, "axis", (0.0, 0.0, 1.0)), strict=True):
-        sheet.add(Fact("joint", name, f"axis {axis}"), value)
+    for quantity, value in sheet.axis(sheet.vector3(joint, "axis", (0.0, 0.0, 1.0))).items():
+        sheet.take("joint", name, quantity, value)
 
 
 def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
@@ -420,8 +420,7 @@ def _motion(sheet: FactSheet, joint: Element) -> Block:
     if not slides:
         kind = "revolute" if ends else "continuous"
     said: dict[str, Value] = {"type": sheet.value("prismatic" if slides else kind)}
-    xyz = sheet.vector3(joint, "axis", (0.0, 0.0, 1.0))
-    said |= {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, xyz, strict=True)}
+    said |= sheet.axis(sheet.vector3(joint, "axis", (0.0, 0.0, 1.0)))
     for quantity, value in zip(("lower", "upper"), ends, strict=False):
         said[quantity] = sheet.value(value, unit)
     for effort in sheet.vector(joint, "actuatorfrcrange", 2, ())[1:]:

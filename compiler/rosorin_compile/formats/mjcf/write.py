@@ -56,7 +56,7 @@ from ...model import (
 )
 from ...model.looks import colours_of
 from ...model.standing import home_of, stands_at
-from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup.records import NamedTuple, replace
 from ...startup.remembering import remembered
 from ...xml.elements import indented
@@ -117,10 +117,10 @@ class Frame(NamedTuple):
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the MJCF of a robot.
 
-    Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format`` (exact or six),
+    Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format``,
     ``visuals`` (own, or from_collision for links that have none).
     """
-    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    number = number_format(output.options)
     free = output.options.get("base", "fixed") == "free" and not robot.simulation.root.world
     elements = elements_of(robot, templates, number)
     form = form_of(output)
@@ -154,7 +154,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "title": comment(robot.name),
         "option": _option(output, number),
         "number": number,
-        "vector": printer.vector,
+        "numbers": printer.numbers,
         "pairs": lambda pairs: attributes(**dict(pairs)),
         "printed": printer.simulated.printed,
         "kept": [indented(text, "  ") for text in robot.simulation.elements],
@@ -255,8 +255,8 @@ class _Printer:
         """Return the attributes of the joints that a body has for one joint, in their order."""
         return [self.single[joint.name]] if joint.moves else several(joint, self.simulated)
 
-    def vector(self, numbers: Iterable[float]) -> str:
-        return vector(numbers, self.number)
+    def numbers(self, values: Iterable[float]) -> str:
+        return numbers(values, self.number)
 
     def place(self, pose: Pose) -> Mapping[str, str]:
         """Return a position (m) and a unit quaternion (w x y z), which is left out where nothing is turned."""
@@ -323,13 +323,13 @@ class _Printer:
         """Return the attributes of an inertial that is there."""
         if not has_mass(inertial):
             return ""
-        pos, mass, six = self.vector(inertial.pose.xyz), self.number(inertial.mass), along_link_of(inertial)
+        pos, mass, six = vector(inertial.pose.xyz, self.number), self.number(inertial.mass), along_link_of(inertial)
         if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not any(six[3:]):
-            return attributes(pos=pos, mass=mass, diaginertia=self.vector(six[:3]))
+            return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(self.number, six)[:3]))
         if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not has_products(inertial):
-            own = self.vector((inertial.ixx, inertial.iyy, inertial.izz))
+            own = " ".join(inertial.printed(self.number)[:3])
             return attributes(**{**self.place(inertial.pose), "mass": mass, "diaginertia": own})
-        return attributes(pos=pos, mass=mass, fullinertia=self.vector(six))
+        return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed(self.number, six)))
 
     def collider(self, geom: Geom) -> str:
         """Return the name of a geom that collides."""
@@ -368,7 +368,7 @@ class _Printer:
             return ""
         if isinstance(geometry, (Mesh, HeightMap)):
             return attributes(**{"class": called})
-        values = {"class": called, "type": type(geometry).__name__.lower(), "size": self.vector(_half_sizes(geometry))}
+        values = {"class": called, "type": type(geometry).__name__.lower(), "size": self.numbers(_half_sizes(geometry))}
         return attributes(**values, **self.place(solid.origin()))
 
     def of_file(self, geometry: Mesh | HeightMap, solid: Shape) -> Mapping[str, str]:
@@ -386,7 +386,7 @@ class _Printer:
 
     def mesh(self, name: str, mesh: Mesh) -> Markup:
         """Return the attributes of a mesh."""
-        values = {"name": name, "file": mesh_path(mesh.file), "scale": self.vector(mesh.scale)}
+        values = {"name": name, "file": mesh_path(mesh.file), "scale": self.numbers(mesh.scale)}
         values |= {"inertia": mesh.inertia} if mesh.inertia else {}
         return attributes(**values, **self.simulated.texts(mesh.mjcf))
 
@@ -407,7 +407,7 @@ class _Printer:
             named = self.simulated.material_of(texture) or named
         colour = self.robot.colour(visual)
         own = colour if colour and not (named and material and colour == material.rgba) else None
-        return {**({"material": named} if named else {}), **({"rgba": self.vector(own)} if own else {})}
+        return {**({"material": named} if named else {}), **({"rgba": self.numbers(own)} if own else {})}
 
 
 def _shows_collision(robot: Robot, output: Output) -> bool:
@@ -462,7 +462,7 @@ def _option(output: Output, number: NumberFormat) -> tuple[Markup, Markup | str]
 def _setting(value: str | float | Sequence[float], number: NumberFormat) -> str:
     if isinstance(value, str):
         return value
-    return number(value) if isinstance(value, (int, float)) else vector(value, number)
+    return number(value) if isinstance(value, (int, float)) else numbers(value, number)
 
 
 @remembered

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from ...model import Attribute, Joint, JointPose, Pose, Robot, Vector, plane_axes
 from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of
-from ...numbers import NumberFormat, vector
+from ...numbers import NumberFormat, numbers, vector
 from ...xml.escaping import Markup
 from ..templating import attributes
 from .bodies import FLOATING, PLANAR, STIFF, is_free
@@ -64,7 +64,7 @@ def single(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
     values = {"type": TYPES[joint.type], "axis": vector(joint.axis, printer.number)}
     ends = position_range(joint)
     if ends:
-        values["range"] = vector(ends, printer.number)
+        values["range"] = numbers(ends, printer.number)
     return {**values, **_inner(joint, printer)}
 
 
@@ -79,7 +79,7 @@ def _inner(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
         values = {word: number(value) for word, value in words.items() if value}
     effort = joint.limit.known("effort") if joint.limit is not None else None
     if effort and not is_clamped(printer.robot, joint, effort):
-        values["actuatorfrcrange"] = vector([-effort, effort], number)
+        values["actuatorfrcrange"] = numbers([-effort, effort], number)
     if joint.mjcf:
         values |= printer.texts(joint.mjcf)
     return values
@@ -96,8 +96,8 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
             del values["joint2"]
         polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]
         tuned = {"solref": joint.mimic.solref, "solimp": joint.mimic.solimp}
-        words = {word: vector(numbers or STIFF[word], number) for word, numbers in tuned.items()}
-        made.append(attributes(**values, polycoef=vector(polynomial, number), **words))
+        words = {word: numbers(values or STIFF[word], number) for word, values in tuned.items()}
+        made.append(attributes(**values, polycoef=numbers(polynomial, number), **words))
     return made
 
 

@@ -19,7 +19,7 @@ from ...model.geometry import rotation_of_rpy
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...xml.elements import canonical
-from ..facts import AXES, FactSheet, numbers_of
+from ..facts import FactSheet, numbers_of
 from ..format import Fact, Facts
 
 if TYPE_CHECKING:
@@ -209,8 +209,8 @@ def _motion(sheet: _Sheet, axis: Element | None, kind: str) -> Block:
         return said
     unit = "m" if kind == "prismatic" else "rad"
     force = "N" if unit == "m" else "N*m"
-    xyz = sheet.numbers(axis, "xyz", 3)
-    said |= {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, xyz, strict=True)}
+    x, y, z = sheet.numbers(axis, "xyz", 3)
+    said |= sheet.axis((x, y, z))
     limits = {"lower": unit, "upper": unit, "effort": force, "velocity": f"{unit}/s"}
     dynamics = {"damping": f"{force}*s/{unit}", "friction": force}
     dynamics |= {"spring_stiffness": f"{force}/{unit}", "spring_reference": unit}

@@ -34,7 +34,7 @@ from ...model import (
     Shape,
     Sphere,
 )
-from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...xml.escaping import escape
@@ -77,15 +77,15 @@ class _Form(NamedTuple):
     version: str
     boxes: str
 
-    def vector(self, values: Sequence[float]) -> str:
-        return vector(values, self.number)
+    def numbers(self, values: Sequence[float]) -> str:
+        return numbers(values, self.number)
 
     def pose(self, pose: Pose, relative_to: str = "") -> str:
         """Return a <pose>; nothing where it says nothing."""
         seen = attributes(relative_to=relative_to) if relative_to else ""
         if pose == IDENTITY:
             return f"<pose{seen}/>" if relative_to else ""
-        return f"<pose{seen}>{self.vector((*pose.xyz, *pose.rpy))}</pose>"
+        return f"<pose{seen}>{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}</pose>"
 
 
 def version_of(robot: Robot, output: Output) -> str:
@@ -99,11 +99,11 @@ def version_of(robot: Robot, output: Output) -> str:
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the SDF of a robot.
 
-    Options: ``number_format`` (exact or six), ``version`` (1.9 to 1.12; default the first that says all),
+    Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12; default the first that says all),
     ``height_maps`` (the form of their boxes), ``visuals`` (from_collision, where a link has none), ``gazebo`` (false,
     or which Gazebo; by default sensors in the words of SDF alone).
     """
-    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    number = number_format(output.options)
     form = _Form(number, version_of(robot, output), str(output.options.get("height_maps", ROWS)))
     if output.options.get("visuals") == "from_collision":
         from ...model.looks import with_visuals
@@ -197,7 +197,8 @@ class _Writer:
 
     def _inertial(self, inertial: Inertial) -> list[Any]:
         """Return pose, mass and moments of an inertial, as a list of one."""
-        moments = [(key, self.form.number(getattr(inertial, key))) for key in _MOMENTS]
+        texts = dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), inertial.printed(self.form.number), strict=True))
+        moments = [(key, texts[key]) for key in _MOMENTS]
         return [(self.form.pose(inertial.pose), self.form.number(inertial.mass), moments)]
 
     def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> tuple[Any, ...]:
@@ -214,7 +215,7 @@ class _Writer:
         rgba, texture = self.robot.colour(visual), self.robot.texture(visual)
         made = []
         if rgba is not None:
-            colour = self.form.vector(rgba)
+            colour = self.form.numbers(rgba)
             if not any(text.startswith("<ambient") for text in kept):
                 made.append(f"<ambient>{colour}</ambient>")
             made.append(f"<diffuse>{colour}</diffuse>")
@@ -250,7 +251,7 @@ class _Writer:
             follows = [(leader, number(mimic.multiplier), number(mimic.offset))]
         dynamics_of = _pairs([(key, number(value)) for key, value in words], kept.get("axis/dynamics", ()))
         limits_of = _pairs(limits, kept.get("axis/limit", ()))
-        return self.form.vector(joint.axis), limits_of, dynamics_of, follows, at(kept.get("axis", ()), "        ")
+        return vector(joint.axis, number), limits_of, dynamics_of, follows, at(kept.get("axis", ()), "        ")
 
     def _sensors(self, frame_id: str) -> None:
         """Make what Gazebo has of the sensors, by the link or joint that they stand in."""
@@ -349,15 +350,15 @@ def _geometry(solid: Shape, form: _Form, kept: Sequence[str] = ()) -> str:
     """Return the element of a geometry; ``kept`` stands in that of a mesh. Raises TypeError if it is no solid."""
     shape, number = solid.geometry, form.number
     if isinstance(shape, Box):
-        return f"<box><size>{form.vector(shape.size)}</size></box>"
+        return f"<box><size>{form.numbers(shape.size)}</size></box>"
     if isinstance(shape, (Cylinder, Capsule)):
         tag = "cylinder" if isinstance(shape, Cylinder) else "capsule"
         return f"<{tag}><radius>{number(shape.radius)}</radius><length>{number(shape.length)}</length></{tag}>"
     if isinstance(shape, Sphere):
         return f"<sphere><radius>{number(shape.radius)}</radius></sphere>"
     if isinstance(shape, Ellipsoid):
-        return f"<ellipsoid><radii>{form.vector(shape.radii)}</radii></ellipsoid>"
+        return f"<ellipsoid><radii>{form.numbers(shape.radii)}</radii></ellipsoid>"
     if isinstance(shape, Mesh):
-        scale = "" if shape.scale == (1.0, 1.0, 1.0) else f"<scale>{form.vector(shape.scale)}</scale>"
+        scale = "" if shape.scale == (1.0, 1.0, 1.0) else f"<scale>{form.numbers(shape.scale)}</scale>"
         return f"<mesh><uri>{escape(shape.file)}</uri>{scale}{''.join(kept)}</mesh>"
     raise TypeError(f"{type(shape).__name__} is not a solid")

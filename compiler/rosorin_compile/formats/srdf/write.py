@@ -5,14 +5,14 @@ Rules of the readers: ``ros-planning/srdfdom`` and ``moveit/moveit2@{humble,jazz
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of
 from ...model import JointPose, Output, Pose, Robot
 from ...model.moveit import FIXED, PLANAR, Ball, DisabledCollision, Group
-from ...numbers import NUMBER_FORMATS
+from ...numbers import NumberFormat, number_format, vector
 from ...startup import TYPE_CHECKING
 from ...xml.escaping import Markup
 from ..templating import Templates, attributes, comment
@@ -41,12 +41,12 @@ NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # what a link has that touches nothing
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the SRDF of a robot. Option: ``number_format`` (exact or six)."""
+    """Return the SRDF of a robot. Option: ``number_format`` (short, exact or six)."""
     planning = planning_of(robot)
     if planning is None:
         message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
         return "", [error("srdf-without-urdf", message, None, "add urdf: {file: NAME.urdf} to outputs")]
-    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    number = number_format(output.options)
     virtual = planning.virtual
     values: dict[str, Any] = {"robot": robot, "urdf": planning.urdf.file, "comment": comment, "attributes": attributes}
     values["groups"] = [_group(group) for group in planning.said.groups]
@@ -97,27 +97,27 @@ def _group(group: Group) -> tuple[Markup, Markup | None, list[tuple[str, Markup]
     return attributes(name=group.name), chain, [(tag, attributes(name=name)) for tag, names in lists for name in names]
 
 
-def _placed(planning: Planning, group: Group, pose: JointPose, number: Callable[[float], str]) -> list[Markup]:
+def _placed(planning: Planning, group: Group, pose: JointPose, number: NumberFormat) -> list[Markup]:
     """Return where a state puts the joints of a group, and the base if its virtual joint is in the group."""
     virtual, placed = planning.virtual, []
     for joint in planning.joints_in(group):
         if joint in pose.positions:
             placed.append(attributes(name=joint, value=number(pose.positions[joint])))
         elif virtual is not None and joint == virtual.name and pose.base is not None and virtual.type != FIXED:
-            placed.append(attributes(name=joint, value=" ".join(map(number, _of_base(virtual.type, pose.base)))))
+            placed.append(attributes(name=joint, value=_of_base(virtual.type, pose.base, number)))
     return placed
 
 
-def _of_base(kind: str, base: Pose) -> tuple[float, ...]:
+def _of_base(kind: str, base: Pose, number: NumberFormat) -> str:
     """Return the numbers of a virtual joint, as MoveIt counts them: x y theta, or x y z and a quaternion x y z w."""
     if kind == PLANAR:
-        return (*base.xyz[:2], base.rpy[2])
+        return f"{vector(base.xyz[:2], number)} {number(base.rpy[2])}"
     w, x, y, z = base.transform().quaternion()
-    return (*base.xyz, x, y, z, w)
+    return f"{vector(base.xyz, number)} {vector((x, y, z, w), number)}"
 
 
-def _ball(ball: Ball, number: Callable[[float], str]) -> Markup:
-    return attributes(center=" ".join(map(number, ball.xyz)), radius=number(ball.radius))
+def _ball(ball: Ball, number: NumberFormat) -> Markup:
+    return attributes(center=vector(ball.xyz, number), radius=number(ball.radius))
 
 
 def _computed(planning: Planning) -> str:

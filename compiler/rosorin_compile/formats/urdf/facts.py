@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
 from ...startup import TYPE_CHECKING
-from ..facts import AXES, SIZES, FactSheet, Six, number_of
+from ..facts import SIZES, FactSheet, Six, number_of
 from ..format import Fact, Facts
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def _motion(sheet: FactSheet, joint: Element, kind: str) -> Block:
     force = "N" if unit == "m" else "N*m"
     axis = joint.find("axis")
     xyz = (1.0, 0.0, 0.0) if axis is None else sheet.vector3(axis, "xyz")
-    said |= {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, xyz, strict=True)}
+    said |= sheet.axis(xyz)
     limits = {"lower": unit, "upper": unit, "effort": force, "velocity": f"{unit}/s"}
     dynamics = {"damping": f"{force}*s/{unit}", "friction": force}
     calibration = {"rising": unit, "falling": unit, "reference_position": unit}

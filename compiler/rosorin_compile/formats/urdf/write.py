@@ -33,7 +33,7 @@ from ...model import (
     Vector,
     plain,
 )
-from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...startup.remembering import remembered
@@ -76,8 +76,8 @@ class _Format(NamedTuple):
             self.known[id(value)] = (value, make(value))
         return self.known[id(value)][1]
 
-    def vector(self, numbers: Iterable[float]) -> str:
-        return vector(numbers, self.number)
+    def numbers(self, values: Iterable[float]) -> str:
+        return numbers(values, self.number)
 
     def kept(self, texts: Iterable[str], indent: str) -> list[str]:
         """Return elements that the description has for the URDF."""
@@ -89,7 +89,7 @@ class _Format(NamedTuple):
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the URDF of a robot.
 
-    Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
+    Options: ``number_format``, ``elements`` (of inertial, visual, collision, dynamics, urdf_elements;
     default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none),
     ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo`` (true, or which
     Gazebo; default no sensors).
@@ -187,7 +187,7 @@ def brought(robot: Robot, output: Output) -> list[str]:
 
 
 def _form(output: Output) -> _Format:
-    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    number = number_format(output.options)
     elements = output.options.get("elements", ELEMENTS)
     visual = ["visual"] if output.options.get("visuals") == FROM_COLLISION and "visual" not in elements else []
     return _Format(number, [*elements, *visual], _version(output), _boxes(output), {})
@@ -230,7 +230,7 @@ def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, str]]:
 
 def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> str:
     """Return the elements of a material."""
-    colour = f"<color{attributes(rgba=form.vector(rgba))}/>" if rgba is not None else ""
+    colour = f"<color{attributes(rgba=form.numbers(rgba))}/>" if rgba is not None else ""
     return f"{colour}<texture{attributes(filename=texture)}/>" if texture else colour
 
 
@@ -283,7 +283,7 @@ def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     if form.version == "1.0" or isinstance(shape, Ellipsoid):
         shape = plain(shape)
     if isinstance(shape, Box):
-        return "box", {"size": vector(shape.size, number)}
+        return "box", {"size": form.numbers(shape.size)}
     if isinstance(shape, Cylinder):
         return "cylinder", {"radius": number(shape.radius), "length": number(shape.length)}
     if isinstance(shape, Capsule):
@@ -291,14 +291,18 @@ def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     if isinstance(shape, Sphere):
         return "sphere", {"radius": number(shape.radius)}
     if isinstance(shape, Mesh):
-        return "mesh", {"filename": shape.file, "scale": vector(shape.scale, number)}
+        return "mesh", {"filename": shape.file, "scale": form.numbers(shape.scale)}
     raise TypeError(f"{type(shape).__name__} is not a solid")
 
 
 def _inertial(inertial: Inertial, number: NumberFormat) -> list[tuple[Markup, ...]]:
     """Return the attributes of an inertial, as a list of one."""
-    moments = {key: number(getattr(inertial, key)) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
-    return [(_origin(inertial.pose, number), attributes(value=number(inertial.mass)), attributes(**moments))]
+    return [(_origin(inertial.pose, number), attributes(value=number(inertial.mass)), _moments(inertial, number))]
+
+
+def _moments(inertial: Inertial, number: NumberFormat) -> Markup:
+    texts = dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), inertial.printed(number), strict=True))
+    return attributes(**{key: texts[key] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")})
 
 
 def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:

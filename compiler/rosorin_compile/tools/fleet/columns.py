@@ -38,6 +38,7 @@ _SHAPE = re.compile(r"(collision|visual|cell) \d.*")
 _NAMED = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
 
 _LARGEST = 1e300  # no number is larger
+_FEW_DIGITS = 1e-9  # numbers that are not known better have been rounded to a few digits
 
 # What readers raise for a text that is none of their format, or damaged.
 _DAMAGED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, SyntaxError)
@@ -351,7 +352,9 @@ def _size(read: Read) -> int:
 
 
 def _is_exact(facts: Facts) -> bool:
-    return not any(value.tolerance and fact.quantity not in ANGLES for fact, value in facts.items())
+    """Say whether numbers were printed with more than a few digits."""
+    known = [(value.tolerance, value.value) for fact, value in facts.items() if fact.quantity not in ANGLES]
+    return not any(off > _FEW_DIGITS * max(1.0, abs(value)) for off, value in known if not isinstance(value, str))
 
 
 def _said(facts: Facts) -> set[tuple[str, str, str]]:

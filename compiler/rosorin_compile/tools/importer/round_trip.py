@@ -18,10 +18,10 @@ from ...frontend.expand.prefixing import relative_files
 from ...frontend.lower import lower
 from ...frontend.tree import Map
 from ...meaning.sameness import different, differently_said
-from ...model import Joint, Robot, Transform
-from ...pipeline import Compiled, compile_robot
+from ...model import Joint, Output, Robot, Transform
+from ...pipeline import Compiled, Made, Maker, Task, compile_robot
 from ...project import ROOT_FILE
-from ...startup.records import NamedTuple
+from ...startup.records import NamedTuple, replace
 from ..init import SCHEMA
 from .description import Outputs, outputs, tree_of, write
 from .repeats import with_parts
@@ -121,7 +121,22 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
     files = write(imported, wanted, schema)
     for name, text in files.items():
         (stage / name).write_text(text, "utf-8")
-    return files, compile_robot(stage / ROOT_FILE)
+    return files, compile_robot(stage / ROOT_FILE, maker=Unrounded())
+
+
+class Unrounded(Maker):
+    """Makes artifacts with all digits of their numbers: what is lost is lost by the import, not by printing."""
+
+    def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
+        """Return the artifacts as ``Maker`` does."""
+        return super().make(task._replace(outputs=tuple(map(_unrounded, task.outputs))))
+
+
+def _unrounded(output: Output) -> Output:
+    """Return an output that prints exactly, if it may say so and does not."""
+    if "number_format" not in FORMATS[output.backend].options:
+        return output
+    return replace(output, options={"number_format": "exact", **output.options})
 
 
 def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None) -> RoundTrip:

@@ -32,6 +32,7 @@ from ....pipeline import compile_robot
 from ....project import ROOT_FILE
 from ....startup.records import NamedTuple, replace
 from ....xml.elements import canonical, tree_of
+from ..round_trip import Unrounded
 from ..words.proving import without_words
 from .differing import shortened
 from .flattened import Place, outermost
@@ -204,7 +205,7 @@ def _faults(
     name: str | None,
     in_words: bool,
 ) -> list[Fault]:
-    compiled = compile_robot(stage / ROOT_FILE, dict(row), packages=dict(packages), wanted=())
+    compiled = compile_robot(stage / ROOT_FILE, dict(row), packages=dict(packages), wanted=(), maker=Unrounded())
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
     if errors or compiled.robot is None:
         return [

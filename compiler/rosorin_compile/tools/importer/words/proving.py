@@ -31,6 +31,7 @@ from .sensors import Seen, entry, gazebo_of, overlay, seen
 from .taking import CONTROL, SENSORS, Candidate, candidates, moved, put, trees, without
 
 _FORMATS = ("urdf", "sdf")
+_UNROUNDED = {"number_format": "exact"}
 _MANY = 40  # so many are tried one by one, when a rule refuses them together
 
 
@@ -283,7 +284,7 @@ class _Proving:
         brings, found = FORMATS["urdf"].brings, dict[str, list[str]]()
         if robot is None or brings is None:
             return found
-        for text in brings(robot, Output("urdf", "urdf", "robot.urdf", dict(options))):
+        for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, **_UNROUNDED})):
             for one in candidates(_listed(text, self.texts)):
                 found.setdefault(one.called, []).append(text)
         return found
@@ -293,7 +294,9 @@ class _Proving:
         robot, found = self._lowered({SENSORS: made, "urdf_elements": ()}), dict[str, list[str]]()
         if robot is None:
             return found
-        text, _ = FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf", dict(options)), Templates())
+        text, _ = FORMATS["sdf"].written(
+            robot, Output("sdf", "sdf", "robot.sdf", {**options, **_UNROUNDED}), Templates()
+        )
         for place in tree_of(text).iter():
             for sensor in place if place.tag in ("link", "joint") else ():
                 if sensor.tag == "sensor":

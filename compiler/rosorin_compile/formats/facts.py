@@ -20,7 +20,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 
 from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
-from ..numbers import SIX, off_by_short, six
+from ..numbers import SHORT, SIX, off_by_short, six
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from ..startup.remembering import remembered
@@ -268,9 +268,9 @@ class FactSheet(Sheet):
         """Yield the texts in which numbers stand."""
         return (text for element in self.root.iter() for name, text in element.items() if name != "name")
 
-    def tolerance(self, value: float, *others: float) -> float:
-        """Return how well a printed value is known, an entry of a vector with ``others``: 0 if each digit is there."""
-        return _tolerance_of_six(value) if self.six else off_by_short(value, max(map(abs, others), default=0.0))
+    def tolerance(self, value: float, largest: float = 0.0) -> float:
+        """Return how well a printed value is known, 0 if each digit is there; ``largest`` is that of its vector."""
+        return _tolerance_of_six(value) if self.six else off_by_short(value, largest)
 
     def text(self, element: Element, attribute: str) -> str:
         """Return an attribute. Raises ValueError if it is not there."""
@@ -306,8 +306,9 @@ class FactSheet(Sheet):
 
     def axis(self, xyz: Vector) -> dict[str, Value]:
         """Return what is said of the direction of a joint, by quantity."""
+        largest = _largest(xyz)
         return {
-            f"axis {letter}": self.value(value, "", self.tolerance(value, *xyz))
+            f"axis {letter}": self.value(value, "", self.tolerance(value, largest))
             for letter, value in zip(AXES, xyz, strict=True)
         }
 
@@ -323,11 +324,13 @@ class FactSheet(Sheet):
             self._names.add(link)
             self._parents[link] = parent
             meant = known.place(link)
-            if meant is None or (meant.parent == parent and _is_at(transform, meant.xyz, meant.rows)):
+            near = 0.0 if self.six else SHORT * _largest(transform.xyz)
+            if meant is None or (meant.parent == parent and _is_at(transform, meant.xyz, meant.rows, near)):
                 return
         self.facts[Fact("frame", link, "parent")] = Value(parent)
+        largest = _largest(transform.xyz)
         for axis, value in zip(_ORIGIN, transform.xyz, strict=True):
-            self.facts[Fact("frame", link, axis)] = self.value(value, "m", self.tolerance(value, *transform.xyz))
+            self.facts[Fact("frame", link, axis)] = self.value(value, "m", self.tolerance(value, largest))
         for angle, value in zip(ANGLES, angles(transform), strict=True):
             self.facts[Fact("frame", link, angle)] = Value(value, "rad", self._turning)
 
@@ -336,17 +339,20 @@ class FactSheet(Sheet):
         along = along_link(inertia, frame)
         if self.known is not None:
             self._names.add(link)
-            if self.known.mass(link) in (None, (mass, frame.xyz, along)):
+            meant = self.known.mass(link)
+            if meant in (None, (mass, frame.xyz, along)) or (
+                meant and not self.six and _weighs(meant, mass, frame.xyz, along)
+            ):
                 return
         self.add(Fact("link", link, "mass"), mass, "kg")
+        largest = _largest(frame.xyz)
         for axis, value in zip(_CENTRE, frame.xyz, strict=True):
-            self.add(Fact("link", link, axis), value, "m", self.tolerance(value, *frame.xyz))
-        rounding = _turned(inertia, 4 * self.tolerance(1.0))
+            self.add(Fact("link", link, axis), value, "m", self.tolerance(value, largest))
+        rounding, largest = _turned(inertia, 4 * self.tolerance(1.0)), _largest(inertia)
         if frame.rows != _UPRIGHT:
-            largest = max(map(abs, inertia))
-            rounding += largest * ROTATION_ROUNDING + 3 * max(self.tolerance(one, largest) for one in inertia)
+            rounding += largest * ROTATION_ROUNDING + 3 * self.tolerance(largest)
         for name, value in zip(_MOMENTS, along, strict=True):
-            tolerance = self.tolerance(value, *inertia) + rounding
+            tolerance = self.tolerance(value, largest) + rounding
             self.add(Fact("link", link, name), value, "kg*m^2", tolerance)
 
     def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
@@ -361,8 +367,9 @@ class FactSheet(Sheet):
                 self._solids.setdefault(link, []).append(solid)
             return
         self.add(Fact("link", link, f"{shape} geometry"), kind)
+        largest = _largest(transform.xyz)
         for axis, value in zip(AXES, transform.xyz, strict=True):
-            tolerance = self.tolerance(value, *transform.xyz)
+            tolerance = self.tolerance(value, largest)
             self.add(Fact("link", link, f"{shape} origin {axis}"), value, "m", tolerance)
         for angle, value in zip(ANGLES, angles(transform), strict=True):
             self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", self._turning)
@@ -384,9 +391,8 @@ class FactSheet(Sheet):
     def _solid(self, kind: str, sizes: Sequence[float], transform: Transform) -> Solid:
         """Return a shape as ``add_shape`` would say it."""
         sizes = tuple(sizes[: len(SIZES.get(kind, ()))])
-        place = max(self.tolerance(value, *transform.xyz) for value in transform.xyz)
-        lengths = [_ROOT_THREE * place, *(2 * self.tolerance(size) for size in sizes)]
-        return Solid(kind, sizes, transform.xyz, transform.rows, (), max(lengths), 3 * self._turning)
+        length = max(_ROOT_THREE * self.tolerance(_largest(transform.xyz)), 2 * self.tolerance(_largest(sizes)))
+        return Solid(kind, sizes, transform.xyz, transform.rows, (), length, 3 * self._turning)
 
 
 def _between(lower: Vector, upper: Vector) -> Solid:
@@ -399,12 +405,27 @@ _OF_LINKS = ("frame", "link")
 _OF_MASSES = frozenset(("mass", *_CENTRE, *_MOMENTS))
 
 
-def _is_at(transform: Transform, xyz: Vector, rows: Rows) -> bool:
-    """Say whether a transform is at a place, as far as doubles tell."""
+def _is_at(transform: Transform, xyz: Vector, rows: Rows, near: float) -> bool:
+    """Say whether a transform is at a place, as far as doubles tell, or ``near`` (m) it, as far as was printed."""
     if transform.xyz == xyz and transform.rows == rows:
         return True
-    pairs = zip((transform.xyz, *transform.rows), (xyz, *rows), strict=True)
-    return all(abs(a - b) <= _NEAR for one, other in pairs for a, b in zip(one, other, strict=True))
+    turned = ROTATION_ROUNDING if near else _NEAR
+    pairs = zip(transform.rows, rows, strict=True)
+    return _near(transform.xyz, xyz, max(near, _NEAR)) and all(_near(one, other, turned) for one, other in pairs)
+
+
+def _weighs(meant: tuple[float, Vector, Six], mass: float, centre: Vector, along: Six) -> bool:
+    """Say whether a mass is what is meant, as far as it was printed short."""
+    pairs = (((meant[0],), (mass,)), (meant[1], centre), (meant[2], along))
+    return all(_near(one, other, SHORT * _largest(one)) for one, other in pairs)
+
+
+def _near(one: Sequence[float], other: Sequence[float], near: float) -> bool:
+    return all(abs(a - b) <= near for a, b in zip(one, other, strict=True))
+
+
+def _largest(values: Sequence[float]) -> float:
+    return max(map(abs, values), default=0.0)
 
 
 # Where -pi ends and +pi begins: ``six`` prints pi as 3.141593, which reads as -3.1415926 + 2 pi.

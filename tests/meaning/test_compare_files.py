@@ -24,7 +24,7 @@ EDITS = [
     ),
     pytest.param(
         *("rosorin.urdf", '<box size="0.05377', '<box size="0.06377', 1),
-        "base_link collision: 1 of 149 shapes changed, up to 5.0 mm: urdf",
+        "base_link collision: box min x 0.016206 -> 0.021206 m, max x 0.079976 -> 0.074976 m: urdf",
         id="box",
     ),
     pytest.param(

@@ -32,3 +32,33 @@ export function kindOf(jointType, coordinate = "position") {
   if (jointType === "prismatic" || ["x", "y", "z"].includes(coordinate)) return "length";
   return "angle";
 }
+
+const NUMBER = "[-+]?\\d[\\d.]*(?:e[-+]?\\d+)?";
+const UNIT = "(rad|m)(/s)?(?![\\w*/^])";
+const STEP = new RegExp(`(?<= )(${NUMBER}) -> (${NUMBER}) ${UNIT}`, "g");
+const GIVEN = new RegExp(`(?<=, was |: new, |, new, |: removed, )(${NUMBER}) ${UNIT}`, "g");
+const FEWEST = 5; // digits of a number that was printed with six
+
+/** Return numbers with as few digits as show their difference. */
+function apart(values) {
+  const difference = Math.abs(values[1] - values[0]);
+  for (let digits = FEWEST; digits < 17; digits += 1) {
+    const [before, after] = values.map((value) => Number(value.toPrecision(digits)));
+    if (Math.abs(Math.abs(after - before) - difference) <= 0.05 * difference) return [before, after];
+  }
+  return values;
+}
+
+/** Return a sentence on what changed, in metres and radians as everywhere, in the units that the page shows. */
+export function inUnits(text, units) {
+  const kinds = { m: UNITS[units].length, rad: UNITS[units].angle };
+  const stepped = text.replace(STEP, (_, old, now, name, per = "") => {
+    const [unit, factor] = kinds[name];
+    const numbers = factor === 1 ? [old, now] : apart([Number(old) * factor, Number(now) * factor]);
+    return `${numbers.join(" -> ")} ${unit}${per}`;
+  });
+  return stepped.replace(GIVEN, (_, value, name, per = "") => {
+    const [unit, factor] = kinds[name];
+    return `${factor === 1 ? value : Number((Number(value) * factor).toPrecision(FEWEST))} ${unit}${per}`;
+  });
+}

@@ -20,7 +20,8 @@ from .view import View, transform_of
 
 # A damaged height beyond this (m) is not cut into steps.
 _SKY = 1e6
-_LOOK = ("red", "green", "blue", "alpha", "texture")
+# What shapes look like, in the words of an artifact.
+LOOK = ("red", "green", "blue", "alpha", "texture")
 _STILL = ("", "fixed")
 _OF_BOXES = ("cells", "cell", "origin x", "origin y")
 
@@ -78,7 +79,7 @@ def _painted(robot: Robot, pair: Pair, thing: tuple[str, str]) -> set[str]:
 
 
 def _without_look(solid: Solid) -> Solid:
-    return solid._replace(words=tuple(word for word in solid.words if word.split(" ")[0] not in _LOOK))
+    return solid._replace(words=tuple(word for word in solid.words if word.split(" ")[0] not in LOOK))
 
 
 def _made_of_map(robot: Robot, pair: Pair, link: str, pairs: Sequence[Pair]) -> bool:

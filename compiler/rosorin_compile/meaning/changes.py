@@ -8,13 +8,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from ..formats import Fact, Value
 from ..formats.facts import ANGLES, AXES, COLLISION, INERTIA, Solid
 from ..model import Pose, Robot, Vector
-from .causes import causes
+from ..startup.records import NamedTuple
+from .causes import LOOK, causes
 from .entities import Change, Entities, Entry, Numbers, Pair
-from .solids import Delta, delta, same_set
-from .tolerance import NOISE, Turn, same_angles, same_turn, same_value, wrapped
+from .shape_wording import NO_WORD, shapes_change
+from .solids import CAPSULE, Delta, as_cylinder, delta, same_set
+from .tolerance import NOISE, Turn, joined, same_angles, same_turn, same_value, wrapped
 from .view import View
 from .wording import (
     About,
+    Least,
     Sentence,
     axis_change,
     cells_change,
@@ -24,7 +27,6 @@ from .wording import (
     mimic_change,
     mimic_text,
     placed,
-    shapes_change,
     subject,
     value_change,
 )
@@ -54,8 +56,16 @@ _NOTHING, _UPRIGHT = Numbers({}), Turn((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 # What an artifact repeats in other words needs no second line.
 _REPEATED = {"ctrl lower": "lower", "ctrl upper": "upper"}
 
-# How many shapes there were and are, and which of them changed.
-_Shapes = tuple[tuple[int, int], Delta]
+
+class _Shapes(NamedTuple):
+    """What became of the numbers of shapes in one artifact, and where among the changes that is told.
+
+    ``told`` are the link, the purpose, and how many shapes there were and are.
+    """
+
+    told: tuple[str, str, tuple[int, int]]
+    step: Delta
+    places: range
 
 
 def changes(robot: Robot, pairs: Sequence[Pair], whole: Pair | None) -> list[Change]:
@@ -170,8 +180,11 @@ def _sentences(robot: Robot, fact: Fact, entry: Entry) -> Iterator[tuple[str, Se
     elif fact.quantity == "mimic" and not same_value(entry.old.parts.get("joint"), entry.new.parts.get("joint")):
         yield fact.quantity, mimic_change(fact.name, _leader(old), _leader(new))
     elif whole and fact.quantity in ("axis", "centre of mass"):
-        say = axis_change if fact.quantity == "axis" else centre_change
-        yield fact.quantity, say(fact.name, _vector(old), _vector(new))
+        vectors = _vector(old), _vector(new)
+        if fact.quantity == "axis":
+            yield fact.quantity, axis_change(fact.name, *vectors)
+        else:
+            yield fact.quantity, centre_change(fact.name, *vectors, _least(entry)[0])
     elif whole and fact.quantity == "inertia":
         changed = [not same_value(entry.old.parts[name], entry.new.parts[name]) for name in INERTIA]
         before, after = ([float(numbers[name]) for name in INERTIA] for numbers in (old, new))
@@ -208,7 +221,16 @@ def _placed(robot: Robot, frame: str, entry: Entry) -> Sentence:
     before, after = _written(robot, frame, old, new)
     poses = Pose(values[0], before), Pose(values[1], after)
     angle = 0.0 if same_angles(old, new) else poses[0].transform().angle_to(poses[1].transform())
-    return placed(frame, (entry.pair.old.parent(frame), entry.pair.new.parent(frame)), poses, (distance, angle))
+    parents = entry.pair.old.parent(frame), entry.pair.new.parent(frame)
+    return placed(frame, parents, poses, (distance, angle), least=_least(entry))
+
+
+def _least(entry: Entry) -> Least:
+    """Return the step of a length (m) and of an angle (rad) that is none, as well as an artifact prints them."""
+    old, new = entry.old, entry.new
+    lengths = (joined(old.parts[axis].tolerance, new.parts[axis].tolerance) for axis in AXES)
+    turns = zip((old.turn or _UPRIGHT).tolerance, (new.turn or _UPRIGHT).tolerance, strict=True)
+    return NOISE + max(lengths), NOISE + max(joined(*turn) for turn in turns)
 
 
 def _written(robot: Robot, frame: str, old: Turn, new: Turn) -> tuple[Vector, Vector]:
@@ -265,7 +287,7 @@ def _shape_changes(
 ) -> list[Change]:
     """Return the changes found so far and those of shapes, the ones that follow from another under that other."""
     found, own = list(found), []
-    shapes: dict[int, _Shapes] = {}
+    shapes: list[_Shapes] = []
     solids = [one for one in solids if not _is_as_collision(*one)]
     # A link that others carry the shapes of comes first: what it says may explain the shapes of the others.
     for pair, link, purpose in solids:
@@ -274,41 +296,92 @@ def _shape_changes(
             _add(found, shapes, pair, link, purpose)
         elif not reasons:
             own.append((pair, link, purpose))
-        _attach(found, reasons, pair, link)
+        _explained(found, reasons, pair, (link, purpose))
     for pair, link, purpose in own:
         reasons = causes(robot, pair, (link, purpose), pairs, whole, found)
         if reasons:
-            _attach(found, reasons, pair, link)
+            _explained(found, reasons, pair, (link, purpose))
         else:
             _add(found, shapes, pair, link, purpose)
     return found
 
 
 def _is_as_collision(pair: Pair, link: str, purpose: str) -> bool:
-    """Say whether the visuals of a link were and are its collision shapes, which differ: those are told."""
+    """Say whether the visuals of a link were and are its collision shapes, which differ: those are told.
+
+    Not where they look otherwise, too.
+    """
     seen, solid = _solids(pair, link, purpose), _solids(pair, link, COLLISION)
-    if purpose == COLLISION or not all(solid) or delta(*solid) == Delta((), ()):
+    if purpose == COLLISION or not all(solid) or delta(*solid) == Delta((), ()) or _repainted(delta(*seen)):
         return False
     return all(same_set(_bare(one), _bare(other)) for one, other in zip(seen, solid, strict=True))
 
 
-def _add(found: list[Change], shapes: dict[int, _Shapes], pair: Pair, link: str, purpose: str) -> None:
-    """Add the change of the shapes of a link; one that means the same in another artifact is listed with it."""
+def _repainted(step: Delta) -> bool:
+    """Say whether shapes look otherwise, besides their numbers."""
+    old, new = ({_painted(solid) for solid in solids} for solids in step)
+    return bool(old and new) and old != new
+
+
+def _painted(solid: Solid) -> tuple[str, ...]:
+    return tuple(word for word in solid.words if word.split(" ")[0] in LOOK)
+
+
+def _add(found: list[Change], shapes: list[_Shapes], pair: Pair, link: str, purpose: str) -> None:
+    """Add the changes of the shapes of a link; those that mean the same in another artifact are listed with them."""
     old, new = _solids(pair, link, purpose)
-    counts, step = (len(old), len(new)), delta(old, new)
-    change = Change("link", link, f"{purpose} shapes", *shapes_change(link, purpose, counts, step), (pair.output,))
-    for at, (totals, other) in shapes.items():
-        sets = [[_bare(solids) for solids in both] for both in zip(step, other, strict=True)]
-        if found[at][:3] == change[:3] and totals == counts and all(same_set(*both) for both in sets):
-            found[at] = found[at]._replace(artifacts=(*found[at].artifacts, pair.output))
+    counts = len(old), len(new)
+    numbers, _ = shapes_change(link, purpose, counts, delta(old, new))
+    _add_words(found, pair, link, purpose)
+    made = [Change("link", link, f"{purpose} shapes", *sentence, (pair.output,)) for sentence in numbers]
+    step = delta(_plain(old), _plain(new))
+    for told, other, places in shapes:
+        same = told == (link, purpose, counts) and len(places) == len(numbers)
+        if same and all(same_set(*both) for both in zip(step, other, strict=True)):
+            for at, change in zip(places, made, strict=True):
+                outputs = (*found[at].artifacts, pair.output)
+                # A capsule is a cylinder in a URDF.
+                clearer = change if CAPSULE in change.row.quantity else found[at]
+                found[at] = clearer._replace(artifacts=outputs)
             return
-    shapes[len(found)] = counts, step
-    found.append(change)
+    shapes.append(_Shapes((link, purpose, counts), step, range(len(found), len(found) + len(numbers))))
+    found += made
+
+
+def _add_words(found: list[Change], pair: Pair, link: str, purpose: str) -> None:
+    """Add what is said otherwise of the shapes of a link beside their numbers."""
+    old, new = _solids(pair, link, purpose)
+    for sentence in shapes_change(link, purpose, (len(old), len(new)), delta(old, new)).words:
+        change = Change("link", link, f"{purpose} shapes", *sentence, (pair.output,))
+        twin = next((at for at, other in enumerate(found) if _same_words(other, change)), None)
+        if twin is None:
+            found.append(change)
+        else:
+            found[twin] = found[twin]._replace(artifacts=(*found[twin].artifacts, pair.output))
+
+
+def _same_words(one: Change, other: Change) -> bool:
+    """Say whether two artifacts tell the same of a shape, one of which may have had no word before."""
+    same = one[:3] == other[:3] and one.row.after == other.row.after
+    return same and (one.row.before == other.row.before or NO_WORD in (one.row.before, other.row.before))
+
+
+def _plain(solids: Sequence[Solid]) -> list[Solid]:
+    """Return solids without words, and capsules as a URDF 1.0 has them."""
+    return [as_cylinder(solid) for solid in _bare(solids)]
 
 
 def _bare(solids: Sequence[Solid]) -> list[Solid]:
     """Return solids without words, which are others in each artifact."""
     return [solid._replace(words=()) for solid in solids]
+
+
+def _explained(found: list[Change], reasons: Sequence[int], pair: Pair, thing: tuple[str, str]) -> None:
+    """List an artifact with what explains its shapes of a link; no number explains what else is said of them."""
+    link, purpose = thing
+    _attach(found, reasons, pair, link)
+    if reasons and all(found[at][:3] == ("link", link, f"{purpose} shapes") for at in reasons):
+        _add_words(found, pair, link, purpose)
 
 
 def _attach(found: list[Change], reasons: Sequence[int], pair: Pair, link: str) -> None:

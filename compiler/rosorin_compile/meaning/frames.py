@@ -78,6 +78,8 @@ class _Frames:
                 self._moved_joint(joint, twin, first)
             left = [cluster for cluster in clusters if cluster is not first and cluster not in in_place]
         else:
+            if joint is not None and twin is not None:
+                self._retyped(joint, twin, first)
             left = clusters[1:]
         # Shapes and masses are compared in the cluster that comes first.
         self.clusters[top] = [first, *(cluster for cluster in clusters if cluster is not first)]
@@ -154,6 +156,7 @@ class _Frames:
         if self.pairing.bodies.get(upper) != self.b.top[twin.parent]:
             text = value_change(About(joint.child, "parent"), Value(joint.parent), Value(twin.parent)).text
             self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
+            self._hung(joint, twin, cluster)
             return
         near = next((c for c in self.clusters[upper] if joint.parent in c), self.clusters[upper][0])
         source = joint.parent if joint.parent in near else near[0]
@@ -161,13 +164,45 @@ class _Frames:
         zero = self._gap(source, target, {})
         if not zero.closed:
             places = self.a.relative(source, target, {}), self.b.relative(source, target, self._zeros())
-            self.items.append(_moved((JOINT, joint.name), target, source, places, zero, []))
+            self.items.append(_moved((JOINT, joint.name), target, (source, source), places, zero, []))
         axis = axis_item(self.pairing, joint, twin, target)
         if axis is not None:
             self.items.append(self._effect(axis, joint, twin, (source, target)))
         elif zero.closed:
             text = f"{joint.name}: {target} moves otherwise in {source}"
             self.items.append(self._effect(Item(JOINT, joint.name, "motion", text), joint, twin, (source, target)))
+
+    def _retyped(self, joint: Joint, twin: Joint, cluster: list[str]) -> None:
+        """Say what else became of a joint that moves otherwise, or hangs on another body: where it sits, its axis."""
+        target = joint.child if joint.child in cluster else cluster[0]
+        source = self._above_in_both(joint, target)
+        zero = self._gap(source, target, {}) if source else None
+        if zero is not None and not zero.closed:
+            places = self.a.relative(source, target, {}), self.b.relative(source, target, self._zeros())
+            self.items.append(_moved((JOINT, joint.name), target, (source, source), places, zero, []))
+        axis = axis_item(self.pairing, joint, twin, target)
+        self.items += [] if axis is None else [axis]
+
+    def _hung(self, joint: Joint, twin: Joint, cluster: list[str]) -> None:
+        """Say what else became of a joint that hangs on another body: where it sits on what it hangs on, its axis."""
+        target = joint.child if joint.child in cluster else cluster[0]
+        places = self.a.edge(joint, 0.0), self.b.edge(twin, self._zeros().get(joint.name, 0.0))
+        apart = gap(*places, self.pairing.tolerance)
+        if not apart.closed:
+            self.items.append(_moved((JOINT, joint.name), joint.child, (joint.parent, twin.parent), places, apart, []))
+        axis = axis_item(self.pairing, joint, twin, target)
+        self.items += [] if axis is None else [axis]
+
+    def _above_in_both(self, joint: Joint, target: str) -> str:
+        """Return the nearest link above a joint that B has above the same frame, too; empty if there is none."""
+        body: str | None = self.a.top[joint.parent]
+        while body is not None:
+            for name in (joint.parent, *self.a.members[body]):
+                top = self.b.top.get(name)
+                if top is not None and self.b.joints_between(top, self.b.top[target]):
+                    return name
+            body = self.a.above(body)
+        return ""
 
     def _zeros(self) -> dict[str, float]:
         return {name: coordinate.of(0.0) for name, coordinate in self.coordinates.items()}
@@ -216,19 +251,26 @@ class _Frames:
         """Return what became of a cluster against the one that its body is compared in."""
         head = cluster[0]
         parent = self.a.robot.joint_to[head].parent if head in self.a.robot.joint_to else ""
-        source = parent if parent in first else first[0]
+        fixed = all(parent in side.top and side.top[parent] == side.top[head] for side in (self.a, self.b))
+        source = parent if fixed else first[0]
         places = self.a.relative(source, head, {}), self.b.relative(source, head, {})
-        return _moved((FRAME, head), head, source, places, self._gap(source, head, {}), cluster[1:])
+        return _moved((FRAME, head), head, (source, source), places, self._gap(source, head, {}), cluster[1:])
 
 
 def _moved(
-    about: tuple[str, str], frame: str, source: str, places: tuple[Placed, Placed], apart: Gap, others: list[str]
+    about: tuple[str, str],
+    frame: str,
+    source: tuple[str, str],
+    places: tuple[Placed, Placed],
+    apart: Gap,
+    others: list[str],
 ) -> Item:
     """Return the item about something (its kind and name) that sits elsewhere at every position of the joints."""
     poses = pose_of(places[0].transform), pose_of(places[1].transform)
     distance = apart.distance if apart.distance > apart.length_tolerance else 0.0
     angle = apart.angle if apart.angle > apart.angle_tolerance else 0.0
-    text = placed(frame, (source, source), poses, (distance, angle), others).text
+    least = apart.length_tolerance, apart.angle_tolerance
+    text = placed(frame, source, poses, (distance, angle), others, least).text
     return Item(*about, "origin", text, pose_text(poses[0]), pose_text(poses[1]), "", distance, angle, "always")
 
 

@@ -9,11 +9,9 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
-from typing import Any
 
 from ..formats import FORMATS, Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
-from ..model.drive import ROLES
 from ..model.geometry import minus, norm
 from ..startup.records import NamedTuple
 from .bodies import Bodies
@@ -21,9 +19,21 @@ from .difference import MASS, OTHER, YAML, Item, Side
 from .elements import Context, Key, asks_for_humble, context_of, said, spelt
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
+from .rest import compare_rest, either
 from .simulation import compare_simulation
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
-from .wording import centre_change, contacts_change, inertia_change, number_change, row, several, subject, value_change
+from .values import text_of
+from .wording import (
+    centre_change,
+    contacts_change,
+    inertia_change,
+    number_change,
+    renamed,
+    row,
+    several,
+    subject,
+    value_change,
+)
 
 _MOST = 50
 
@@ -38,28 +48,13 @@ def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset
         yield from _poses(pairing)
     if "servo" not in unsaid:
         yield from _servos(pairing, all(side.format is YAML for side in sides))
-    if "sensor" not in unsaid:
-        yield from _sensors(pairing.a.robot, pairing.b.robot)
     if "simulation" not in unsaid:
         yield from compare_simulation(pairing.a.robot, pairing.b.robot)
-    if "drive" not in unsaid:
-        yield from _drives(pairing)
-    if all(side.format is YAML for side in sides):
-        yield from _planned(pairing)
+    yield from compare_rest(pairing, sides, unsaid)
     if "contact" not in unsaid:
         yield from _contacts(pairing.a.robot, pairing.b.robot)
     if "urdf_elements" not in unsaid:
         yield from _elements(pairing)
-
-
-def _both(kind: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Item]:
-    """Yield the names that are in one of two tables only."""
-    for name in old:
-        if name not in new:
-            yield Item(OTHER, name, kind, f"removed: {kind} {name}", name, None)
-    for name in new:
-        if name not in old:
-            yield Item(OTHER, name, kind, f"new: {kind} {name}", None, name)
 
 
 def _text(publisher: Publisher) -> str:
@@ -86,15 +81,15 @@ def _publishers(pairing: Pairing) -> Iterator[Item]:
 
 def _edges(pairing: Pairing) -> Iterator[Item]:
     old, new = _by_name(pairing.a.robot.edges), _by_name(pairing.b.robot.edges)
-    yield from _both("transform", old, new)
+    yield from either("transform", old, new)
     for name in old:
         if name not in new:
             continue
         one, other = old[name], new[name]
-        if one.publisher.name != other.publisher.name:
+        if _text(one.publisher) != _text(other.publisher):
             yield _published(name, one.publisher, other.publisher)
         if (one.pose, one.moving) != (other.pose, other.moving):
-            said = _place(one), _place(other)
+            said = _place(one, other), _place(other, one)
             yield Item(OTHER, name, "origin", f"{name}: {said[0]} -> {said[1]}", *said)
 
 
@@ -102,20 +97,17 @@ def _by_name(edges: tuple[Edge, ...]) -> dict[str, Edge]:
     return {f"{e.parent} -> {e.child}{f' when {e.when}' if e.when else ''}": e for e in edges}
 
 
-def _place(edge: Edge) -> str:
+def _place(edge: Edge, other: Edge) -> str:
+    """Return where an edge is in words, with the digits that tell it from another one."""
     motion = "moving" if edge.moving else "static"
-    if edge.pose is None:
-        return f"{motion}, numbers not known"
-    x, y, z = edge.pose.xyz
-    roll, pitch, yaw = edge.pose.rpy
-    return f"{motion} xyz {x:.6g} {y:.6g} {z:.6g} rpy {roll:.6g} {pitch:.6g} {yaw:.6g}"
+    return f"{motion} {text_of(edge.pose, other.pose)}" if edge.pose else f"{motion}, numbers not known"
 
 
 def _poses(pairing: Pairing) -> Iterator[Item]:
     a, b = pairing.a.robot, pairing.b.robot
     old: dict[str, JointPose] = {pose.name: pose for pose in a.poses}
     new: dict[str, JointPose] = {pose.name: pose for pose in b.poses}
-    yield from _both("pose", old, new)
+    yield from either("pose", old, new)
     for name in old:
         if name not in new:
             continue
@@ -133,7 +125,7 @@ def _poses(pairing: Pairing) -> Iterator[Item]:
 def _servos(pairing: Pairing, ranges: bool) -> Iterator[Item]:
     old, new = _by_joint(pairing.a.robot), _by_joint(pairing.b.robot)
     if ranges:
-        yield from _both("servo of", old, new)
+        yield from either("servo of", old, new)
     seen = set()
     for joint in old:
         if joint not in new or (old[joint].name, new[joint].name) in seen:
@@ -141,6 +133,8 @@ def _servos(pairing: Pairing, ranges: bool) -> Iterator[Item]:
         one, other = old[joint], new[joint]
         seen.add((one.name, other.name))
         name = f"servo of {joint}"
+        if one.name != other.name and ranges:
+            yield Item(OTHER, name, "name", renamed("servo group", one.name, other.name).text, one.name, other.name)
         values = _radians(one), _radians(other)
         if differ(pairing.a, pairing.b, "rad_per_pulse", values, pairing.tolerance):
             yield changed(OTHER, name, "rad_per_pulse", values, "rad")
@@ -160,57 +154,6 @@ def _by_joint(robot: Robot) -> dict[str, ServoGroup]:
 def _radians(group: ServoGroup) -> float:
     """Return the angle of one pulse, negative where the angle falls as the pulse rises."""
     return -group.rad_per_pulse if group.flipped else group.rad_per_pulse
-
-
-def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
-    old, new = {sensor.name: sensor for sensor in a.sensors}, {sensor.name: sensor for sensor in b.sensors}
-    yield from _both("sensor", old, new)
-    for name in old:
-        for quantity in ("type", "frame", "optical_frame"):
-            if name not in new:
-                continue
-            before, after = str(getattr(old[name], quantity)), str(getattr(new[name], quantity))
-            if before != after:
-                text = f"sensor {name} {quantity.replace('_', ' ')} {before or 'none'} -> {after or 'none'}"
-                yield Item(OTHER, name, quantity, text, before, after)
-
-
-def _drives(pairing: Pairing) -> Iterator[Item]:
-    a, b = pairing.a.robot.drive, pairing.b.robot.drive
-    if a is None or b is None or a.kind != b.kind:
-        before, after = a.kind if a else None, b.kind if b else None
-        if before != after:
-            text = f"drive {before or 'none'} -> {after or 'none'}"
-            yield Item(OTHER, "drive", "kind", text, before, after)
-        return
-    pairs = [("frame", a.frame or pairing.a.robot.root, b.frame or pairing.b.robot.root)]
-    for role in ROLES[a.kind]:
-        pairs.append((role, ", ".join(a.joints.get(role, ())), ", ".join(b.joints.get(role, ()))))
-    for quantity, before, after in pairs:
-        if before != after:
-            text = f"drive {quantity.replace('_', ' ')} {before or 'none'} -> {after or 'none'}"
-            yield Item(OTHER, "drive", quantity, text, before, after)
-    if a.radius is not None and b.radius is not None:
-        if differ(pairing.a, pairing.b, "radius", (a.radius, b.radius), pairing.tolerance):
-            yield changed(OTHER, "drive", "radius", (a.radius, b.radius), "m")
-    elif a.radius != b.radius:
-        said = ["from its shapes" if one is None else f"{one:.6g} m" for one in (a.radius, b.radius)]
-        yield Item(OTHER, "drive", "radius", f"drive radius {said[0]} -> {said[1]}", said[0], said[1])
-
-
-def _planned(pairing: Pairing) -> Iterator[Item]:
-    """Yield what differs in what MoveIt has to know; the joints of states are those of poses."""
-    a, b = pairing.a.robot.moveit, pairing.b.robot.moveit
-    if a == b:
-        return
-    from ..model.moveit import said_of
-
-    old, new = said_of(a), said_of(b)
-    for name in dict.fromkeys((*old, *new)):
-        before, after = old.get(name), new.get(name)
-        if before != after:
-            text = f"MoveIt: {name} {before or 'none'} -> {after or 'none'}"
-            yield Item(OTHER, name, "planning", text, before, after)
 
 
 def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
@@ -342,8 +285,9 @@ def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterato
     ):
         yield changed(MASS, name, "mass", (one.mass, other.mass), "kg")
     step = norm(minus(other.centre, one.centre))
-    if step > joined(one.centre_tolerance, other.centre_tolerance) + tolerance:
-        text = centre_change(name, one.centre, other.centre).text
+    least = joined(one.centre_tolerance, other.centre_tolerance) + tolerance
+    if step > least:
+        text = centre_change(name, one.centre, other.centre, least).text
         yield Item(MASS, name, "centre of mass", text, row(one.centre), row(other.centre), "m", step)
     largest = max(abs(v) for tensor in (one.inertia, other.inertia) for line in tensor for v in line)
     allowed = joined(one.inertia_tolerance, other.inertia_tolerance) + tolerance * largest

@@ -12,10 +12,11 @@ from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
 from .joints import changed
 from .pairing import Pairing
+from .shape_wording import FEW, likened, numbers_change, shapes_change, words_change
 from .solids import Delta, Piece, largest_step, match, pieces_of, same_space, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
-from .wording import About, cells_change, colour_change, row, several, shapes_change
+from .wording import About, cells_change, colour_change, row, several
 
 
 class Purpose(NamedTuple):
@@ -128,7 +129,7 @@ class _Shapes:
         self._cut_otherwise(old, new, "" if self.purpose.simple else frame)
         for name in shared:
             if old[name] or new[name]:
-                self.items.append(self._item(name, counts[name], old[name], new[name]))
+                self._differ(name, counts[name], old[name], new[name])
 
     def _grounded(self, old: dict[str, list[Piece]], new: dict[str, list[Piece]], frame: str) -> None:
         """Let height maps reach down to z = 0 where an output asks for it, and the other side has just these boxes."""
@@ -230,25 +231,47 @@ class _Shapes:
         pairs = [(old[one], new[other]) for one, other in rest.pairs]
         return pairs, [old[index] for index in rest.old], [new[index] for index in rest.new]
 
-    def _item(self, name: str, count: int, old: list[Piece], new: list[Piece]) -> Item:
+    def _differ(self, name: str, count: int, old: list[Piece], new: list[Piece]) -> None:
+        """Say what became of the solids of a link that are in one robot alone: of each, if they are few."""
+        counts = count, count - len(old) + len(new)
+        if max(len(old), len(new)) > FEW:
+            self._item(name, old, new, counts)
+            return
+        solids = [piece.solid for piece in old], [piece.solid for piece in new]
+        pairs = [(old[one], new[other]) for one, other in likened(*solids)]
+        for one, other in pairs:
+            about = About(name, self.purpose.name)
+            told = (*numbers_change(about, one.solid, other.solid), *words_change(about, one.solid, other.solid))
+            for sentence in told:
+                self._add(name, str(sentence), [one], [other])
+        self._pairs(pairs)
+        if counts[0] != counts[1]:
+            left = [[piece for piece in some if all(piece not in pair for pair in pairs)] for some in (old, new)]
+            self._item(name, left[0], left[1], counts)
+
+    def _item(self, name: str, old: list[Piece], new: list[Piece], counts: tuple[int, int]) -> None:
         change = Delta(tuple(p.solid for p in old), tuple(p.solid for p in new))
-        text = str(shapes_change(name, self.purpose.name, (count, count - len(old) + len(new)), change))
-        largest = largest_step(change) if old and new else None
+        told = shapes_change(name, self.purpose.name, counts, change)
+        for sentence in (*told.numbers, *told.words):
+            self._add(name, str(sentence), old, new)
+
+    def _add(self, name: str, text: str, old: list[Piece], new: list[Piece]) -> None:
+        largest = largest_step(Delta(*(tuple(p.solid for p in some) for some in (old, new)))) if old and new else None
         kind = SHAPE if self.purpose.name == COLLISION else VISUAL
         before, after = "; ".join(map(_words, old)), "; ".join(map(_words, new))
-        return Item(kind, name, self.purpose.name, text, before, after, "m", largest)
+        self.items.append(Item(kind, name, self.purpose.name, text, before, after, "m", largest))
 
     def _pairs(self, pairs: Sequence[tuple[Piece, Piece]]) -> None:
-        """Compare what else is said of solids that are the same: the names of mesh files, and colours."""
-        colours: dict[str, tuple[str, str]] = {}
+        """Compare what else is said of solids: the names of mesh files, and colours; the same of one link once."""
+        colours: dict[tuple[str, str, str], None] = {}
         for one, other in pairs:
             files = [getattr(piece.shape.geometry, "file", "") for piece in (one, other)]
-            if files[0] != files[1]:
+            if files[0] != files[1] and one.solid.words == other.solid.words:
                 self.meshes.add(f"{files[0]} -> {files[1]}")
             found = self._colours(one.shape, other.shape) if self.purpose.name != COLLISION else None
-            if found and one.link not in colours:
-                colours[one.link] = found
-        for link, (old, new) in colours.items():
+            if found:
+                colours.setdefault((one.link, *found))
+        for link, old, new in colours:
             text = colour_change(About(link, "visual"), old, new).text
             self.items.append(Item(VISUAL, link, "colour", text, old, new))
 

@@ -9,12 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
-from ..model import IDENTITY, Joint, Link, Pose, Robot, Shape
+from ..model import Joint, Link, Robot, Shape
 from ..xml.elements import fragments
 from .difference import OTHER, Item
-from .wording import number
-
-Said = Mapping[str, str]
+from .values import Said, changed_values, text_of
 
 
 def count_of(robot: Robot) -> int:
@@ -24,20 +22,7 @@ def count_of(robot: Robot) -> int:
 
 def compare_simulation(a: Robot, b: Robot) -> Iterator[Item]:
     """Yield what differs: what is new or gone, and of what both have each value that changed."""
-    old, new = _things(a), _things(b)
-    for name in [*old, *(name for name in new if name not in old)]:
-        mine, theirs = old.get(name), new.get(name)
-        if mine is None or theirs is None:
-            text = f"new: {name}" if mine is None else f"removed: {name}"
-            yield Item(
-                OTHER, name, "simulation", text, None if mine is None else name, None if theirs is None else name
-            )
-            continue
-        for word in dict.fromkeys([*mine, *theirs]):
-            before, after = mine.get(word), theirs.get(word)
-            if before != after:
-                text = f"{name}: {word} {before or 'none'} -> {after or 'none'}"
-                yield Item(OTHER, name, word, text, before, after)
+    yield from changed_values("simulation", _things(a), _things(b))
     for name, one, other in _kept(a, b):
         gone, fresh = fragments(one) - fragments(other), fragments(other) - fragments(one)
         for what, counts in (("new", fresh), ("removed", gone)):
@@ -83,7 +68,7 @@ def _things(robot: Robot) -> dict[str, Said]:
         values = {"base": pose.base, **pose.controls, **pose.mjcf}
         things |= {f"pose {pose.name} in simulation": _said(values)} if _said(values) else {}
     if simulation.contact_layers:
-        things["contact layers"] = {"order": _text(simulation.contact_layers)}
+        things["contact layers"] = {"order": simulation.contact_layers}
     root = _said(simulation.root)
     return things | ({"root": root} if root else {})
 
@@ -104,40 +89,28 @@ def _of_joint(joint: Joint) -> dict[str, Said]:
     things: dict[str, Said] = {}
     if joint.actuator is not None:  # its gains are compared as those of the joint
         values = {word: value for word, value in _said(joint.actuator).items() if word not in ("kp", "kv", "joint")}
+        values |= {"name": joint.actuator.name} if joint.actuator.name else {}
         things |= {f"actuator of {joint.name}": values} if values else {}
+    if joint.mimic is not None:
+        values = {word: value for word, value in _said(joint.mimic).items() if word in ("solref", "solimp")}
+        values |= {"name": joint.mimic.name} if joint.mimic.name else {}
+        things |= {f"mimic of {joint.name} in simulation": values} if values else {}
     if joint.mjcf:
         things[f"joint {joint.name} in simulation"] = _said(joint.mjcf)
     return things
 
 
-def _said(value: Any) -> dict[str, str]:
+def _said(value: Any) -> dict[str, Any]:
     """Return the words of an entry and their values; what is as it is by default is left out."""
     if isinstance(value, Mapping):
-        return {word: text for word, one in value.items() if (text := _text(one))}
-    words: dict[str, str] = {}
+        return {word: one for word, one in value.items() if text_of(one)}
+    words: dict[str, Any] = {}
     for field in fields(value) if value is not None else ():
         inner = getattr(value, field.name)
         if field.name in ("name", "tag") or inner == field.default:
             continue
         if isinstance(inner, Mapping):
             words |= _said(inner)
-        elif text := _text(inner):
-            words[field.name] = text
+        elif text_of(inner):
+            words[field.name] = inner
     return words
-
-
-def _text(value: Any) -> str:
-    """Return a value as a person reads it; empty where it says nothing."""
-    if value is None or value is False or value == () or value == IDENTITY:
-        return "false" if value is False else ""
-    if isinstance(value, Pose):
-        return f"xyz {_text(value.xyz)} rpy {_text(value.rpy)}"
-    if isinstance(value, tuple):
-        return " ".join(_text(one) or "-" for one in value)
-    if isinstance(value, bool):
-        return "true"
-    if isinstance(value, (int, float)):
-        return number(float(value))
-    if hasattr(value, "tag"):
-        return f"{value.tag} {' '.join(_said(value).values())}"
-    return str(value)

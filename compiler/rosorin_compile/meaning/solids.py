@@ -85,6 +85,17 @@ def shape_of(solid: Solid) -> Shape | None:
     return Shape(Sphere(solid.sizes[0]), place) if solid.kind == "sphere" and solid.sizes else None
 
 
+CAPSULE = "capsule"
+
+
+def as_cylinder(solid: Solid) -> Solid:
+    """Return a capsule as a cylinder of the same full length, as formats without one have it; all else as it is."""
+    if solid.kind != CAPSULE:
+        return solid
+    radius, length = solid.sizes
+    return solid._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
+
+
 def solid_from(shape: Shape, tolerance: float = 0.0) -> Solid:
     """Return a shape of the model as a solid; ``tolerance``: how well its numbers are known (m, rotation entries)."""
     geometry, pose, sizes = shape.geometry, shape.pose, tuple[float, ...]()
@@ -337,6 +348,16 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
 def _axis(solid: Solid) -> Vector:
     """Return the axis of a solid that is round about it: z of its own frame."""
     return (solid.rows[0][2], solid.rows[1][2], solid.rows[2][2])
+
+
+def turned_by(one: Solid, other: Solid) -> float:
+    """Return how far a solid is turned against another one (rad); what is round about its axis has no angle there."""
+    if one.kind == other.kind == "sphere":
+        return 0.0
+    if one.kind == other.kind and one.kind in _ROUND:
+        angle = angle_between(_axis(one), _axis(other))
+        return min(angle, math.pi - angle)
+    return Transform(one.rows).angle_to(Transform(other.rows))
 
 
 def _same_rows(one: Solid, other: Solid, turn: float) -> bool:

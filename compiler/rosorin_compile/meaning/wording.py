@@ -7,17 +7,17 @@ sufficient. Small steps are said in mm, deg and g.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 
 from ..diagnostics.wording import counted, first_of, printable
 from ..formats import Fact, Value
-from ..formats.facts import ANGLES, AXES, INERTIA, SIZES, Solid
-from ..model import Pose, Transform, Vector
-from ..model.geometry import angle_between, norm, pose_of
+from ..formats.facts import ANGLES, AXES, INERTIA
+from ..model import Pose, Vector
+from ..model.geometry import angle_between, norm
 from ..numbers import exact
 from ..startup.records import NamedTuple
-from .solids import Delta, largest_step
-from .tolerance import NOISE, joined
+from .tolerance import NOISE
 
 _MAX_TEXT = 60
 _MAX_PAIRS = 3
@@ -28,9 +28,14 @@ _SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}
 NEW, REMOVED = "new", "removed"
 _BARE = ("frame", "joint", "link")
 _LIMITS = ("lower", "upper", "effort", "velocity")
-_LOOK = ("red", "green", "blue", "alpha")
 # What is no length (m) and no angle (rad): a number apart that rounding made.
 _LEAST = 1e-12
+# The step of one coordinate beside a much larger one of another is told, down to what calculating leaves of it.
+_SHARE = 1e-9
+
+
+Least = tuple[float, float]  # m, rad
+NOTHING: Least = (_LEAST, _LEAST)
 
 
 class Row(NamedTuple):
@@ -136,6 +141,21 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
     return " and ".join(parts) or "0 mm"
 
 
+_NUMBERS = r"(?: [-+]?[0-9.]+(?:e[-+]?[0-9]+)?)*"
+# Where a sentence begins to say how much: values, a remark, or the steps of a pose.
+_VALUES = re.compile(rf"{_NUMBERS} \S+ -> | \(|: (?=origin |roll |pitch |yaw )|: (?:new|removed), ")
+
+
+def brief(texts: Iterable[str]) -> str:
+    """Return what several sentences are about, each once and without its numbers; of many the first ones.
+
+    >>> brief(["arm mass 1 -> 2 kg (+1.0 kg)", "lid moved 20.0 mm in arm: origin x 0 -> 0.02 m"])
+    'arm mass, lid moved 20.0 mm in arm'
+    """
+    heads = (_VALUES.split(text, maxsplit=1)[0].rstrip(":") for text in texts)
+    return several(list(dict.fromkeys(heads)))
+
+
 def subject(fact: Fact) -> About:
     """Return what a fact is about."""
     kind, name, quantity = fact
@@ -209,22 +229,23 @@ def placed(
     poses: tuple[Pose, Pose],
     apart: tuple[float, float],
     others: Sequence[str] = (),
+    least: Least = NOTHING,
 ) -> Sentence:
     """Return what became of where a frame sits, before and after.
 
     ``apart`` is how far it moved (m) and turned (rad), ``others`` are frames that went with it. In another parent the
-    numbers alone are said: what happened is said of the parent.
+    numbers alone are said: what happened is said of the parent. ``least`` as in ``coordinates``.
     """
     with_it = f", and with it {several(others)}" if others else ""
-    steps = _coordinates(*poses, *apart)
-    row = _origin_row(f"{frame}{with_it}", steps)
+    steps = coordinates(*poses, *apart, least)
+    row = steps_row(f"{frame}{with_it}", steps)
     if parents[0] != parents[1]:
-        return Sentence(f"{frame} {_origin(steps)}{with_it}", "", row)
-    text = f"{frame} {far(*apart, verbs=True)} in {parents[1]}{with_it}: {_origin(steps)}"
+        return Sentence(f"{frame} {origin_text(steps)}{with_it}", "", row)
+    text = f"{frame} {far(*apart, verbs=True)} in {parents[1]}{with_it}: {origin_text(steps)}"
     return Sentence(text, "", row._replace(by=far(*apart), where=parents[1]))
 
 
-class _Step(NamedTuple):
+class Step(NamedTuple):
     """A coordinate that changed: its name, before, after, and the unit."""
 
     name: str
@@ -236,21 +257,23 @@ class _Step(NamedTuple):
         return f"{self.name} {self.before} -> {self.after} {self.unit}"
 
 
-def _coordinates(old: Pose, new: Pose, distance: float, angle: float) -> list[_Step]:
-    """Return which coordinates changed, of which something did."""
+def coordinates(old: Pose, new: Pose, distance: float, angle: float, least: Least = NOTHING) -> list[Step]:
+    """Return which coordinates changed, of which something did; steps of ``least`` and below are none."""
+    length, turn = least
     named = [*zip(AXES, old.xyz, new.xyz, strict=True)] if distance else []
     turned = [*zip(ANGLES, old.rpy, new.rpy, strict=True)] if angle else []
-    found = [_Step(axis, *number_pair(a, b), "m") for axis, a, b in named if abs(b - a) > distance / 1e3]
-    return found + [_Step(name, *number_pair(a, b), "rad") for name, a, b in turned if abs(b - a) > angle / 1e3]
+    length, turn = max(length, _SHARE * distance), max(turn, _SHARE * angle)
+    found = [Step(axis, *number_pair(a, b), "m") for axis, a, b in named if abs(b - a) > length]
+    return found + [Step(name, *number_pair(a, b), "rad") for name, a, b in turned if abs(b - a) > turn]
 
 
-def _origin(steps: Sequence[_Step]) -> str:
+def origin_text(steps: Sequence[Step]) -> str:
     """Return steps of a pose in words."""
     moved = ", ".join(str(one) for one in steps if one.unit == "m")
     return ", ".join([f"origin {moved}"] * bool(moved) + [str(one) for one in steps if one.unit != "m"])
 
 
-def _origin_row(what: str, steps: Sequence[_Step], quantity: str = "origin") -> Row:
+def steps_row(what: str, steps: Sequence[Step], quantity: str = "origin") -> Row:
     """Return steps of a pose as a row; a single one is named before its numbers."""
     if len(steps) == 1:
         (only,) = steps
@@ -290,24 +313,24 @@ def mimic_text(leader: str, multiplier: float = 1.0, offset: float = 0.0) -> str
     return f"{leader} * {number(multiplier)} + {number(offset)}" if leader else "nothing"
 
 
-def centre_change(link: str, old: Vector, new: Vector) -> Sentence:
-    """Return what became of a centre of mass (m) in the frame of its link."""
+def centre_change(link: str, old: Vector, new: Vector, least: float = 0.0) -> Sentence:
+    """Return what became of a centre of mass (m) in the frame of its link; ``least`` as in ``coordinates``."""
     distance = math.dist(old, new)
-    steps = _coordinates(Pose(old), Pose(new), distance, 0.0)
+    steps = coordinates(Pose(old), Pose(new), distance, 0.0, (least, 0.0))
     moved = amount(distance, "m")
     text = f"{link} centre of mass moved {moved}: {', '.join(map(str, steps))}"
-    return Sentence(text, "", _origin_row(link, steps, "centre of mass")._replace(by=moved))
+    return Sentence(text, "", steps_row(link, steps, "centre of mass")._replace(by=moved))
 
 
 def inertia_change(link: str, old: Sequence[float], new: Sequence[float], changed: Sequence[bool]) -> Sentence:
     """Return what became of an inertia (kg*m^2; xx yy zz xy xz yz), of which some entries changed."""
     entries = zip(INERTIA, old, new, changed, strict=True)
-    steps = [_Step(f"i{name}", *number_pair(a, b), "kg*m^2") for name, a, b, is_new in entries if is_new]
+    steps = [Step(f"i{name}", *number_pair(a, b), "kg*m^2") for name, a, b, is_new in entries if is_new]
     parts = [f"{one.name} {one.before} -> {one.after}" for one in steps]
     share = max(abs(b - a) for a, b in zip(old, new, strict=True)) / max(map(abs, (*old, *new)))
     percent = f"{share * 100:.2g}" if share < 0.995 else f"{share * 100:.0f}"
     by = f"{percent} % of the largest moment"
-    row = _origin_row(link, steps, "inertia")
+    row = steps_row(link, steps, "inertia")
     if len(steps) == 1:
         row = row._replace(quantity=f"inertia {steps[0].name}")
     return Sentence(f"{link} inertia {', '.join(parts)} kg*m^2", f"by {by}", row._replace(by=by))
@@ -351,89 +374,6 @@ def contacts_change(new: Sequence[str], removed: Sequence[str], title: str = "ex
     text = ", ".join(f"{count} ({shown[what]})" for what, count in counts.items())
     row = Row(title, "", shown[REMOVED], shown[NEW], ", ".join(counts.values()))
     return Sentence(f"{title}: {text}", "", row)
-
-
-def shapes_change(link: str, purpose: str, counts: tuple[int, int], difference: Delta) -> Sentence:
-    """Return what became of the solids of a link, of which there were and are so many."""
-    before, after = counts
-    changed = min(len(difference.removed), len(difference.added))
-    if before == after == changed == 1:
-        return _solid_change(About(link, purpose), difference.removed[0], difference.added[0])
-    largest = largest_step(difference) if changed else None
-    far_text = f", up to {amount(largest, 'm')}" if largest else ""
-    row = Row(link, f"{purpose} shapes", str(before), str(after), f"{changed} changed{far_text}" if changed else "")
-    if before == after:
-        return Sentence(f"{link} {purpose}: {changed} of {counted(before, 'shape')} changed{far_text}", "", row)
-    also = f", {changed} of them changed{far_text}" if changed else ""
-    return Sentence(f"{link} {purpose}: {before} -> {after} shapes{also}", "", row)
-
-
-def _solid_change(about: About, one: Solid, other: Solid) -> Sentence:
-    """Return what became of the only solid of a link: another kind, look or file, other sizes, or another place."""
-    if one.kind != other.kind:
-        return Sentence(f"{about}: {one.kind} -> {other.kind}", "", Row(*about[:2], one.kind, other.kind))
-    looks = [_look(solid) for solid in (one, other)]
-    if looks[0] != looks[1] and _without_look(one) == _without_look(other):
-        return colour_change(about, *looks)
-    row_of = Row(about.name, f"{about.quantity} {one.kind}")
-    if one.words != other.words:
-        text, (before, after) = _words_change(one.words, other.words)
-        return Sentence(f"{about}: {one.kind} {text}", "", row_of._replace(before=before, after=after))
-    if one.kind == "mesh" and one.sizes != other.sizes:
-        scales = row(one.sizes), row(other.sizes)
-        made = Row(about.name, f"{about.quantity} mesh scale", *scales)
-        return Sentence(f"{about}: mesh scale {' -> '.join(scales)}", "", made)
-    numbers = _numbers_change(one, other)
-    if numbers:
-        return _sizes_change(about, one.kind, numbers)
-    places = Transform(one.rows, one.centre), Transform(other.rows, other.centre)
-    apart = math.dist(one.centre, other.centre), places[0].angle_to(places[1])
-    steps = _coordinates(pose_of(places[0]), pose_of(places[1]), *apart)
-    made = _origin_row(about.name, steps, f"{row_of.quantity} origin")._replace(by=far(*apart))
-    return Sentence(f"{about}: {one.kind} {far(*apart, verbs=True)}", _origin(steps), made)
-
-
-def _sizes_change(about: About, kind: str, numbers: Sequence[tuple[str, float, float]]) -> Sentence:
-    """Return what became of the sizes of a solid: their names, and what they were and are (m)."""
-    steps = [_Step(name, *number_pair(old, new), "m") for name, old, new in numbers]
-    _, old, new = numbers[0]
-    by = step(new - old, old, "m") if len(numbers) == 1 else ""
-    text = ", ".join(f"{one.name} {one.before} -> {one.after}" for one in steps)
-    made = _origin_row(about.name, steps, f"{about.quantity} {kind}")._replace(by=by)
-    return Sentence(f"{about}: {kind} {text} m", by, made)
-
-
-def _numbers_change(one: Solid, other: Solid) -> list[tuple[str, float, float]]:
-    """Return the sizes that changed, of boxes along the axes their corners, each with its name."""
-    allowed = joined(one.tolerance, other.tolerance)
-    boxes = one.box, other.box
-    if boxes[0] is not None and boxes[1] is not None:
-        names = [f"{end} {axis}" for end in ("min", "max") for axis in AXES]
-        sizes = [(*box.lower, *box.upper) for box in boxes if box is not None]
-        rows = zip(names, *sizes, strict=True)
-    else:
-        rows = zip(SIZES.get(one.kind, ()), one.sizes, other.sizes, strict=False)
-    steps = [(name, a, b) for name, a, b in rows if abs(b - a) > NOISE]
-    return [(name, a, b) for name, a, b in steps if abs(b - a) > allowed] or (steps if all(boxes) else [])
-
-
-def _words_change(old: Sequence[str], new: Sequence[str]) -> tuple[str, tuple[str, str]]:
-    """Return which words about a shape are others now, together and apart; what both begin with is said once."""
-    before, after = ([word for word in some if word not in rest] for some, rest in ((old, new), (new, old)))
-    if len(before) == len(after) == 1 and before[0].split(" ")[0] == after[0].split(" ")[0]:
-        return f"{before[0]} -> {after[0].partition(' ')[2]}", (before[0], after[0])
-    words = ", ".join(before) or "nothing", ", ".join(after) or "nothing"
-    return " -> ".join(words), words
-
-
-def _look(solid: Solid) -> str:
-    """Return the colour of a solid, as its words have it."""
-    values = dict(word.split(" ", 1) for word in solid.words if word.split(" ", 1)[0] in _LOOK)
-    return row(float(values[part]) for part in _LOOK if part in values)
-
-
-def _without_look(solid: Solid) -> Solid:
-    return solid._replace(words=tuple(word for word in solid.words if word.split(" ")[0] not in _LOOK))
 
 
 def colour_change(about: About, old: str, new: str) -> Sentence:

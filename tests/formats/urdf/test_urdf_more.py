@@ -211,7 +211,7 @@ def test_what_the_reader_tells(tmp_path):
             "material wood texture b.png -> package://carrier",
         ),
         ("  empty: {}\n", "", "material"),
-        ("name: top", "name: lid", "base link visual: 1 of 5 shapes changed: urdf"),
+        ("name: top", "name: lid", "base link visual: box name lid -> top: urdf"),
         ("rising: 10 deg", "rising: 0.2", "joint 1/a calibration rising 0.2 -> 0.174533 rad"),
         ("k_velocity: 10", "k_velocity: 11", "joint 1/a safety k_velocity 11 -> 10 N*m*s/rad"),
         ("<mu1>0.2</mu1>", "<mu1>0.3</mu1>", "robot carrier element 1 gazebo"),

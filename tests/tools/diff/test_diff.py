@@ -98,11 +98,11 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
     ),
     (
         [("radius: 0.04, length: 0.06", "radius: 0.04, length: 0.07")],
-        "base_link collision: 1 of 2 shapes changed, up to 10.0 mm",
+        "base_link collision: cylinder length 0.06 -> 0.07 m (+10.0 mm)",
     ),
     (
         [("capsule: {radius: 0.03", "cylinder: {radius: 0.03")],
-        "upper_arm collision: capsule -> cylinder",
+        "upper_arm collision: capsule (radius 0.03 m, length 0.2 m) -> cylinder (radius 0.03 m, length 0.2 m)",
     ),
     (
         [("sphere: {radius: 0.02}", "sphere: {radius: 0.021}")],

@@ -62,7 +62,7 @@ CARRIED = [
     (
         "size: [0.02, 0.02, 0.2]",
         "size: [0.02, 0.03, 0.2]",
-        "mast collision: box min y -0.01 -> -0.015, max y",
+        "mast collision: box min y -0.01 -> -0.015 m, max y",
         "urdf xml json",
     ),
     ("mass: 2,", "mass: 2.1,", "base_link mass 2 -> 2.1 kg (+100.0 g)", "urdf xml"),

@@ -31,7 +31,7 @@ def visual(geometry: str, rpy: str = "0 0 0") -> str:
             visual('<mesh filename="a.stl" scale="0.001 0.001 0.001"/>'),
             "mesh scale 1 1 1 -> 0.001 0.001 0.001",
         ),
-        (visual('<mesh filename="a.stl"/>'), visual('<sphere radius="1"/>'), "mesh -> sphere"),
+        (visual('<mesh filename="a.stl"/>'), visual('<sphere radius="1"/>'), "mesh file a.stl -> sphere (radius 1 m)"),
         (
             visual('<mesh filename="a.stl"/>'),
             visual('<mesh filename="a.stl"/>', "0 0 0.1"),

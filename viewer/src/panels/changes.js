@@ -1,6 +1,7 @@
 /** What became of the robot before: the changes, by meaning; a click flies there. And which robot of several is shown. */
 
 import { element } from "../dom.js";
+import { inUnits } from "../units.js";
 import { swatches } from "./card.js";
 
 const WORDS = { moved: "moved", carried: "carried along", shaped: "other shapes", new: "new", removed: "no more" };
@@ -39,7 +40,7 @@ export class Changes {
   }
 
   #group(frame, changes, how) {
-    const lines = changes.map(({ text, artifacts, colours }) => element("p", {}, swatches(colours), text, artifacts ? element("small", {}, ` ${artifacts.join(", ")}`) : ""));
+    const lines = changes.map(({ text, artifacts, colours }) => element("p", {}, swatches(colours), inUnits(text, this.app.units), artifacts ? element("small", {}, ` ${artifacts.join(", ")}`) : ""));
     if (!frame) return element("li", {}, ...lines);
     const go = element("button", { class: "go", title: "look at it (key n: the next one)", onclick: () => this.fly(frame) }, frame);
     const row = element("li", { "data-frame": frame }, go, element("small", {}, how ? ` ${WORDS[how]}` : ""), ...lines);

@@ -18,6 +18,7 @@ from ...formats.page.data import before_data
 from ...formats.page.seen import Data
 from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
 from ...meaning.past import past
+from ...meaning.wording import brief
 from ...model import Link, Mesh, Robot
 from ...startup.records import NamedTuple, replace
 from ..given import Given
@@ -146,7 +147,7 @@ def of_committed(
         return None
     robot = shown.robot
     before = past(robot, comparison.pairs) if committed else None
-    changes = [_change(one, [robot, *([before] if before else [])]) for one in comparison.changes]
+    changes = [change_data(one, [robot, *([before] if before else [])]) for one in comparison.changes]
     notes = [f"{text.file}: {text.remark}" for text in comparison.texts if text.remark]
     if not changes:
         notes += [f"{text.file}: different text" for text in comparison.texts if not text.remark]
@@ -156,7 +157,8 @@ def of_committed(
     if before is None:
         return Picture(shown, None, {}, [], [], "nothing is committed to compare with", inputs)
     found = _with_meshes(moves(before, robot), before, _changed_meshes(compiled, committed, meshes))
-    said = f"{counted(len(changes), 'change')} against {COMMITTED}" if changes else _unchanged(notes)
+    did = brief(change.text for change in comparison.changes)
+    said = f"{counted(len(changes), 'change')} against {COMMITTED}: {did}" if changes else _unchanged(notes)
     return Picture(shown, (before, found), files, changes, notes, said, inputs)
 
 
@@ -164,7 +166,8 @@ def _unchanged(notes: Sequence[str]) -> str:
     return "no change that is compared by meaning" if notes else f"no change: this is {COMMITTED}"
 
 
-def _change(change: Change, robots: Iterable[Robot]) -> Data:
+def change_data(change: Change, robots: Iterable[Robot]) -> Data:
+    """Return a change as the page has it, with the frame where it is to be seen."""
     from ...meaning.wording import Sentence
 
     remarks = [change.remark] if change.remark else []
@@ -246,7 +249,8 @@ def of_sides(shown: Sequence[Shown], sides: tuple[Side, Side], difference: Diffe
     changes = [_said(item.text, names.frame(item.name), (), _coloured(item)) for item in difference.items]
     notes = [f"note: {note}" for note in difference.notes]
     notes += [f"not compared: {line}" for line in difference.not_compared]
-    said = f"{Path(a.label).name} -> {Path(b.label).name}: {summary(difference)}"
+    did = brief(item.text for item in difference.items)
+    said = f"{Path(a.label).name} -> {Path(b.label).name}: {summary(difference)}{f' ({did})' if did else ''}"
     inputs = tuple(file for one in shown for file in (*one.understood.expanded.files, *one.meshes.values()))
     return Picture(shown[1], (old, found), shown[0].meshes, changes, notes, said, inputs)
 

@@ -1,0 +1,151 @@
+"""Rest: sensors, the drive, planning, and what only two robots of one format are compared by.
+
+Publishers, hardware, controllers, what sensors have in simulations, names of shapes: each format says those in
+words of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ..model import HeightMap, Robot
+from ..model.drive import ROLES
+from .difference import OTHER, YAML, Item, Side
+from .joints import changed, differ
+from .pairing import Pairing
+from .values import changed_entry
+from .wording import number
+
+# Shapes in two lists of one length are known by their numbers, their names and what they look like are compared.
+_PURPOSES = ("collision", "visual")
+
+
+def compare_rest(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset[str]) -> Iterator[Item]:
+    """Yield what differs in all that no other comparison reads; ``unsaid`` is what is not compared."""
+    if "sensor" not in unsaid:
+        yield from _sensors(pairing.a.robot, pairing.b.robot)
+    if "drive" not in unsaid:
+        yield from _drives(pairing)
+    if all(side.format is YAML for side in sides):
+        yield from _planned(pairing)
+    if sides[0].format is sides[1].format:
+        yield from _of_one_format(pairing.a.robot, pairing.b.robot)
+
+
+def either(kind: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Item]:
+    """Yield the names that are in one of two tables only."""
+    for name in old:
+        if name not in new:
+            yield Item(OTHER, name, kind, f"removed: {kind} {name}", name, None)
+    for name in new:
+        if name not in old:
+            yield Item(OTHER, name, kind, f"new: {kind} {name}", None, name)
+
+
+def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
+    old, new = {sensor.name: sensor for sensor in a.sensors}, {sensor.name: sensor for sensor in b.sensors}
+    yield from either("sensor", old, new)
+    for name in old:
+        for quantity in ("type", "frame", "optical_frame"):
+            if name not in new:
+                continue
+            before, after = str(getattr(old[name], quantity)), str(getattr(new[name], quantity))
+            if before != after:
+                text = f"sensor {name} {quantity.replace('_', ' ')} {before or 'none'} -> {after or 'none'}"
+                yield Item(OTHER, name, quantity, text, before, after)
+
+
+def _drives(pairing: Pairing) -> Iterator[Item]:
+    a, b = pairing.a.robot.drive, pairing.b.robot.drive
+    if a is None or b is None or a.kind != b.kind:
+        before, after = a.kind if a else None, b.kind if b else None
+        if before != after:
+            text = f"drive {before or 'none'} -> {after or 'none'}"
+            yield Item(OTHER, "drive", "kind", text, before, after)
+        return
+    pairs = [("frame", a.frame or pairing.a.robot.root, b.frame or pairing.b.robot.root)]
+    for role in ROLES[a.kind]:
+        pairs.append((role, ", ".join(a.joints.get(role, ())), ", ".join(b.joints.get(role, ()))))
+    for quantity, before, after in pairs:
+        if before != after:
+            text = f"drive {quantity.replace('_', ' ')} {before or 'none'} -> {after or 'none'}"
+            yield Item(OTHER, "drive", quantity, text, before, after)
+    if a.radius is not None and b.radius is not None:
+        if differ(pairing.a, pairing.b, "radius", (a.radius, b.radius), pairing.tolerance):
+            yield changed(OTHER, "drive", "radius", (a.radius, b.radius), "m")
+    elif a.radius != b.radius:
+        said = ["from its shapes" if one is None else f"{number(one)} m" for one in (a.radius, b.radius)]
+        yield Item(OTHER, "drive", "radius", f"drive radius {said[0]} -> {said[1]}", said[0], said[1])
+
+
+def _planned(pairing: Pairing) -> Iterator[Item]:
+    """Yield what differs in what MoveIt has to know; the joints of states are those of poses."""
+    a, b = pairing.a.robot.moveit, pairing.b.robot.moveit
+    if a == b:
+        return
+    from ..model.moveit import said_of
+
+    old, new = said_of(a), said_of(b)
+    for name in dict.fromkeys((*old, *new)):
+        before, after = old.get(name), new.get(name)
+        if before != after:
+            text = f"MoveIt: {name} {before or 'none'} -> {after or 'none'}"
+            yield Item(OTHER, name, "planning", text, before, after)
+
+
+def _of_one_format(a: Robot, b: Robot) -> Iterator[Item]:
+    """Yield what differs in what no other comparison reads; that something is new or gone is told where it is named."""
+    yield from changed_entry("the robot", {"modes": a.modes}, {"modes": b.modes})
+    for kind, old, new in (
+        ("publisher", a.publishers, b.publishers),
+        ("hardware", a.control, b.control),
+        ("controller", a.controllers, b.controllers),
+    ):
+        yield from either(kind, _by_name(old), _by_name(new))
+        yield from _entries(kind, _by_name(old), _by_name(new))
+    yield from _entries("publisher of", _own_publishers(a), _own_publishers(b))
+    yield from _entries("sensor", _simulated(a), _simulated(b))
+    yield from _entries("", _shapes(a, b), _shapes(b, a))
+    if a.moveit is not None and b.moveit is not None:
+        for word in ("urdf", "search"):
+            yield from changed_entry("MoveIt", {word: getattr(a.moveit, word)}, {word: getattr(b.moveit, word)})
+
+
+def _by_name(entries: tuple[Any, ...]) -> dict[str, Any]:
+    return {entry.name: entry for entry in entries}
+
+
+def _entries(kind: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Item]:
+    """Yield what differs in the entries that both have."""
+    for name in old:
+        if name in new:
+            yield from changed_entry(f"{kind} {name}".strip(), old[name], new[name])
+
+
+def _own_publishers(robot: Robot) -> dict[str, Any]:
+    """Return what is said of who publishes a frame where that is no node of the list, by the frame."""
+    named = {one.name for one in robot.publishers}
+    owners = {joint.child: joint.publisher for joint in robot.joints if joint.publisher.name not in named}
+    return {child: {"about": one.about, "package": one.package} for child, one in owners.items()}
+
+
+def _simulated(robot: Robot) -> dict[str, Any]:
+    return {one.name: {"stamps": one.stamps, "simulated": one.simulated, "gazebo": one.gazebo} for one in robot.sensors}
+
+
+def _shapes(robot: Robot, other: Robot) -> dict[str, Any]:
+    """Return what is said of shapes beside their numbers and colours."""
+    found: dict[str, Any] = {}
+    for link in robot.links:
+        twin = other.link.get(link.name)
+        for purpose in _PURPOSES:
+            shapes = getattr(link, purpose)
+            if twin is None or len(shapes) != len(getattr(twin, purpose)):
+                continue
+            for place, shape in enumerate(shapes, 1):
+                said = {"name": shape.name, "material": shape.material, "texture": robot.texture(shape)}
+                if isinstance(shape.geometry, HeightMap):
+                    said["method"] = shape.geometry.method
+                found[f"{purpose} shape {place} of {link.name}"] = said
+    return found

@@ -1,0 +1,240 @@
+"""A change is told whole: what was planted in a robot is told, each thing once, and nothing else, in every form."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostics.markdown import Section, document
+from rosorin_compile.formats import FORMATS, Artifact
+from rosorin_compile.formats.page import data_of
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.meaning.difference import YAML, Side, as_json, lines
+from rosorin_compile.meaning.golden import compare
+from rosorin_compile.meaning.robots import compare_robots
+from rosorin_compile.meaning.tables import blocks
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.tools.view.changed import change_data
+from support.commands import Shown, edit, write_files
+from support.machines import exact_urdf, robot_of
+from support.paths import ROOT
+from support.planting import DESCRIPTION, URDF, Planted, at, kind_of, leaves, other, plant, put, told
+from support.robots import compiled
+
+SEEDS = st.integers(0, 2**32)
+MOST = 5
+BACKENDS = ("urdf", "mjcf", "sdf")
+# What an MJCF has beside, which follows: pairs that it keeps from touching, followers in a keyframe.
+FOLLOWS = ("contact", "pose")
+
+# What no comparison reads, and why.
+NOT_TOLD = {
+    "name": "a note: two robots may differ in nothing else",
+    "joints.*.axis.*": "its length means nothing",
+    "collision.*.pose.rpy.*": "what is round has no angle about its axis",
+    "visual.*.pose.rpy.*": "what is round has no angle about its axis",
+    "sensors.*.joint": "told as the name of the joint",
+    "edges.*.joint": "which joint takes turns is told where its publishers are",
+    "edges.*.publisher.kind": "follows from the list of publishers",
+    "edges.*.publisher.about": "told of the publisher",
+    "edges.*.publisher.package": "told of the publisher",
+    "joints.*.publisher.about": "told of the publisher",
+    "joints.*.publisher.package": "told of the publisher",
+    "poses.*.pulses.{}": "told as positions",
+    "moveit.matrix": "how it was computed: told when it is computed anew",
+}
+# Where a number comes from and where outputs go is no part of a robot.
+NOT_OF_A_ROBOT = ("source", "outputs", "stand_in", "stand_ins", "mesh_files", "missing_meshes", "mesh_contents")
+
+
+@cache
+def described() -> tuple[Robot, ...]:
+    """The robots of the repository."""
+    files = sorted((ROOT / "examples").glob("*/robot.yaml")) + sorted((ROOT / "descriptions").glob("*/robot.yaml"))
+    return tuple(robot for file in files if (robot := compiled(file).robot) is not None)
+
+
+def differences(a: Robot, b: Robot) -> list[str]:
+    """Return what ``diff`` says of two robots, which is the same as text and as JSON."""
+    found = compare_robots(Side("a", YAML, a), Side("b", YAML, b))
+    said = [item["text"] for item in as_json(found)["differences"]]
+    assert lines(found, full=True)[2 : 2 + len(said)] == said
+    return said
+
+
+def by_diff(robot: Robot, chance: random.Random) -> None:
+    """Plant changes, and let ``diff`` tell them; seen from the other side they are as many."""
+    other_robot, planted = plant(robot, chance, chance.randint(1, MOST), DESCRIPTION)
+    said = differences(robot, other_robot)
+    assert told(planted, said), (planted_of(planted), said)
+    assert len(differences(other_robot, robot)) == len(said)
+
+
+def planted_of(planted: Sequence[Planted]) -> list[tuple[object, ...]]:
+    return [one[1:] for one in planted]
+
+
+def artifacts(robot: Robot) -> list[Artifact]:
+    found = []
+    for output in robot.outputs:
+        text, _ = FORMATS[output.backend].write(robot, output, Templates())  # type: ignore[misc]
+        found.append(Artifact(output.file, text, output.backend, output.name))
+    return found
+
+
+def by_check(robot: Robot, chance: random.Random) -> None:
+    """Plant changes, and let ``check`` tell them: in text, and in the table of a pull request."""
+    chosen = chance.sample(BACKENDS, chance.randint(1, len(BACKENDS)))
+    chosen = chosen if "urdf" in chosen else ["urdf", *chosen]
+    robot = replace(robot, outputs=tuple(Output(name, name, f"r.{name}") for name in chosen))
+    changed, planted = plant(robot, chance, chance.randint(1, MOST), URDF)
+    old = {artifact.file: artifact.text.encode() for artifact in artifacts(robot)}
+    comparison = compare(changed, artifacts(changed), old)
+    own = [change for change in comparison.changes if change.kind not in FOLLOWS]
+    said = [change.line() for change in own]
+    assert told(planted, said), (planted_of(planted), said)
+    table = [line for line in document([Section("r", blocks=blocks(own, []))]).splitlines() if line.startswith("| `")]
+    assert told(planted, [row_text(line) for line in table]), (planted_of(planted), table)
+    page = [change_data(change, [changed, robot]) for change in own]
+    assert told(planted, [f"{data.get('frame', '')} {data['text']}" for data in page]), (planted_of(planted), page)
+
+
+def row_text(line: str) -> str:
+    """Return a row of a table as a sentence: each number before with that after."""
+    what, quantity, before, after = (cell.strip().replace("`", "") for cell in line.strip("| ").split(" | ")[:4])
+    numbers = zip(
+        *(re.findall(r"(?<![\w.])[-+]?\d[\d.]*(?:e[-+]?\d+)?", side) for side in (before, after)), strict=True
+    )
+    pairs = "; ".join(f"{old} -> {new}" for old, new in numbers)
+    return f"{what} {quantity}: {before} -> {after}; {pairs}"
+
+
+@given(SEEDS)
+@settings(max_examples=40, deadline=None)
+def test_what_is_planted_in_any_robot_is_told_by_diff(seed: int) -> None:
+    chance = random.Random(seed)  # noqa: S311
+    by_diff(robot_of(chance), chance)
+
+
+@given(SEEDS)
+@settings(max_examples=40, deadline=None)
+def test_what_is_planted_in_any_robot_is_told_by_check(seed: int) -> None:
+    chance = random.Random(seed)  # noqa: S311
+    by_check(robot_of(chance), chance)
+
+
+@given(SEEDS)
+@settings(max_examples=10, deadline=None)
+def test_what_is_planted_in_a_robot_of_the_repository_is_told_by_diff(seed: int) -> None:
+    chance = random.Random(seed)  # noqa: S311
+    by_diff(chance.choice(described()), chance)
+
+
+@pytest.mark.tier("changes")
+@pytest.mark.parametrize("start", range(0, 8000, 500))
+def test_many_changes_of_any_robot_are_told(start: int) -> None:
+    for seed in range(start, start + 500):
+        for way in (by_diff, by_check):
+            chance = random.Random(seed)  # noqa: S311
+            way(robot_of(chance), chance)
+
+
+@pytest.mark.tier("changes")
+@pytest.mark.parametrize("start", range(0, 1000, 100))
+def test_many_changes_of_the_robots_of_the_repository_are_told(start: int) -> None:
+    for seed in range(start, start + 100):
+        chance = random.Random(seed)  # noqa: S311
+        by_diff(chance.choice(described()), chance)
+
+
+@pytest.mark.slow
+def test_every_number_name_and_attribute_of_a_description_is_told() -> None:
+    """One of each kind that the robots of the repository have, changed alone."""
+    kinds: dict[str, tuple[Robot, tuple[object, ...]]] = {}
+    for robot in described():
+        for path, _ in leaves(robot):
+            if not set(path) & set(NOT_OF_A_ROBOT):
+                kinds.setdefault(kind_of(path), (robot, path))
+    silent = []
+    for kind, (robot, path) in sorted(kinds.items()):
+        try:
+            said = differences(robot, put(robot, path, other(at(robot, path))))
+        except KeyError:  # a name that others name, too
+            continue
+        if not said and not any(known in kind for known in NOT_TOLD):
+            silent.append(kind)
+    assert not silent
+
+
+def test_the_page_and_the_json_of_a_comparison_tell_the_same(home: Path, capsys: Shown) -> None:
+    for seed in range(3):
+        chance = random.Random(seed)  # noqa: S311
+        robot = robot_of(chance)
+        changed, planted = plant(robot, chance, MOST, {key: rule for key, rule in URDF.items() if "name" not in key})
+        for name, one in (("a.urdf", robot), ("b.urdf", changed)):
+            (home / name).write_text(exact_urdf(one), "utf-8")
+        assert main(["diff", "a.urdf", "b.urdf", "--json", "--html", "page.html"]) == 1
+        said = [item["text"] for item in json.loads(capsys.readouterr().out)["differences"]]
+        assert told(planted, said), (planted_of(planted), said)
+        page = data_of((home / "page.html").read_text("utf-8"))
+        assert [change["text"] for change in page["changes"]] == said
+
+
+CART = """\
+robot: cart
+links:
+  base: {collision: [{cylinder: {radius: 0.1, length: 0.2}, xyz: [0, 0, 0.1]}, {sphere: {radius: 0.3}}]}
+  arm: {inertial: {mass: 2, inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}}
+joints:
+  hip: {type: revolute, parent: base, child: arm, xyz: [1, 0, 0], axis: [0, 0, 1],
+        limit: {lower: -1, upper: 1, effort: 5, velocity: 1}}
+outputs: {urdf: {file: cart.urdf}, mjcf: {file: cart.xml}}
+"""
+EDITS = (
+    ("radius: 0.1, length: 0.2}, xyz: [0, 0, 0.1]", "radius: 0.11, length: 0.2}, xyz: [0, 0, 0.6]"),
+    ("mass: 2", "mass: 3"),
+    ("xyz: [1, 0, 0], axis: [0, 0, 1]", "xyz: [2, 0.001, 0], axis: [0, 1, 0]"),
+    ("upper: 1, effort: 5", "upper: 1.5, effort: 6"),
+)
+TOLD = [
+    "base collision: cylinder radius 0.1 -> 0.11 m (+10.0 mm), moved 500.0 mm (origin z 0.1 -> 0.6 m)",
+    "arm moved 1.0 m in base: origin x 1 -> 2 m, y 0 -> 0.001 m",
+    "hip axis 0 0 1 -> 0 1 0 (turned 90.0 deg)",
+    "hip limit upper 1 -> 1.5 rad (+28.6 deg)",
+    "hip limit effort 5 -> 6 N*m (+20.0 %)",
+    "arm mass 2 -> 3 kg (+1.0 kg)",
+]
+
+
+def test_no_change_hides_another_in_any_form(home: Path, capsys: Shown) -> None:
+    write_files(home, {"descriptions/cart/robot.yaml": CART})
+    assert main(["all"]) == 0
+    for old, new in EDITS:
+        edit(home / "descriptions/cart/robot.yaml", old, new)
+    capsys.readouterr()
+    assert main(["check", "--html", "page.html", "--summary", "summary.md", "--format", "json"]) == 1
+    (message,) = [one for one in json.loads(capsys.readouterr().out) if one["rule"] == "outputs-differ"]
+    page = data_of((home / "page.html").read_text("utf-8"))
+    table = [line for line in (home / "summary.md").read_text("utf-8").splitlines() if line.startswith("| `")]
+    assert message["message"].splitlines()[: len(TOLD)] == [f"{line}: urdf, mjcf" for line in TOLD]
+    assert [change["text"] for change in page["changes"]] == TOLD
+    assert [row_text(line).partition(";")[0] for line in table] == [
+        "base collision cylinder: radius 0.1 m, origin z 0.1 m -> radius 0.11 m, origin z 0.6 m",
+        "arm in base origin: x 1 m, y 0 m -> x 2 m, y 0.001 m",
+        "hip axis: 0 0 1 -> 0 1 0",
+        "hip limit upper: 1 rad -> 1.5 rad",
+        "hip limit effort: 5 N*m -> 6 N*m",
+        "arm mass: 2 kg -> 3 kg",
+    ]
+    did = "base collision: cylinder radius, arm moved 1.0 m in base, hip axis and 3 more"
+    assert page["said"] == f"6 changes against what is committed: {did}"

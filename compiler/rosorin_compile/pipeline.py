@@ -186,11 +186,18 @@ def judged(
     if not has_errors(diagnostics):  # else what is wrong may be the use
         diagnostics += expanded.unused
     left = settled(tree, diagnostics, acceptable())
-    if expanded.scope is not None and expanded.scope.ledger.left_out and has_errors(left.diagnostics):
-        from .frontend.expand.left_out import told_by_cause
+    return Understood(expanded, lowered, arrange(_by_cause(expanded, left.diagnostics)), left.used)
 
-        left = left._replace(diagnostics=told_by_cause(expanded.scope, tree, left.diagnostics))
-    return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
+
+def _by_cause(expanded: Expanded, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Return what is wrong; what misses names of something that is left out says so, once."""
+    if expanded.tree is None or expanded.scope is None or not expanded.scope.ledger.left_out:
+        return diagnostics
+    if all(one.severity == NOTE for one in diagnostics):
+        return diagnostics
+    from .frontend.expand.left_out import told_by_cause
+
+    return told_by_cause(expanded.scope, expanded.tree, diagnostics)
 
 
 def _plugged_rules() -> tuple[Diagnostic, ...]:

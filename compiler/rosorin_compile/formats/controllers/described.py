@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
-from ...frontend.misnamed import name_meant
 from ...frontend.tree import Path, Seq
 from ...model import Edge, Output
 from ...rules.case import Case, at
@@ -157,7 +156,11 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     path = entry if not found.key else path
     value = at(case.tree, path)
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
-    help = name_meant(case.tree, path, found.unknown, found.known) if found.known else found.help
+    help = found.help
+    if found.known:
+        from ...frontend.misnamed import name_meant
+
+        help = name_meant(case.tree, path, found.unknown, found.known)
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 

@@ -7,6 +7,7 @@ as they are written, with anything in place of an expression.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from typing import Any
@@ -23,26 +24,27 @@ from .scope import Scope
 _QUOTED = re.compile(r'"([^"]+)"')
 _ANY = ".+"  # what an expression may give
 MAX_NESTED = 5  # parts in parts
+MAX_ROUNDS = 100
 MAX_SHOWN = 6
 
 
 class _Gone:
     """One thing that is left out, the form of the names that it would have brought, and what all of them begin with."""
 
-    def __init__(self, left: LeftOut) -> None:
+    def __init__(self, left: LeftOut, as_written: bool) -> None:
         self.left = left
         scope, item = left.scope, left.item
-        self.name = left.key if left.is_empty else _evaluated(left.key, left)
+        self.name = left.key if as_written else _evaluated(left.key, left)
         own = _form(self.name)
         self.begin, forms = scope.prefix, [own] if own else []
         if left.is_use:
             prefix = prefix_of(self.name, item)
-            prefix = prefix if left.is_empty else _evaluated(prefix, left)
+            prefix = prefix if as_written else _evaluated(prefix, left)
             self.begin += prefix if "$" not in prefix else ""
             forms = [_form(prefix) + form for form in _of_part(scope.ledger.find, item.get("part"), MAX_NESTED)]
         else:
             forms += [_form(text) for text in _frames(item)]
-        form = "|".join(dict.fromkeys(filter(None, forms)))
+        form = "|".join(dict.fromkeys(filter(_says_something, forms)))
         # Within its own part it is called without the prefix.
         self.form = re.compile(f"(?:{re.escape(scope.prefix)})?(?:{form or '(?!)'})")
 
@@ -69,8 +71,11 @@ class _Gone:
 
 def told_by_cause(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics; those that miss names of what is left out are one, which says so."""
-    gone = _different(map(_Gone, scope.ledger.left_out))
     there = _names(tree)
+    said = (name for one in diagnostics if one.severity != NOTE for name in _QUOTED.findall(one.message))
+    if all(name in there for name in said):
+        return diagnostics
+    gone = _different(_looked_at(scope.ledger.left_out))
     causes: dict[tuple[int, str], list[Diagnostic]] = {}
     known: dict[str, _Gone | None] = {}
     others = []
@@ -81,6 +86,15 @@ def told_by_cause(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> lis
         else:
             causes.setdefault((gone.index(cause), one.severity), []).append(one)
     return [*others, *(_together(gone[number], arrange(group)) for (number, _), group in causes.items())]
+
+
+def _looked_at(every: Iterable[LeftOut]) -> Iterator[_Gone]:
+    """Yield what is left out; of very many rounds of a loop the first ones, and the others as they are written."""
+    rounds: Counter[int] = Counter()
+    for left in every:
+        rounds[id(left.item)] += 1
+        if rounds[id(left.item)] <= MAX_ROUNDS + 1:
+            yield _Gone(left, left.is_empty or rounds[id(left.item)] > MAX_ROUNDS)
 
 
 def _different(every: Iterable[_Gone]) -> list[_Gone]:
@@ -146,6 +160,11 @@ def _form(text: str) -> str:
     return "".join(_ANY if one.is_expression else re.escape(one.text) for one in parts)
 
 
+def _says_something(form: str) -> bool:
+    """Say whether a form has a letter of its own: else it would be that of all names."""
+    return any(letter.isalnum() for letter in form)
+
+
 def _of_part(find: Any, name: Any, depth: int) -> Iterator[str]:
     """Yield the forms of the names of a part, without its prefix, those of the parts within too."""
     body = find(name) if isinstance(name, str) and find is not None else None
@@ -156,10 +175,7 @@ def _of_part(find: Any, name: Any, depth: int) -> Iterator[str]:
     for key, value in body.items():
         if isinstance(value, (Map, Seq)):
             sections.put(key, value, body.key_spans[key], body.value_spans[key])
-    for one in _names(sections):
-        form = _form(one)
-        if form != _ANY:
-            yield form
+    yield from map(_form, _names(sections))
     inner = body.get("use")
     for use, entry in inner.items() if isinstance(inner, Map) else ():
         if isinstance(entry, Map):

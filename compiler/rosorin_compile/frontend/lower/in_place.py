@@ -13,7 +13,6 @@ from ...diagnostics import Related
 from ...diagnostics.registry import FRAMES, Rule
 from ...model import IDENTITY, Joint, Pose, Sensor, Transform, pose_of
 from ...startup.records import NamedTuple
-from ..misnamed import name_meant
 from ..tree import Path, locate
 from .entries import pose_of_entry, source_of
 from .sdf import Frames
@@ -69,6 +68,8 @@ def _check(lowering: _Lowering, name: str, entry: dict[str, Any], above: Mapping
     if frame not in links and frame not in above:
         message = f'sensor "{name}" has no parent, and its frame "{frame}" is no link of the description'
         known = list(dict.fromkeys((*links, *above)))
+        from ..misnamed import name_meant
+
         help = name_meant(lowering.tree, (*path, "frame"), frame, known)
         lowering.problem("sensor-frame", message, (*path, "frame"), help)
         return

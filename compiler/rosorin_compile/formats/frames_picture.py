@@ -129,6 +129,7 @@ FORMAT = Format(
         }
     },
     file="frames.svg",
+    endings=tuple(SUFFIXES),
     check=check,
     write=write,
     facts=read,

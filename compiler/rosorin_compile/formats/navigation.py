@@ -91,7 +91,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
     every = dict.fromkeys((lead.parent, lead.child) for lead in leads if _enters(robot, lead))
     if not every:
         message = f"no edge leads to the robot: nobody is said to publish odom -> {robot.root}"
-        help = f"add it to edges: {{parent: odom, child: {robot.root}, publisher: NAME}}"
+        help = _to_edges(robot)
         return None, [Found("navigation-frames", message, (), help, key=True)]
     asked = output.options.get("odom_frame")
     pairs = [pair for pair in every if asked in (None, pair[0])]
@@ -105,6 +105,16 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
         return None, [Found("navigation-frames", message, (), "say which: odom_frame: NAME", key=True)]
     (odom, moved), (map_, wrong) = pairs[0], _map(leads, pairs[0][0], output.options.get("map_frame"))
     return (None if wrong else Frames(map_, odom, moved, tuple(leads))), wrong
+
+
+def _to_edges(robot: Robot) -> str:
+    """Return the edge of the odometry as it is to be written, of a node that publishes nothing if there is one."""
+    owners = {one.publisher.name for one in (*robot.joints, *robot.edges)}
+    free = [node.name for node in robot.publishers if node.name not in owners and kind_of(node) not in (AMCL, SLAM)]
+    help = f"add it to edges: {{parent: odom, child: {robot.root}, publisher: {free[0] if len(free) == 1 else 'NAME'}}}"
+    if len(free) > 1:
+        return f"{help}, one of {', '.join(free)}"
+    return help if free else f"{help}, with the node that does: publishers: {{NAME: {{package: PACKAGE}}}}"
 
 
 def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list[Found]]:

@@ -17,10 +17,12 @@ from .meant import (
     mapping_meant,
     number_meant,
     numbers_in,
+    plain_number,
     text_meant,
 )
 from .misnamed import fallen_out, goes_on, is_meant, key_meant, word_meant
 from .schema import Steps, resolve, schema_at, subject
+from .synonyms import KEYS, way_out
 from .tree import Map, Seq, locate
 
 RULES = (
@@ -152,19 +154,26 @@ class Complaint:
         if sign:
             return f'"{sign}" begins {_MEANING[sign]} here: put the text in quotes'
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
-        if "number" in types and isinstance(value, str):
-            return number_meant(value, units)
+        if set(types) & {"number", "integer"} and isinstance(value, str):
+            return number_meant(value, units, key)
+        if "integer" in types and isinstance(value, Quantity):
+            return plain_number(float(value))
         if "number" in types and (told := inner_number(value, key)):
             return told
         if "array" in types:
             return list_meant(value, key, expected)
         if "object" in types:
-            return mapping_meant(value, self.path, expected)
+            return self._of_items(value) or mapping_meant(value, self.path, expected)
         if value is None and "number" in types:
             return "write the number behind the colon, or leave the key out"
         if types == ["boolean"]:
             return flag_meant(value) or "write true or false"
-        return text_meant(value, key) if "string" in types else ""
+        return text_meant(value, key, expected) if "string" in types else ""
+
+    def _of_items(self, value: Any) -> str:
+        """Return what the key of the first item of a list is told, where no list belongs and a table knows that key."""
+        first = value[0] if isinstance(value, Seq) and value else None
+        return way_out(next(iter(first), ""), KEYS.get(self._kind(), {})) if isinstance(first, Map) else ""
 
     def _sign(self) -> str:
         """Return the sign of YAML that an empty value begins with; "" if it has none."""
@@ -237,6 +246,8 @@ def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any], kind
     help = word_meant(str(value), names, kind)
     if isinstance(value, str) and value in names:  # true is a word of YAML, "true" a text
         help = f"write {value} without quotes"
+    elif isinstance(value, str) and "true" in names and (flag := flag_meant(value)):
+        help = f"{flag} (one of {', '.join(names)})"
     elif help.startswith("did"):
         help += f" (one of {', '.join(names)})"
     place = locate(tree, path)

@@ -99,11 +99,15 @@ def units_like(wanted: Sequence[str]) -> list[str]:
     return [name for name, (_, dimension) in UNITS.items() if dimension in dimensions] or list(UNITS)
 
 
-def number_meant(text: str, wanted: Sequence[str]) -> str:
-    """Return the way out for a text where a number belongs; ``wanted`` are the units that may stand there."""
+def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
+    """Return the way out for a text where a number belongs; ``wanted`` are the units that may stand there.
+
+    Under a ``key`` without any it is a plain number, counted in what the key says.
+    """
     plain = text.strip()
-    told = _of_signs(text, plain, wanted) or _of_references(plain) or _of_words(plain, wanted)
-    return told or "write a number, a quantity such as 12.5 mm, or an expression ${...}"
+    told = _of_signs(text, plain, wanted, key) or _of_references(plain) or _of_words(plain, wanted)
+    quantity = "" if key and not wanted else "a quantity such as 12.5 mm, "
+    return told or f"write a number, {quantity}or an expression ${{...}}"
 
 
 def inner_number(value: Any, key: str) -> str:
@@ -116,7 +120,7 @@ def inner_number(value: Any, key: str) -> str:
     return f"write {key}: {_short(inner[0])}" if isinstance(inner[0], (int, float)) else ""
 
 
-def _of_signs(text: str, plain: str, wanted: Sequence[str]) -> str:
+def _of_signs(text: str, plain: str, wanted: Sequence[str], key: str) -> str:
     """Return the way out for a number with letters that numbers do not have here."""
     if isinstance(text, Text) and _is_number(plain):
         return f"write it without the quotes: {plain}"
@@ -133,10 +137,10 @@ def _of_signs(text: str, plain: str, wanted: Sequence[str]) -> str:
     if re.fullmatch(rf"{_NUMBER}\s*%", plain):
         return f"write {float(plain.rstrip(' %')) / 100:g}"
     found = re.fullmatch(rf"[~\u2248<>=]*\s*({_NUMBER})\s*(\S.*)?", tidy, re.DOTALL)
-    return _of_unit(found, wanted) if found else ""
+    return _of_unit(found, wanted, key) if found else ""
 
 
-def _of_unit(found: re.Match[str], wanted: Sequence[str]) -> str:
+def _of_unit(found: re.Match[str], wanted: Sequence[str], key: str) -> str:
     """Return the way out for a number with something behind it that is no unit."""
     number, rest = found[1], (found[2] or "").strip()
     about = re.match(r"([A-Za-z*/^\d]*)\s*(\+-|\+/-|\u00b1)", rest)
@@ -144,12 +148,28 @@ def _of_unit(found: re.Match[str], wanted: Sequence[str]) -> str:
         return f"write {f'{number} {about[1] if about else rest}'.strip()} alone; the rest is for source: {{note: ...}}"
     if re.match(r"[-+*/(]|\d", rest):
         return ""
+    if key and not wanted:
+        return plain_number(float(number) * _megabytes(rest, key), " of megabytes" if "megabytes" in key else "")
     meant = unit_meant(rest, wanted)
     if meant:
         return f'there is no unit "{rest}"; write {number} {meant}' if '"' not in rest else f"write {number} {meant}"
     if re.fullmatch(r"[A-Za-z][\w^*/-]*", rest):
         return f'there is no unit "{rest}"; {did_you_mean(rest, units_like(wanted))}'
     return ""
+
+
+def plain_number(value: float, counted: str = "") -> str:
+    """Return the way out for a number with a unit where none may have one; ``counted`` says of what."""
+    return f"write {value:g}: a plain number{counted}, without a unit"
+
+
+def _megabytes(unit: str, key: str) -> float:
+    """Return how many megabytes a unit of data has, for a key that counts in them; 1 for another unit or key."""
+    found = re.fullmatch(r"([kmgt]?)(i?)(?:b|bytes?)?", unit.casefold())
+    if found is None or "megabytes" not in key:
+        return 1
+    power = " kmgt".index(found[1] or " ")
+    return float(1024 if found[2] else 1000) ** power / 1e6
 
 
 def _of_references(plain: str) -> str:
@@ -259,8 +279,31 @@ def _example(key: str, count: int) -> str:
     return known.get(key) or f"[{', '.join('XYZW'[:count] or 'X')}]"
 
 
+def _is_xml(fragment: Mapping[str, Any]) -> bool:
+    """Say whether a fragment of the schema is that of elements of XML, which are texts."""
+    from .schema import schema
+
+    return fragment.get("$ref", "").endswith("/element") or fragment is schema()["$defs"]["element"]
+
+
+def _as_xml(value: Map) -> str:
+    """Return a mapping as the XML that it may stand for: its first entry, with what is plain in it as attributes."""
+    name = next(iter(value), "NAME")
+    inner = value[name] if name in value else None
+    plain = inner.items() if isinstance(inner, Map) else ()
+    attributes = [f' {key}="{_attribute(item)}"' for key, item in plain if not isinstance(item, (Map, Seq))]
+    whole = len(attributes) == len(inner) if isinstance(inner, Map) else inner is None
+    return f"<{name}{''.join(attributes)}{'/>' if whole else f'>...</{name}>'}"
+
+
+def _attribute(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else _short(value)
+
+
 def _list_of(value: Map, key: str, items: Mapping[str, Any]) -> str:
     """Return the way out for a mapping where a list belongs."""
+    if _is_xml(items):
+        return f"its items are elements of XML: write {key}: ['{_as_xml(value)}']"
     small = {name.casefold(): name for name in value}
     for names in _TURNS:
         if small and set(small) <= set(names):
@@ -344,7 +387,7 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
         part = resolve(legal[key]) if key in legal else {}
         wanted = part.get("type") or ("string" if "enum" in part else "")
         if kind in ([wanted] if isinstance(wanted, str) else wanted) and key not in (*_VERBATIM, "name"):
-            if kind == "array" and part.get("minItems", len(value)) != len(value):
+            if kind == "array" and not _may_hold(part, value):
                 continue
             if "enum" in part:
                 continue
@@ -353,6 +396,13 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
             return f"write {path[-1]}: {{{key}: {shown}}}" if isinstance(path[-1], str) else f"write {key}: {shown}"
     keys = fragment.get("required") or [key for key in legal if key not in ("source", *_VERBATIM)][:4]
     return f"write {{{', '.join(f'{key}: ...' for key in keys)}}}" if keys else ""
+
+
+def _may_hold(part: Mapping[str, Any], value: Seq) -> bool:
+    """Say whether a list may be what a key is for, by how many items it has, and their kind."""
+    wanted = part.get("items", {}).get("type", "")
+    of_one_kind = not any(isinstance(item, (Map, Seq)) for item in value) or wanted not in ("number", "string")
+    return part.get("minItems", len(value)) == len(value) and of_one_kind
 
 
 def _short(value: Any) -> str:
@@ -392,8 +442,10 @@ def _named(value: Seq, section: str) -> str:
     return "each stands under its name"
 
 
-def text_meant(value: Any, key: str) -> str:
-    """Return the way out for what stands where a text belongs, under a key."""
+def text_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
+    """Return the way out for what stands where a text belongs, under a key, by its fragment of the schema."""
+    if isinstance(value, Map) and _is_xml(fragment):
+        return f"an element is XML: write - {_as_xml(value)}"
     if isinstance(value, (bool, int, float)):
         return "put it in quotes to make it text"
     inner = list(value.values()) if isinstance(value, Map) else list(value) if isinstance(value, Seq) else []
@@ -414,4 +466,6 @@ def flag_meant(value: Any) -> str:
     meant = "true" if word in _TRUE else "false" if word in _FALSE else ""
     if not meant:
         return ""
-    return f"write {meant}, without quotes" if isinstance(value, Text) else f"write {meant}"
+    if isinstance(value, Text):
+        return f"write {meant}, without quotes"
+    return f"write {meant}: in YAML 1.2 {value} is a text" if isinstance(value, str) else f"write {meant}"

@@ -11,7 +11,7 @@ from ..diagnostics import did_you_mean, nearest
 from ..startup.records import NamedTuple
 from ..units import parse_unit
 from .schema import resolve
-from .synonyms import KEYS, VALUES, synonym, way_out
+from .synonyms import KEYS, OTHERS, VALUES, synonym, way_out
 from .tree import Map, Path, prefix_at
 
 
@@ -29,7 +29,9 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
     help = f'did you mean "{close}"?' if close else did_you_mean(key, known)
     if help.startswith("known") and kind == "pose":
         return f"joints stand in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
-    return f"{help} (legal: {', '.join(sorted(known))})" if help.startswith("did") else help
+    if help.startswith("did"):
+        return f"{help} (legal: {', '.join(sorted(known))})"
+    return f"{table[OTHERS]} ({help})" if OTHERS in table else help
 
 
 def _written_wrongly(key: str, entry: Map, known: Mapping[str, Any]) -> str:

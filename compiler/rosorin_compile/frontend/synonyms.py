@@ -23,11 +23,44 @@ _SIZE = "write size: [X, Y, Z], the full extents"
 _HALF = "a radius is half of it: radius: ..."
 _FIXED = "each is a joint: {type: fixed, publisher: {static_transform_publisher: NODE_NAME}, ...}"
 _MOMENTS = "write inertia: {ixx: ..., iyy: ..., izz: ..., ixy: ..., ixz: ..., iyz: ...}"
+_IN_LINK = "sites, cameras and lights stand in their link: links: {NAME: {sites: {NAME: {xyz: ...}}}}"
+_APART = "leave it out: half of it stands in xyz of the joint of each wheel, in metres, or as 20 cm"
+_KINDS = "the key says the kind: differential: {left: [JOINT], right: [JOINT]}, or mecanum, omni, tricycle, ackermann"
+_SIDES = "write differential: {left: [JOINT], right: [JOINT]}"
+_MEASURED = "an element of sensors is called by sensor: {sensor: gyro}, one of the body by body: {body: camera}"
+_MEASURING = ("accelerometer", "gyro", "magnetometer", "force", "torque", "touch", "rangefinder", "framepos", "framequat")
+_AT_SITE = "{body: site} makes one; what a sensor measures at is made of frame, xyz and rpy"
+
+# Where no word of a table fits, nor is near: what all other keys of such an entry are told.
+OTHERS = "*"
 
 
 def _all(words: str, meaning: str) -> dict[str, str]:
     return dict.fromkeys(words.split(), meaning)
 
+
+_DISTANCES = {
+    **_all("separation wheelseparation wheeldistance wheelspacing distance spacing gauge wheelgauge base", _APART),
+    **_all("track trackwidth wheeltrack axletrack width wheelbase axledistance length lx ly", _APART),
+}
+_WHEELS = {
+    **_DISTANCES,
+    **_all("radius wheelradius r", "it stands beside the kind of drive: drive: {radius: ...}"),
+    **_all("diameter wheeldiameter", "a radius is half of it, beside the kind of drive: drive: {radius: ...}"),
+    **_all("frame baseframe baselink", "it stands beside the kind of drive: drive: {frame: ...}"),
+}
+_SITE = {
+    **_all("site sites", "MuJoCo's site is made where mjcf: [{sensor: gyro}] measures; a mere one is mjcf: [{body: site}]"),
+}
+_LEFT_RIGHT = {
+    **_all("leftwheel leftwheels leftjoint leftjoints leftwheeljoint leftwheeljoints leftwheelnames l", "left"),
+    **_all("rightwheel rightwheels rightjoint rightjoints rightwheeljoint rightwheeljoints rightwheelnames r", "right"),
+}
+_STEERED = {
+    **_all("steer steered steeringjoint steeringjoints steeringwheel steeringwheels front frontwheels", "steering"),
+    **_all("drive driving drivenjoint drivenjoints drivenwheels traction tractionwheels rear rearwheels", "driven"),
+    **_all("passive free", "rolling"),
+}
 
 _POSE = {
     **_all("origin pose transform tf placement mount offsetxyz", _XYZ_RPY),
@@ -83,7 +116,9 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("tendon", "tendons"),
         **_all("equality equalities loops closedloops constraint", "constraints"),
         **_all("contactpair pair pairs", "contact_pairs"),
-        **_all("mujoco mjcf mjcfelement mujocoelements", "mjcf_elements"),
+        **_all("mjcfelement mujocoelements", "mjcf_elements"),
+        **_all("mujoco mjcf", f"{_IN_LINK}; other XML is kept under mjcf_elements"),
+        **_all("site sites camera cameras light lights", _IN_LINK),
         **_all("statictransforms statictfs transforms transform tf tfs", _FIXED),
         **_all("keyframe keyframes groupstate groupstates states configurations", "poses"),
         **_all("contact contacts exclude excludes disablecollisions disabledcollisions acm", "disabled_contacts"),
@@ -168,6 +203,31 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("spring springstiffness", "stiffness"),
         **_all("springref rest restposition", "spring_reference"),
     },
+    "drive": {
+        **_DISTANCES,
+        **_all("kind type model mode", _KINDS),
+        **_all("diff diffdrive differentialdrive skid skidsteer tank", "differential"),
+        **_all("mecanumdrive mechanum", "mecanum"),
+        **_all("omnidirectional holonomic omnidrive", "omni"),
+        **_all("car carlike ackermannsteering", "ackermann"),
+        **_all(" ".join(_LEFT_RIGHT), _SIDES),
+        **_all("left right wheels joints wheel", _SIDES),
+        **_all("wheelradius r", "radius"),
+        **_all("diameter wheeldiameter d", _HALF),
+        **_all("baseframe baselink basefootprint", "frame"),
+        **_all("maxspeed maxvelocity speed velocity acceleration", "a drive has no such limit: it belongs to controllers"),
+    },
+    "differential_wheels": {**_WHEELS, **_LEFT_RIGHT},
+    "omni_wheels": {**_WHEELS, **_all("joints wheeljoints", "wheels")},
+    "mecanum_wheels": {
+        **_WHEELS,
+        **_all("fl frontleftwheel leftfront", "front_left"),
+        **_all("fr frontrightwheel rightfront", "front_right"),
+        **_all("rl bl backleft rearleftwheel leftrear leftback", "rear_left"),
+        **_all("rr br backright rearrightwheel rightrear rightback", "rear_right"),
+    },
+    "tricycle_wheels": {**_WHEELS, **_STEERED},
+    "ackermann_wheels": {**_WHEELS, **_STEERED},
     "actuator": _ACTUATOR,
     "other_actuator": {**_ACTUATOR, **_all("link target", "body"), **_all("refsite", "reference_site")},
     "tendon": {**_all("frictionloss", "friction"), **_all("limit limits", "range"), **_all("sites", "path")},
@@ -196,7 +256,32 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("name id", _NAME),
         **_all("jointname", "joint"),
         **_all("model kind sensortype", "type"),
+        **_SITE,
     },
+    "sensor_type": {
+        **_SITE,
+        **_all("parameters args arguments param arg inputs with", "params"),
+        **_all("variables properties", "let"),
+        **_all("description doc", "help"),
+        **_all("gz sdf ignition", "gazebo"),
+        **_all("plugin plugins xml", _XML),
+        **_all("mujoco", "mjcf"),
+        **_all("type kind camera lidar ray imu", "the key of an entry is its name; gazebo and mjcf say what it is there"),
+    },
+    "mjcf_element": {
+        **_POSE,
+        **_all("site", _AT_SITE),
+        **_all("sites", "write {body: site}"),
+        **_all("type kind element tag", _MEASURED),
+        **_all(" ".join(_MEASURING), _MEASURED),
+        **_all("camera light geom", _MEASURED),
+        OTHERS: "attributes of MJCF belong into attributes: {...}",
+    },
+    "mjcf_body": {
+        **_all("site sites camera cameras light lights", "it is a key of the link itself, as sites: {NAME: {xyz: ...}}"),
+        **_all("geom geoms", _IN_SHAPES),
+    },
+    "controller": {OTHERS: "parameters of a controller belong into params: {...}"},
     "gazebo_sensor": {
         **_POSE,
         **_all("type kind", "sensor"),
@@ -259,7 +344,7 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("ball spherical universal screw gearbox cylindrical cardan", "build it of several joints and links"),
     },
     "which gazebo": {
-        **_all("jazzy gz gzsim sim yes on new", "harmonic"),
+        **_all("jazzy gz gzsim sim new", "harmonic"),
         **_all("humble ign ignition", "fortress"),
         **_all("gazebo11 gazebo_ros 11", "classic"),
     },
@@ -298,9 +383,13 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("xacro robotdescription urdfxml", "urdf"),
         **_all("gazebo sdformat ignition", "Gazebo reads the sdf, or the urdf"),
         **_all("statictransforms statictransformpublisher statictf launch", "static_tf"),
-        **_all("picture svg dot graph tree", "frames_picture"),
-        **_all("markdown md doc docs", "frames"),
-        "json": "robot_model",
+        **_all("picture dot graph tree", "frames_picture"),
+        **_all("markdown doc docs", "frames"),
+        **_all("web webpage viewer browser threejs", "page"),
+        **_all("moveit moveit2 semantic", "srdf"),
+        **_all("navigation navigation2 costmap footprint amcl", "nav2"),
+        **_all("ekf ukf localization", "robot_localization"),
+        **_all("ros2control controllermanager ros2controllers", "controllers"),
     },
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import lru_cache
 
 from ..diagnostics import Diagnostic, error
@@ -48,21 +48,22 @@ def _problems(tree: Map, judge: Judge, formats: Mapping[str, Format]) -> list[Di
     walk = _Walk()
     plain = walk.plain(tree)
     diagnostics = [walk.diagnostics_of(tree, path) for path in walk.not_finite]
-    diagnostics += _complaints(tree, plain, judge)
-    for path, quantity in walk.misfits:
-        diagnostics += _wrong_unit(tree, path, quantity, _dimensions(tuple(path)) or ())
-    for path, quantity, allowed in _of_options(tree, formats):
-        diagnostics += _wrong_unit(tree, path, quantity, (allowed,))
+    misfits = [(path, quantity, _dimensions(tuple(path)) or ()) for path, quantity in walk.misfits]
+    misfits += [(path, quantity, (allowed,)) for path, quantity, allowed in _of_options(tree, formats)]
+    diagnostics += _complaints(tree, plain, judge, {tuple(path) for path, _, _ in misfits})
+    for path, quantity, dimensions in misfits:
+        diagnostics += _wrong_unit(tree, path, quantity, dimensions)
     return diagnostics
 
 
-def _complaints(tree: Map, plain: Any, judge: Judge) -> Iterator[Diagnostic]:
-    """Yield what the validator says."""
+def _complaints(tree: Map, plain: Any, judge: Judge, told: Collection[tuple[str | int, ...]]) -> Iterator[Diagnostic]:
+    """Yield what the validator says; ``told`` are the paths of quantities of another kind, of which that is said."""
     if not judge.validator.is_valid(plain):
         from .complaint import Complaint
 
         for problem in judge.validator.iter_errors(plain):
-            yield from Complaint(tree, problem, judge.schema).diagnostics()
+            if tuple(problem.instance_path) not in told:
+                yield from Complaint(tree, problem, judge.schema).diagnostics()
 
 
 def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:
@@ -74,8 +75,11 @@ def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Step
         named = str(entry.get("backend", backend_of(name, entry)))
         options = formats[named].options if named in formats else {}
         for key, value in entry.items():
-            unit = parse_unit(options[key]["x-unit"]) if "x-unit" in options.get(key, ()) else None
-            if isinstance(value, Quantity) and unit is not None and value.dimension != unit[1]:
+            if not isinstance(value, Quantity) or key not in options:
+                continue
+            is_number = options[key].get("type") in ("number", "integer")
+            unit = parse_unit(options[key].get("x-unit", "")) if is_number else None
+            if unit is not None and value.dimension != unit[1]:
                 yield ["outputs", name, key], value, unit[1]
 
 
@@ -173,4 +177,6 @@ def _wrong_unit(tree: Map, path: Steps, quantity: Quantity, allowed: tuple[Dimen
     named = " or ".join(describe(dimension) for dimension in allowed)
     text = quantity.text or f"{float(quantity):g}"
     message = f"{subject(path)} is {named or 'a plain number'}, but {text} is {describe(quantity.dimension)}"
-    return [error("wrong-unit", message, place.span, "correct the unit; a bare number is in SI units", place.stack())]
+    plain = not any(map(any, allowed))
+    help = "write the number alone, without a unit" if plain else "correct the unit; a bare number is in SI units"
+    return [error("wrong-unit", message, place.span, help, place.stack())]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import count
 
 from ..diagnostics import Diagnostic, nearest
 from ..diagnostics.registry import JOINTS, rule
@@ -145,7 +146,8 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
         if any(end[0] == "sensors" for end in ends):
             message = f'the frame "{child}" is said {"twice" if len(ends) == 2 else f"{count} times"}: by '
             message += listed(map(owner_of_frame, ends))
-            help = "give each a frame of its own"
+            alone = len(ends) == 2 and ends[0][0] != "sensors"
+            help = _own_frame(case, path) if alone else "give each a frame of its own"
         related = [case.related(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in first]
         yield case.problem("two-parents", message, path, help, related=related)
 
@@ -180,8 +182,22 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             message = f"joints go round in a circle: {chain}"
         others = [joint for joint in circle if joint is not last]
         related = [case.related(f'"{joint.name}" is part of it', case.end(joint, "child")) for joint in others]
-        help = "let one of these joints begin at another link"
-        yield case.problem("joint-cycle", message, case.end(last, "parent"), help, related=related)
+        path, help = case.end(last, "parent"), "let one of these joints begin at another link"
+        frame = case.end(last, "child")
+        if frame[0] == "sensors":
+            path, help = frame, _own_frame(case, frame)
+            message = f'{owner_of_frame(frame)} makes the frame "{last.child}", and sits on that link itself: {chain}'
+        yield case.problem("joint-cycle", message, path, help, related=related)
+
+
+def _own_frame(case: Case, path: Path) -> str:
+    """Return the way out for a sensor that makes a frame, at a path, of a link that is there."""
+    sensor, key = str(path[1]), "optical" if "optical" in path else "link"
+    taken = {*case.robot.link, *case.robot.joint}
+    free = next(name for index in count(1) if (name := f"{sensor}_{key}{index if index > 1 else ''}") not in taken)
+    if key == "optical":
+        return f"an optical frame is made here: give it a name of its own, optical: {{frame: {free}}}"
+    return f"a frame is made here: write frame: {free}, or leave parent out if the sensor is in that link itself"
 
 
 @rule("several-roots", "More than one link is no joint's child.", "Attach all but one.", JOINTS)

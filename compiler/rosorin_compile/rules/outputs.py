@@ -5,17 +5,36 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Iterator
 
-from ..diagnostics import NOTE, Diagnostic, did_you_mean
+from ..diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ..diagnostics.registry import CONTROL, OUTPUTS, rule
-from ..diagnostics.wording import first_of
+from ..diagnostics.wording import first_of, listed
 from ..frontend.tree import Path
 from ..model import Output
-from ..startup import patterns
+from ..startup import TYPE_CHECKING, patterns
 from .case import Case, exists
+
+if TYPE_CHECKING:
+    from ..formats import Format
 
 AFTER = "poses"
 
 MAX_FOLDERS = 50
+# What stands in a file whose name ends so, whoever wrote it.
+_HOLDS = {
+    ".py": "Python",
+    ".json": "JSON",
+    ".md": "Markdown",
+    ".svg": "SVG",
+    ".csv": "CSV",
+    ".toml": "TOML",
+    ".pdf": "PDF",
+    ".png": "PNG",
+    **dict.fromkeys((".yaml", ".yml"), "YAML"),
+    **dict.fromkeys((".html", ".htm"), "HTML"),
+    **dict.fromkeys((".xml", ".urdf", ".xacro", ".sdf", ".world", ".srdf", ".mjcf"), "XML"),
+}
+_ALSO = {("JSON", "YAML"), ("SVG", "XML")}  # readers of the second take the first
+_ANY_XML = ".xml"
 _DRIVE = patterns.compile(r"[A-Za-z]:")
 
 
@@ -70,11 +89,68 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     from ..frontend.misnamed import word_meant
 
     help = word_meant(output.backend, known, "backend")
-    if not help.startswith("known"):
-        help += f" (known: {', '.join(sorted(known))})"
+    by_files = _by_files(case, output, key) if help.startswith("known") else ""
+    if by_files or not help.startswith("known"):
+        help = f"{by_files or help} (known: {', '.join(sorted(known))})"
     elif key:
         help += "; an artifact of your own names its template"
     return case.problem("unknown-backend", f'there is no backend "{output.backend}"', at, help, key=key)
+
+
+def _by_files(case: Case, output: Output, is_name: bool) -> str:
+    """Return the way out where a format is called like the ending of its files, or else by the ending of the file.
+
+    ``is_name``: the name of the output says the format.
+    """
+    for ending in (f".{output.backend.casefold()}", posixpath.splitext(output.file)[1].casefold()):
+        named = [format.name for format in case.formats.values() if format.write and ending in endings_of(format)]
+        if len(named) == 1:
+            written = f"{named[0]}: {{file: {output.file}}}" if is_name else f"backend: {named[0]}"
+            return f'the format of {ending} is called "{named[0]}": write {written}'
+        if ending and named:
+            return f"{ending} is what {listed(named)} write"
+    return ""
+
+
+def endings_of(format: Format) -> tuple[str, ...]:
+    """Return how the names of files of a format end, the usual one first."""
+    usual = posixpath.splitext(format.file)[1]
+    return tuple(dict.fromkeys((usual, *format.endings))) if usual else format.endings
+
+
+@rule(
+    "file-ending",
+    "A warning: the name of an artifact ends as those of another format do.",
+    "Call it as its readers expect, or write the format that the name says.",
+    OUTPUTS,
+)
+def file_endings(case: Case) -> Iterator[Diagnostic]:
+    """Find artifacts that are called as something else is, which is what their readers would take them for."""
+    for output in case.robot.outputs:
+        format = case.formats.get(output.backend)
+        ending = posixpath.splitext(output.file)[1].casefold()
+        own = endings_of(format) if format is not None else ()
+        taken = _taken_for(case, format, own[0], ending) if format is not None and own and ending not in own else ""
+        if format is None or not taken:
+            continue
+        holds = _HOLDS.get(own[0], "") if taken in _HOLDS.values() else format.word
+        message = f'output "{output.name}" is {holds}, and "{output.file}" is called as {taken} is'
+        usual = format.file[format.file.find(".") :] if "." in format.file else own[0]
+        others = [one.name for one in case.formats.values() if one.write is not None and ending in endings_of(one)]
+        help = f"write file: {posixpath.splitext(output.file)[0]}{usual}"
+        help += f"; {ending} is what {listed(others)} write{'s' * (len(others) == 1)}" if others else ""
+        yield case.problem("file-ending", message, ("outputs", output.name, "file"), help, severity=WARNING)
+
+
+def _taken_for(case: Case, format: Format, own: str, ending: str) -> str:
+    """Return what a file of a format is taken for by an ending that is none of its own; empty for itself."""
+    holds, seen = _HOLDS.get(own, ""), _HOLDS.get(ending, "")
+    if holds and seen and holds != seen and (holds, seen) not in _ALSO:
+        return seen
+    if ending == _ANY_XML or not seen:
+        return ""
+    others = [one for one in case.formats.values() if ending in one.endings and one.becomes != format.name]
+    return others[0].word if others else ""
 
 
 @rule(
@@ -93,8 +169,7 @@ def files(case: Case) -> Iterator[Diagnostic]:
         reason = _outside(output.file)
         if reason:
             message = f'the artifact "{output.file}" {reason}'
-            help = "write a relative name with forward slashes, such as rosorin.urdf or urdf/rosorin.urdf"
-            yield case.problem("outside-outputs", message, path, help)
+            yield case.problem("outside-outputs", message, path, _inside(case, output))
             continue
         # Names that differ only in case are one file on the disks of Windows and macOS.
         name = output.file.casefold()
@@ -110,6 +185,15 @@ def files(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("duplicate-file", message, path, "give each artifact a file of its own", related=related)
             break
         taken.setdefault(name, output)
+
+
+def _inside(case: Case, output: Output) -> str:
+    """Return the way out for a file that is not one in the outputs folder: a name that is."""
+    name = output.file.strip().replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].removeprefix(":")
+    if _outside(name) or output.file.rstrip().endswith("/"):
+        format = case.formats.get(output.backend)
+        name = (format.file if format is not None else "").format(case.robot.name) or f"{output.name}.txt"
+    return f"write file: {name}, a name within the outputs folder; --outputs FOLDER says where that is"
 
 
 def _outside(file: str) -> str:

@@ -8,8 +8,8 @@ from functools import partial
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.tree import Path
-from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Robot, Shape, Sphere
+from ..frontend.tree import Path, Seq
+from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Robot, Shape, Sphere, Vector
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..model.robot import of_robot
 from ..startup import TYPE_CHECKING
@@ -127,18 +127,22 @@ def robot_size(case: Case) -> Iterator[Diagnostic]:
     """Shapes and joints of one robot that are not in one unit."""
     ways = [joint for joint in case.robot.joints if joint.origin.xyz != NO_WAY]
     reach = all_ways(case.robot)
-    if len(ways) < 2 or not reach > 0:  # an object, or a robot that says nothing about its size
+    if not ways or not reach > 0:  # an object, or a robot that says nothing about its size
         return
     kinds = alike.links(case.robot)
-    yield from kinds.problems(partial(_oversized, case, reach))
-    for joint in ways:
-        if math.hypot(*joint.origin.xyz) > LARGE:
-            yield from _far(case, joint, reach)
-    shapes = (shape for link in kinds.first.values() for shape in (*link.visual, *link.collision))
-    largest = max((longest(shape)[1] for shape in shapes), default=0.0)
-    if reach + largest < TINY:
-        first = max(ways, key=lambda joint: math.hypot(*joint.origin.xyz))
-        yield _tiny(case, first, reach + largest)
+    far = [joint for joint in ways if math.hypot(*joint.origin.xyz) > LARGE]
+    largest = 0.0
+    if far or reach < TINY or len(ways) == 1:
+        shapes = (shape for link in kinds.first.values() for shape in (*link.visual, *link.collision))
+        largest = max((longest(shape)[1] for shape in shapes), default=0.0)
+    for joint in far:
+        yield from _far(case, joint, reach, largest)
+    if len(ways) > 1:
+        yield from kinds.problems(partial(_oversized, case, reach))
+        yield from kinds.problems(partial(_far_shapes, case, reach))
+        if reach + largest < TINY:
+            first = max(ways, key=lambda joint: math.hypot(*joint.origin.xyz))
+            yield _tiny(case, first, reach + largest)
 
 
 @of_robot
@@ -162,20 +166,47 @@ def _oversized(case: Case, reach: float, link: Link) -> Iterator[Diagnostic]:
                 yield case.problem("size-implausible", message, place, help, severity=WARNING)
 
 
-def _far(case: Case, joint: Joint, reach: float) -> Iterator[Diagnostic]:
-    """Yield a warning about a joint that is farther than all others together, by a bare number."""
-    xyz, way = joint.origin.xyz, math.hypot(*joint.origin.xyz)
-    if way <= FAR_OFF * (reach - way) or _is_world(case, joint.parent):
+def _far(case: Case, joint: Joint, reach: float, largest: float) -> Iterator[Diagnostic]:
+    """Yield a warning about a joint that is farther than all others together, by a bare number.
+
+    Of the only joint that has a way, the ``largest`` shape (m) says how large the robot is.
+    """
+    way = math.hypot(*joint.origin.xyz)
+    others = reach - way
+    alone = others <= 0
+    if way <= FAR_OFF * (largest if alone else others) or (alone and not largest) or _is_world(case, joint.parent):
         return
-    place = case.joint(joint, "xyz", max(range(3), key=lambda index: abs(xyz[index])))
-    if isinstance(at(case.tree, place), Quantity):
+    rest = "the largest shape" if alone else "all other ways between joints"
+    message = f'joint "{joint.name}" puts "{joint.child}" {number(way)} m away from "{joint.parent}"'
+    size = f"{rest} of the robot {'is' if alone else 'are'} {number(largest if alone else others)} m"
+    yield from _by_bare_numbers(case, message, size, case.joint(joint, "xyz"), joint.origin.xyz)
+
+
+def _far_shapes(case: Case, reach: float, link: Link) -> Iterator[Diagnostic]:
+    """Yield a warning about each shape that stands far away from its link, against all ways between joints."""
+    for purpose, own in (("visual", link.visual), ("collision", link.collision)):
+        for index, shape in enumerate(own):
+            way, size = math.hypot(*shape.pose.xyz), longest(shape)[1]
+            if isinstance(shape.geometry, Mesh) or way <= max(LARGE, FAR_OFF * (reach + size)):
+                continue
+            message = f'a shape of link "{link.name}" stands {number(way)} m away from its link'
+            size_of_all = f"all ways between joints of the robot are {number(reach)} m"
+            place = case.link(link.name, purpose, index, "xyz")
+            yield from _by_bare_numbers(case, message, size_of_all, place, shape.pose.xyz)
+
+
+def _by_bare_numbers(case: Case, message: str, size: str, path: Path, xyz: Vector) -> Iterator[Diagnostic]:
+    """Yield a warning about a position that its numbers, without units, put far away; ``size`` is that of the robot."""
+    written = at(case.tree, path)
+    values = list(written) if isinstance(written, Seq) else list(xyz)
+    if any(isinstance(value, Quantity) for value in values):
         return
-    message = (
-        f'joint "{joint.name}" puts "{joint.child}" {number(way)} m away from "{joint.parent}"{case.stands_in(place)},'
-        f" and all other ways between joints of the robot are {number(reach - way)} m"
-    )
-    help = f'write "{number(way)} mm" if millimetres are meant, "{number(way)} m" if not'
-    yield case.problem("size-implausible", message, place, help, severity=WARNING)
+    meant = (f"[{', '.join(f'{number(v)} {unit}' if v else '0' for v in values)}]" for unit in ("mm", "m"))
+    millimetres, metres = meant
+    place = (*path, max(range(3), key=lambda index: abs(xyz[index])))
+    told = f"{message}{case.stands_in(place)}, and {size}"
+    help = f"write xyz: {millimetres} if millimetres are meant, {metres} if not"
+    yield case.problem("size-implausible", told, place, help, severity=WARNING)
 
 
 def _is_world(case: Case, name: str) -> bool:

@@ -43,6 +43,7 @@ FORMAT = Format(
         "distribution": DISTRIBUTION,
         "update_rate": {
             "type": "integer",
+            "x-unit": "Hz",
             "minimum": 1,
             "description": "How often the controller_manager updates its controllers, in Hz; default 100.",
         },

@@ -5,7 +5,7 @@ What is known of its type is in ``parameters`` beside this folder.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from ...diagnostics import WARNING, did_you_mean, nearest
 from ...diagnostics.registry import CONTROL, Rule
@@ -58,15 +58,17 @@ _WORLD = ("map", "odom", "world", "earth")
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
-def missing(name: str, kind: Kind | None, given: Iterable[str], help: str = "") -> Iterator[Finding]:
-    """Yield the parameters that a controller needs and nobody gives; ``help`` says where they would be given."""
+def missing(
+    name: str, kind: Kind | None, given: Iterable[str], help: Callable[[list[str]], str] | None = None
+) -> Iterator[Finding]:
+    """Yield the parameters that a controller needs and nobody gives; ``help`` says of them where they would be given."""
     if kind is None:
         return
     meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # which is told
     needed = [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
     if needed:
         message = f"{name} needs {quoted(needed, most=4)}: it does not start"
-        yield Finding("controller-missing", message, "", help or f"add {needed[0]}: VALUE")
+        yield Finding("controller-missing", message, "", help(needed) if help else f"add {needed[0]}: VALUE")
 
 
 def against_robot(

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
+from ...diagnostics.wording import first_of
 from ...frontend.tree import Path, Seq
-from ...model import Edge, Output
+from ...model import Edge, Output, Robot
+from ...model.control import POSITION, VELOCITY
 from ...rules.case import Case, at
 from ...rules.tf_tree import is_tree
 from ...startup import TYPE_CHECKING
@@ -54,7 +57,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     values = managed(output, distribution)
     for found in against_kind(f"the {MANAGER}", manager(distribution), values):
         yield _placed(case, found, ("outputs", output.name), ("manager",))
-    if not is_tree(case) or not all(name in case.robot.joint for name in _of_drive(case)):
+    if not is_tree(case) or not all(name in case.robot.joint for name in _of_drive(case.robot)):
         return  # which has rules of its own
     for one in filled(case.robot, distribution):
         findings = list(_findings(case, one, distribution))
@@ -65,8 +68,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             yield from _odometry(case, one)
 
 
-def _of_drive(case: Case) -> Iterator[str]:
-    drive = case.robot.drive
+def _of_drive(robot: Robot) -> Iterator[str]:
+    drive = robot.drive
     if drive is not None:
         yield from (name for names in drive.joints.values() for name in names)
 
@@ -85,10 +88,36 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     named = list(against_robot(name, one.type, fine, one.known, case.robot, WARNING))
     joints = (joint.name for block in case.robot.control for joint in block.joints)
     if wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints)):
-        help = f"{one.known.why_not or 'nobody says it'}; give it in params"
+        help = partial(_to_give, case.robot, one)
         yield from missing(name, one.kind, one.values, help)  # else what is missing may follow from the wrong name
     yield from frames_of(name, said, case.robot)
     yield from named
+
+
+# What parameters of a kind look like; those that name joints take them from the robot.
+_SAMPLES = {
+    "command_interfaces": f"[{POSITION}]",
+    "command_interface": POSITION,
+    "state_interfaces": f"[{POSITION}, {VELOCITY}]",
+    "reference_and_state_interfaces": f"[{POSITION}, {VELOCITY}]",
+}
+_JOINTS = "joints"
+_SHOWN = 4
+
+
+def _to_give(robot: Robot, one: Filled, needed: list[str]) -> str:
+    """Return the way out where a controller lacks parameters: what is to be written, or why nobody knows it."""
+    if one.known.why_not:
+        return f"{one.known.why_not}; give it in params"
+    blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
+    if blocks and not one.controller.hardware and _JOINTS in needed:
+        named = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, _SHOWN)}"
+        return f"say whose joints it moves: hardware: {named}"
+    driven = set(_of_drive(robot))
+    free = [j.name for j in robot.joints if not (j.is_fixed or j.mimic or j.name in driven)]
+    joints = f"[{', '.join(free[:_SHOWN])}{', ...' if len(free) > _SHOWN or not free else ''}]"
+    samples = {_JOINTS: joints, "dof_names": joints, "joint": free[0] if free else "NAME", **_SAMPLES}
+    return f"write params: {{{', '.join(f'{key}: {samples.get(key, key.upper())}' for key in needed)}}}"
 
 
 def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:

@@ -195,6 +195,16 @@ def _unused_parts(root: Map, reader: Reader) -> Iterator[_Unused]:
                     yield f'{what} "{name}"', place, help.format(name)
 
 
+def _odometry(root: Map, publisher: str) -> str:
+    """Return the edge of the odometry as an example, of a base that drives and has none; the child if it is known."""
+    edges = [entry for entry in root.get("edges") or () if isinstance(entry, Map)]
+    if not root.get("drive") or any(entry.get("parent") in ("odom", "map") for entry in edges):
+        return ""
+    children = {entry.get("child") for _, entry in _entries(root, "joints") if isinstance(entry, Map)}
+    base = next((name for name, _ in _entries(root, "links") if name not in children), "base_link")
+    return f", such as edges: [{{parent: odom, child: {base}, publisher: {publisher}}}]"
+
+
 def _unused_publishers(root: Map, reader: Reader) -> Iterator[_Unused]:
     """Yield the publishers that publish and stamp nothing, and the modes that no condition names."""
     publishers, modes = _places(root.get("publishers")), _places(root.get("modes"))
@@ -211,7 +221,7 @@ def _unused_publishers(root: Map, reader: Reader) -> Iterator[_Unused]:
         for name, place in publishers.items():
             if name not in owners:
                 message = f'publisher "{name}" publishes no joint and no edge, and stamps nothing'
-                yield message, place, f"write publisher: {name} where it does, or remove it"
+                yield message, place, f"write publisher: {name} where it does{_odometry(root, name)}, or remove it"
     conditions = _values_at(wholes, ("when",)) | set(_texts(root.get("outputs")))
     if not any("$" in condition for condition in conditions):
         named = {word for condition in conditions for word in _WORD.findall(condition)}

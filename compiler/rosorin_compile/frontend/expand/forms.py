@@ -67,7 +67,7 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
 def check_sensor_type(name: str, body: Map, scope: Scope) -> None:
     """Report keys and kinds of values that a type of sensors cannot have. Raises Failed after that."""
     owner = f'sensor type "{name}"'
-    sound = _check_keys(owner, body, _SENSOR_TYPE_KEYS, scope, "part")
+    sound = _check_keys(owner, body, _SENSOR_TYPE_KEYS, scope, "sensor_type")
     for key in ("params", "let"):
         sound &= _check_kind(owner, body, key, Map, scope, evaluated=False)
     params = body.get("params")

@@ -6,6 +6,7 @@ import json
 import math
 from pathlib import Path
 from typing import Any
+from unicodedata import category
 
 import pytest
 from hypothesis import given, settings
@@ -162,3 +163,25 @@ def test_lists_of_numbers(values: list[Any], items: Any) -> None:
     assert not fits or (finite and validator_of(schema_of_list).is_valid(values))
     if fits is False and isinstance(items, dict) and items.get("type") == "number" and finite:
         assert not validator_of(schema_of_list).is_valid(values)
+
+
+def patterns_in(part: Any) -> set[str]:
+    """Return the patterns of a schema."""
+    if isinstance(part, list):
+        return set().union(*map(patterns_in, part))
+    if not isinstance(part, dict):
+        return set()
+    own = {part["pattern"]} if isinstance(part.get("pattern"), str) else set()
+    return own.union(*map(patterns_in, part.values()))
+
+
+# Spaces, digits and what nobody sees: expressions of Python and of schemas differ in which of them are \s, \d and \w.
+ODD = [chr(code) for code in range(0x110000) if category(chr(code)) in ("Zs", "Zl", "Zp", "Cc", "Cf", "Nd")]
+
+
+@pytest.mark.parametrize("pattern", sorted(patterns_in(schema())))
+def test_the_size_of_a_description_decides_on_no_letter(pattern: str) -> None:
+    part = {"type": "string", "pattern": pattern}
+    certain, judge = Certain(part), validator_of(part)
+    texts = [text for letter in ODD for text in (letter, f"a{letter}b", f"a {letter}", f"2026-01-{letter}1")]
+    assert [text for text in texts if certain.fits(text) and not judge.is_valid(text)] == []

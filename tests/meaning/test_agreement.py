@@ -6,6 +6,7 @@ import random
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -15,7 +16,7 @@ from rosorin_compile.meaning.agreement import _disagreements, agreement
 from rosorin_compile.model import Output, Robot
 from support.comparing import BASE, COMMITTED
 from support.machines import machine
-from support.robots import compiled
+from support.robots import compiled, compiled_text, sound
 
 
 def emitted(robot: Robot, number_format: str) -> tuple[Robot, list[Artifact]]:
@@ -182,3 +183,38 @@ def test_what_is_held_against_the_model_at_once_is_what_is_found_in_full(name: s
         assert agreement(robot, spoilt) == full, text
         verdicts.add(bool(full))
     assert verdicts == {True, False}  # a colour is nobody's concern, a length is
+
+
+BLANKS = """
+robot: "r  r"
+links: {b: {}, "a  b": {LINK}, "c   c": {LINK}}
+joints:
+  "j  j": {type: continuous, parent: b, child: "a  b", axis: [0, 0, 1]}
+  "k  k": {type: fixed, parent: "a  b", child: "c   c", xyz: [0, 0, 0.3], publisher: {static_transform_publisher: t}}
+sensors: {"i  i": {type: imu, parent: "a  b", frame: "i  f"}}
+publishers: {"n  n": {package: x}}
+modes: {m: mapping}
+poses: {"p  p": {positions: {"j  j": 0.5}}}
+edges:
+  - {parent: "odom  x", child: b, publisher: "n  n", when: "m  and m"}
+  - {parent: "map  x", child: b, publisher: "n  n", when: "not  m"}
+moveit: {groups: {"g  g": {joints: ["j  j"]}}}
+control: {"h  h": {plugin: mock_components/GenericSystem, joints: {"j  j": {command: position, state: position}}}}
+controllers: {"arm": {type: position_group, hardware: "h  h"}}
+outputs:
+  urdf: {file: r.urdf, control: jazzy}
+  controllers: {file: c.yaml, distribution: jazzy}
+  dot: {backend: frames_picture, file: f.dot}
+  mermaid: {backend: frames_picture, file: f.mmd}
+  text: {backend: frames_picture, file: f.md}
+""".replace("{LINK}", "{inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]}")
+
+
+def test_blanks_within_names_are_kept_by_every_format(tmp_path: Path) -> None:
+    files = {name: one.file.format("r") for name, one in FORMATS.items() if one.write and one.file}
+    left = {name: file for name, file in files.items() if name not in ("urdf", "controllers", "nav2", "scene")}
+    del left["robot_localization"]
+    outputs = "".join(f"  {name}: {{file: every_{file}}}\n" for name, file in left.items())
+    robot, _, made = sound(compiled_text(tmp_path, BLANKS + outputs))
+    assert robot.joint["j  j"].child == "a  b"
+    assert len(made.artifacts) >= 14

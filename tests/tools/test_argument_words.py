@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -100,3 +101,16 @@ def test_half_a_mark_is_told(home: Path, capsys: Shown, words: list[str], word: 
     (home / "r.yaml").write_text(ROBOT)
     assert main([*words, word]) == 2
     assert capsys.readouterr().err == f'rosorin-compile: "{word}" sets no argument: write prefix:=left_\n'
+
+
+def test_a_file_of_arguments_that_is_none_is_called_what_it_is(home: Path, capsys: Shown) -> None:
+    os.mkfifo(home / "pipe")
+    (home / "folder").mkdir()
+    for name, kind in (
+        ("pipe", '"pipe" is no regular file of arguments: a pipe can be read once only; write it to a file first'),
+        ("/dev/null", '"/dev/null" is no regular file of arguments'),
+        ("folder", '"folder" is a folder, not a file of arguments'),
+        ("nothing.yaml", 'there is no file "nothing.yaml" of arguments'),
+    ):
+        assert main(["print", "urdf", "r.yaml", "--args", name]) == 2
+        assert kind in capsys.readouterr().err

@@ -78,6 +78,18 @@ def test_a_folder_that_everybody_may_write_to_is_no_project(
     assert "there is no descriptions/*/robot.yaml here or above" in capsys.readouterr().err
 
 
+def test_where_there_is_no_robot_it_is_said_how_to_get_one(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch, capsys: Shown
+) -> None:
+    monkeypatch.chdir(tmp_path_factory.mktemp("empty"))
+    for words in (["all"], ["check"], ["print", "urdf"], ["view", "--no-open"]):
+        assert main(words) == 2
+        told = capsys.readouterr().err
+        assert "there is no descriptions/*/robot.yaml here or above" in told
+        assert "rosorin-compile init NAME begins one" in told
+        assert "rosorin-compile import FILE makes one of a URDF" in told
+
+
 def test_an_install_space_of_links(project: Path, capsys: Shown) -> None:
     """``colcon build --symlink-install`` makes folders of links to the files of the source."""
     rover = project / "descriptions" / "rover"

@@ -200,9 +200,12 @@ class Console:
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
-    def say(self, line: str, next_time: str = "") -> None:
-        """Print a line about the run as a whole; ``next_time`` is what it would be if nothing changes."""
-        if self.quiet:
+    def say(self, line: str, next_time: str = "", needed: bool = False) -> None:
+        """Print a line about the run as a whole; ``next_time`` is what it would be if nothing changes.
+
+        One that is ``needed`` says what is left to be done: a quiet run prints it, too.
+        """
+        if self.quiet and not needed:
             return
         print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
         self.printed.append((OUT, printable(f"{next_time or line}\n", _LAYOUT)))

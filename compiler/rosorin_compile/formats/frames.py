@@ -125,6 +125,7 @@ def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
     rows = []
     for frame in frames:
         who, topic, when = _publishing(frame)
+        when = " ".join(when.split())  # as ``row_name`` has it
         motion = "moving" if frame.moving else "static"
         if frame.pose:
             numbers = _placed(frame.pose.xyz, frame.pose.rpy, number)
@@ -199,8 +200,8 @@ def _vector(values: Vector, number: NumberFormat, unit: str) -> str:
 
 @lru_cache(maxsize=_MANY)
 def _escape(text: str) -> str:
-    """Return a text of one line that Markdown shows as it is, in a cell of a table too."""
-    return _MARKS.sub(r"\\\g<0>", " ".join(text.split()))
+    """Return a text on one line that Markdown shows as it is, in a cell of a table too; blanks in names count."""
+    return _MARKS.sub(r"\\\g<0>", " ".join(map(str.strip, text.splitlines())))
 
 
 def _wrapped(text: str) -> str:

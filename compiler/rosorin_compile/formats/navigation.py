@@ -109,7 +109,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
 
 def _to_edges(robot: Robot) -> str:
     """Return the edge of the odometry as it is to be written, of a node that publishes nothing if there is one."""
-    owners = {one.publisher.name for one in (*robot.joints, *robot.edges)}
+    owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
     free = [node.name for node in robot.publishers if node.name not in owners and kind_of(node) not in (AMCL, SLAM)]
     help = f"add it to edges: {{parent: odom, child: {robot.root}, publisher: {free[0] if len(free) == 1 else 'NAME'}}}"
     if len(free) > 1:

@@ -138,8 +138,8 @@ class Certain:
             case "dependentRequired":
                 return lambda value: all(key not in value or all(one in value for one in given[key]) for key in given)
             case "pattern":
-                found = re.compile(given).search
-                return lambda value: "\n" not in value and found(value) is not None
+                found = re.compile(given).search  # of other letters, \s and the like mean more in Python, or less
+                return lambda value: value.isascii() and value.isprintable() and found(value) is not None
             case "uniqueItems":
                 return lambda value: all(isinstance(one, str) for one in value) and len(set(value)) == len(value)
             case "minimum":

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..diagnostics import Diagnostic, error
+from ..diagnostics.letters import in_words, unseen
 from ..diagnostics.registry import ARGUMENTS, SHAPE, Rule
 from ..diagnostics.wording import counted
 from ..units import Quantity
@@ -212,7 +213,7 @@ class Complaint:
         return [self._make("wrong-value", f"{self.where} is {self.value}, more than {self.kind.limit}")]
 
     def _pattern(self) -> list[Diagnostic]:
-        help = _sentence(str(self._fragment(1).get("description", "")))
+        help = _odd_letter(str(self.value)) or _sentence(str(self._fragment(1).get("description", "")))
         return [self._make("bad-name", f'{self.where} cannot be "{self.value}"', help)]
 
     def _propertynames(self) -> list[Diagnostic]:
@@ -220,6 +221,7 @@ class Complaint:
         message = f'"{name}" cannot be a name in {self.where}'
         plain = self.schema_path[0] != "$defs"  # else it is the form that links and joints have
         help = "use letters, digits and _" if plain else "no markup, no quotes; spaces only within"
+        help = _odd_letter(str(name)) or help
         return [self._make("bad-name", message, help, [*self.path, name], True)]
 
     def _minlength(self) -> list[Diagnostic]:
@@ -252,6 +254,13 @@ def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any], kind
         help += f" (one of {', '.join(names)})"
     place = locate(tree, path)
     return error("wrong-value", f'{subject(path)} cannot be "{value}"', place.span, help, place.stack())
+
+
+def _odd_letter(name: str) -> str:
+    """Return the way out for a name with a space that no keyboard types by its bar, or a letter that nobody sees."""
+    spaces = (letter for letter in name if letter.isspace() and letter not in " \n\t")
+    odd = unseen(name) or next(spaces, "")
+    return f"it has {in_words(odd)} in it: type the name anew" if odd else ""
 
 
 _TYPES = {

@@ -289,7 +289,7 @@ def _is_xml(fragment: Mapping[str, Any]) -> bool:
 def _as_xml(value: Map) -> str:
     """Return a mapping as the XML that it may stand for: its first entry, with what is plain in it as attributes."""
     name = next(iter(value), "NAME")
-    inner = value[name] if name in value else None
+    inner = value.get(name)
     plain = inner.items() if isinstance(inner, Map) else ()
     attributes = [f' {key}="{_attribute(item)}"' for key, item in plain if not isinstance(item, (Map, Seq))]
     whole = len(attributes) == len(inner) if isinstance(inner, Map) else inner is None

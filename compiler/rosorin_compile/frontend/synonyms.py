@@ -28,7 +28,7 @@ _APART = "leave it out: half of it stands in xyz of the joint of each wheel, in 
 _KINDS = "the key says the kind: differential: {left: [JOINT], right: [JOINT]}, or mecanum, omni, tricycle, ackermann"
 _SIDES = "write differential: {left: [JOINT], right: [JOINT]}"
 _MEASURED = "an element of sensors is called by sensor: {sensor: gyro}, one of the body by body: {body: camera}"
-_MEASURING = ("accelerometer", "gyro", "magnetometer", "force", "torque", "touch", "rangefinder", "framepos", "framequat")
+_MEASURING = "accelerometer gyro magnetometer force torque touch rangefinder framepos framequat"
 _AT_SITE = "{body: site} makes one; what a sensor measures at is made of frame, xyz and rpy"
 
 # Where no word of a table fits, nor is near: what all other keys of such an entry are told.
@@ -50,7 +50,9 @@ _WHEELS = {
     **_all("frame baseframe baselink", "it stands beside the kind of drive: drive: {frame: ...}"),
 }
 _SITE = {
-    **_all("site sites", "MuJoCo's site is made where mjcf: [{sensor: gyro}] measures; a mere one is mjcf: [{body: site}]"),
+    **_all(
+        "site sites", "MuJoCo's site is made where mjcf: [{sensor: gyro}] measures; a mere one is mjcf: [{body: site}]"
+    ),
 }
 _LEFT_RIGHT = {
     **_all("leftwheel leftwheels leftjoint leftjoints leftwheeljoint leftwheeljoints leftwheelnames l", "left"),
@@ -215,7 +217,9 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("wheelradius r", "radius"),
         **_all("diameter wheeldiameter d", _HALF),
         **_all("baseframe baselink basefootprint", "frame"),
-        **_all("maxspeed maxvelocity speed velocity acceleration", "a drive has no such limit: it belongs to controllers"),
+        **_all(
+            "maxspeed maxvelocity speed velocity acceleration", "a drive has no such limit: it belongs to controllers"
+        ),
     },
     "differential_wheels": {**_WHEELS, **_LEFT_RIGHT},
     "omni_wheels": {**_WHEELS, **_all("joints wheeljoints", "wheels")},
@@ -266,19 +270,23 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("gz sdf ignition", "gazebo"),
         **_all("plugin plugins xml", _XML),
         **_all("mujoco", "mjcf"),
-        **_all("type kind camera lidar ray imu", "the key of an entry is its name; gazebo and mjcf say what it is there"),
+        **_all(
+            "type kind camera lidar ray imu", "the key of an entry is its name; gazebo and mjcf say what it is there"
+        ),
     },
     "mjcf_element": {
         **_POSE,
         **_all("site", _AT_SITE),
         **_all("sites", "write {body: site}"),
         **_all("type kind element tag", _MEASURED),
-        **_all(" ".join(_MEASURING), _MEASURED),
+        **_all(_MEASURING, _MEASURED),
         **_all("camera light geom", _MEASURED),
         OTHERS: "attributes of MJCF belong into attributes: {...}",
     },
     "mjcf_body": {
-        **_all("site sites camera cameras light lights", "it is a key of the link itself, as sites: {NAME: {xyz: ...}}"),
+        **_all(
+            "site sites camera cameras light lights", "it is a key of the link itself, as sites: {NAME: {xyz: ...}}"
+        ),
         **_all("geom geoms", _IN_SHAPES),
     },
     "controller": {OTHERS: "parameters of a controller belong into params: {...}"},

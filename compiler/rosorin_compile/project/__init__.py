@@ -57,7 +57,10 @@ def find(names: list[str], outputs: str | None) -> list[Description]:
     paths = [first_file(name) for name in names] or all_here()
     if not paths:
         where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
-        raise NoDescription(f"{where}; name a description, or go to its project")
+        new = (
+            "rosorin-compile init NAME begins one, rosorin-compile import FILE makes one of a URDF, xacro, SDF or MJCF"
+        )
+        raise NoDescription(f"{where}; name a description, or go to its project; {new}")
     return [_description(path, outputs) for path in paths]
 
 
@@ -159,6 +162,16 @@ def first_file(name: str) -> Path:
 
     help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
     raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
+
+
+def no_file(path: Path, of: str = "") -> str:
+    """Return why a path is no file that can be read, such as one ``of`` arguments."""
+    what = f" of {of}" if of else ""
+    if os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises for a name that no folder can have
+        return f'"{path}" is a folder, not a file{what}'
+    if os.path.exists(path):  # noqa: PTH110 - as above
+        return f'"{path}" is no regular file{what}: a pipe can be read once only; write it to a file first'
+    return f'there is no file "{path}"{what}'
 
 
 def is_file(path: Path) -> bool:

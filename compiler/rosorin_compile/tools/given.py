@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+from ..project import is_file, no_file
 from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
 from .usage import WrongUsage
@@ -43,8 +44,8 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     texts = named([*(word for word in words if MARK in word), *options.arg])
     files = tuple(map(Path, options.args_files))
     for file in files:
-        if not file.is_file():
-            raise WrongUsage(f'there is no file "{file}" of arguments')
+        if not is_file(file):
+            raise WrongUsage(no_file(file, "arguments"))
     given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
     return given, [word for word in words if MARK not in word]
 

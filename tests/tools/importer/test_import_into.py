@@ -118,6 +118,31 @@ def test_a_package_gets_a_description_and_a_test_and_keeps_the_rest(
     assert "no launch file here names cart.urdf" in told
 
 
+def test_what_is_left_to_be_done_is_told_by_a_quiet_run_too(
+    package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (package / "launch").mkdir()
+    (package / "launch" / "robot.launch.py").write_text("urdf = 'urdf/cart.urdf'\n")
+    monkeypatch.chdir(package)
+    assert run("urdf/cart.urdf", "--into", ".", "-q") == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[0] == "add to CMakeLists.txt:"
+    assert "add to package.xml:" in told
+    assert any(line.startswith("change launch/robot.launch.py:1") for line in told)
+    assert not any("written" in line or "stays" in line for line in told)
+
+
+def test_a_package_that_is_the_folder_one_stands_in_is_named(
+    package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(package / "urdf")
+    assert run("cart.urdf", "--into", "..") == 0
+    assert "\ncart_description: written: descriptions/cart, " in capsys.readouterr().out
+    monkeypatch.chdir(package)
+    assert run("urdf/cart.urdf", "--into", ".") == 0
+    assert "\ncart_description: unchanged\n" in f"\n{capsys.readouterr().out}"
+
+
 def test_the_test_that_is_written_passes(package: Path) -> None:
     assert into(package) == 0
     tried(package)

@@ -137,6 +137,7 @@ def test_no_other_page_may_embed_or_read_what_is_sent(server: Server) -> None:
 
 QUESTIONS = [b"", b"[", b"[1]", b"null", b'"a"', b'{"j": "1"}', b'{"j": NaN}', b'{"j": 1e999}', b'{"j": {}}', b"\xff"]
 QUESTIONS += [b'{"j": true}', b'{"j": [1, null]}', b"[" * 100_000]
+QUESTIONS += [b'{"j": ' + b"9" * digits + b"}" for digits in (400, 5_000)]
 
 
 @pytest.mark.parametrize("body", QUESTIONS, ids=lambda body: repr(body[:12]))

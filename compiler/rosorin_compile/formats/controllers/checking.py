@@ -61,7 +61,7 @@ _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 def missing(
     name: str, kind: Kind | None, given: Iterable[str], help: Callable[[list[str]], str] | None = None
 ) -> Iterator[Finding]:
-    """Yield the parameters that a controller needs and nobody gives; ``help`` says of them where they would be given."""
+    """Yield the parameters that a controller needs and nobody gives; ``help`` says of them where to give them."""
     if kind is None:
         return
     meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # which is told

@@ -260,7 +260,7 @@ def _put_into(
 ) -> int:
     """Put a description into a package, and say what is left to be done there."""
     from ...output import OutputError, Written
-    from .into import put_into, told
+    from .into import in_the_end, put_into, to_do, told
 
     try:
         put = put_into(target.package, target.source, target.given, folder.name, trip.files, imported.tree or {})
@@ -269,7 +269,11 @@ def _put_into(
         return PROBLEMS
     if any(file.startswith(f"{DESCRIPTIONS}/") for file in put.written):
         _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), lines)
-    for line in told(target.package, target.source, put):
+    for line in told(target.package, put):
+        console.say(line)
+    for line in to_do(target.package, put):
+        console.say(line, needed=True)
+    for line in in_the_end(target.source, put):
         console.say(line)
     return FINE
 

@@ -171,9 +171,9 @@ def _place(file: str) -> str:
     return "/".join(file.split("/")[:2]) if file.startswith(f"{DESCRIPTIONS}/") else file
 
 
-def told(package: Package, source: str, put: Put) -> Iterator[str]:
-    """Yield the lines about what was put into a package, and what is left to be done there."""
-    name = package.folder.name
+def told(package: Package, put: Put) -> Iterator[str]:
+    """Yield the lines about what was put into a package."""
+    name = package.folder.resolve().name
     if put.written:
         places = dict.fromkeys(_place(file) for file in put.written)
         yield f"{name}: written: {', '.join(places)}"
@@ -181,6 +181,10 @@ def told(package: Package, source: str, put: Put) -> Iterator[str]:
         yield f"{name}: {file} is there with changes of its own, and stays as it is"
     if not put.written and not put.kept:
         yield f"{name}: unchanged"
+
+
+def to_do(package: Package, put: Put) -> Iterator[str]:
+    """Yield the lines about what is left to be done in a package."""
     for file, lines in put.add.items():
         yield f"add to {package.folder / file}:"
         yield from (f"  {line}" for line in lines)
@@ -190,6 +194,10 @@ def told(package: Package, source: str, put: Put) -> Iterator[str]:
         yield f"  - {line.old}"
         if line.new:
             yield f"  + {line.new}"
+
+
+def in_the_end(source: str, put: Put) -> Iterator[str]:
+    """Yield the lines about how the source and its description go on together."""
     if not put.change:
         yield f"no launch file here names {Path(source).name}: where it is expanded, take rosorin-compile print urdf"
     yield f"{listed([source])} stays; {put.test} holds both against each other: colcon test, or pytest"

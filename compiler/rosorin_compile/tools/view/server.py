@@ -192,7 +192,7 @@ class _Handler(BaseHTTPRequestHandler):
             return
         try:
             state = _positions(json.loads(content))
-        except (ValueError, RecursionError):
+        except (ValueError, OverflowError, RecursionError):
             self._refuse(HTTPStatus.BAD_REQUEST, "these are no positions of joints")
             return
         try:
@@ -265,7 +265,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _positions(state: object) -> Mapping[str, Any]:
-    """Return positions by joint, all of them numbers or lists of numbers. Raises ValueError."""
+    """Return positions by joint, all of them numbers or lists of numbers. Raises ValueError, OverflowError."""
     if not isinstance(state, dict):
         raise ValueError("no positions by joint")
     for value in state.values():

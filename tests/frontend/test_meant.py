@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from rosorin_compile.diagnostics import did_you_mean, nearest
+from rosorin_compile.frontend.expand.forms import _SENSOR_TYPE_KEYS
 from rosorin_compile.frontend.meant import unit_meant
 from rosorin_compile.frontend.schema import schema
-from rosorin_compile.frontend.synonyms import KEYS, VALUES, plain
+from rosorin_compile.frontend.synonyms import KEYS, OTHERS, VALUES, plain
 from rosorin_compile.units import parse_unit
 
 LINKS = ["base_link", "left_wheel", "right_wheel", "laser_frame", "front_camera_link"]
@@ -54,7 +55,7 @@ def test_many_words_are_not_all_compared() -> None:
     assert nearest("Link_77", many) is not None
 
 
-@pytest.mark.parametrize("kind", sorted(set(KEYS) - {"top", "use", "arg", "part"}))
+@pytest.mark.parametrize("kind", sorted(set(KEYS) - {"top", "use", "arg", "part", "sensor_type"}))
 def test_synonyms_lead_to_keys_that_there_are(kind: str) -> None:
     legal = schema()["$defs"][kind]["properties"]
     for word, meaning in KEYS[kind].items():
@@ -67,6 +68,8 @@ def test_synonyms_lead_to_keys_that_there_are(kind: str) -> None:
 def test_synonyms_of_sections_lead_to_sections() -> None:
     legal = {*schema()["properties"], "parts", "use", "sensor_types"}
     assert all(" " in meaning or meaning in legal for meaning in KEYS["top"].values())
+    assert all(" " in meaning or meaning in _SENSOR_TYPE_KEYS for meaning in KEYS["sensor_type"].values())
+    assert set(OTHERS) <= set(schema()["$defs"])
     types = schema()["$defs"]["joint"]["properties"]["type"]["enum"]
     assert all(" " in meaning or meaning in types for meaning in VALUES["joint type"].values())
     statuses = schema()["$defs"]["source"]["properties"]["status"]["enum"]

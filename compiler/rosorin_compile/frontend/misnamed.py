@@ -31,7 +31,7 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
         return f"joints stand in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
     if help.startswith("did"):
         return f"{help} (legal: {', '.join(sorted(known))})"
-    return f"{table[OTHERS]} ({help})" if OTHERS in table else help
+    return f"{OTHERS[kind]} ({help})" if kind in OTHERS else help
 
 
 def _written_wrongly(key: str, entry: Map, known: Mapping[str, Any]) -> str:

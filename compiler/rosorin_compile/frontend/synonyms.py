@@ -31,9 +31,6 @@ _MEASURED = "an element of sensors is called by sensor: {sensor: gyro}, one of t
 _MEASURING = "accelerometer gyro magnetometer force torque touch rangefinder framepos framequat"
 _AT_SITE = "{body: site} makes one; what a sensor measures at is made of frame, xyz and rpy"
 
-# Where no word of a table fits, nor is near: what all other keys of such an entry are told.
-OTHERS = "*"
-
 
 def _all(words: str, meaning: str) -> dict[str, str]:
     return dict.fromkeys(words.split(), meaning)
@@ -281,7 +278,6 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("type kind element tag", _MEASURED),
         **_all(_MEASURING, _MEASURED),
         **_all("camera light geom", _MEASURED),
-        OTHERS: "attributes of MJCF belong into attributes: {...}",
     },
     "mjcf_body": {
         **_all(
@@ -289,7 +285,6 @@ KEYS: dict[str, dict[str, str]] = {
         ),
         **_all("geom geoms", _IN_SHAPES),
     },
-    "controller": {OTHERS: "parameters of a controller belong into params: {...}"},
     "gazebo_sensor": {
         **_POSE,
         **_all("type kind", "sensor"),
@@ -338,6 +333,12 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("variables properties", "let"),
         **_all("description doc", "help"),
     },
+}
+
+# What any other key of such an entry is told, where no word of its table is near.
+OTHERS = {
+    "mjcf_element": "attributes of MJCF belong into attributes: {...}",
+    "controller": "parameters of a controller belong into params: {...}",
 }
 
 _LINE = "prismatic"

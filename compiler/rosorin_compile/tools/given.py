@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from ..project import is_file, no_file
+from ..project import no_file
 from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
 from .usage import WrongUsage
@@ -44,7 +44,7 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     texts = named([*(word for word in words if MARK in word), *options.arg])
     files = tuple(map(Path, options.args_files))
     for file in files:
-        if not is_file(file):
+        if not file.is_file():
             raise WrongUsage(no_file(file, "arguments"))
     given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
     return given, [word for word in words if MARK not in word]

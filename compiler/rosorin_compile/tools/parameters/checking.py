@@ -14,7 +14,7 @@ from ...formats.controllers.types import full, of_type
 from ...formats.parameters.tables import MANAGER
 from ...model import NODE
 from ...model.control import Controller
-from ...project import is_file, no_file
+from ...project import no_file
 from ...rules.case import Case
 from ...startup.records import NamedTuple
 from ..usage import WrongUsage
@@ -56,7 +56,7 @@ def asked(options: argparse.Namespace) -> Asked:
             raise WrongUsage(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
         remaps.append(remap)
     for path in (*options.parameters, *options.controllers, *options.launch):
-        if not is_file(Path(path)):
+        if not Path(path).is_file():
             raise WrongUsage(no_file(Path(path)))
     own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
     return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")

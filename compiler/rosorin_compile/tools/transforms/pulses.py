@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.console import Console
-from ...project import Description, is_file, no_file
+from ...project import Description, no_file
 from ...startup.records import NamedTuple
 from ..given import given_arguments
 from ..options import argument_options, named_robot, package_option, quiet_option
@@ -268,7 +268,7 @@ def _same_model(robot: Robot, name: str, console: Console) -> int:
     from ...model.pulses import NoModel, against_model
 
     path = Path(name)
-    if not is_file(path):
+    if not path.is_file():
         raise WrongUsage(no_file(path))
     try:
         compared = against_model(robot, path.read_bytes())

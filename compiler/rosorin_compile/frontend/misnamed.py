@@ -85,12 +85,14 @@ def goes_on(key: str, entry: Map, unknown: Sequence[str]) -> bool:
 
 
 def _goes_on(entry: Map, before: str, key: str) -> bool:
-    """Say whether a key without a value stands in the line of another entry, with nothing but a comma between."""
+    """Say whether a key without a value stands behind another entry, with nothing but a comma between."""
     value, span = entry[before], entry.key_spans[key]
     begin = entry.key_spans[before] if value is None else entry.value_spans[before]
-    if entry[key] is not None or not isinstance(value, (str, NoneType)) or begin.line != span.line:
+    if entry[key] is not None or not isinstance(value, (str, NoneType)):
         return False
-    return begin.source.line(span.line)[begin.column - 1 + begin.length : span.column - 1].strip() == ","
+    lines = [begin.source.line(number) for number in range(begin.line, span.line + 1)]
+    lines[-1] = lines[-1][: span.column - 1]
+    return "".join(lines)[begin.column - 1 + begin.length :].strip() == ","
 
 
 def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:

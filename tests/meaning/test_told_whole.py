@@ -21,12 +21,13 @@ from rosorin_compile.formats.page import data_of
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.meaning.difference import YAML, Side, as_json, lines
 from rosorin_compile.meaning.golden import compare
+from rosorin_compile.meaning.pairing import renamed
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.meaning.tables import blocks
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.tools.view.changed import change_data
 from support.commands import Shown, edit, write_files
-from support.machines import exact_urdf, robot_of
+from support.machines import exact_urdf, machine, robot_of
 from support.paths import ROOT
 from support.planting import DESCRIPTION, URDF, Planted, at, kind_of, leaves, other, plant, put, told
 from support.robots import compiled
@@ -188,6 +189,30 @@ def test_the_page_and_the_json_of_a_comparison_tell_the_same(home: Path, capsys:
         assert told(planted, said), (planted_of(planted), said)
         page = data_of((home / "page.html").read_text("utf-8"))
         assert [change["text"] for change in page["changes"]] == said
+
+
+def test_a_new_name_hides_no_other_change() -> None:
+    """Both commands see through the new name of a link and of a joint."""
+    robot = replace(machine(), outputs=tuple(Output(name, name, f"r.{name}") for name in ("urdf", "mjcf")))
+    upper = next(index for index, link in enumerate(robot.links) if link.name == "upper")
+    shoulder = next(index for index, joint in enumerate(robot.joints) if joint.name == "shoulder")
+    changed = put(robot, ("links", upper, "inertial", "mass"), 0.7)
+    changed = put(changed, ("links", upper, "collision", 0, "geometry", "radius"), 0.05)
+    changed = put(changed, ("joints", shoulder, "limit", "upper"), 2.5)
+    changed = renamed(changed, {"upper": "boom", "wheel": "tyre"}, {"roll": "spin", "shoulder": "lift_arm"})
+    old = {artifact.file: artifact.text.encode() for artifact in artifacts(robot)}
+    told_by_check = {change.text for change in compare(changed, artifacts(changed), old).changes}
+    told_by_diff = set(differences(robot, changed))
+    for said, link, joint in ((told_by_check, "boom", "lift_arm"), (told_by_diff, "upper", "shoulder")):
+        assert {text.partition(" (")[0] for text in said} == {
+            f"{link} mass 0.2 -> 0.7 kg",
+            f"{link} collision: capsule radius 0.0312346 -> 0.05 m",
+            f"{joint} limit upper 2 -> 2.5 rad",
+            "joint roll renamed to spin",
+            "joint shoulder renamed to lift_arm",
+            "link upper renamed to boom",
+            "link wheel renamed to tyre",
+        }
 
 
 CART = """\

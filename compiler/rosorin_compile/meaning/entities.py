@@ -18,12 +18,16 @@ _INERTIAL = ("mass", "centre of mass", "inertia")
 
 
 class Pair(NamedTuple):
-    """One artifact: its output and backend, what the committed text says and what the compiled text says."""
+    """One artifact: its output and backend, what the committed text says and what the compiled text says.
+
+    ``renamed`` are the new names by those of before, by the kind of thing ("link", "joint"): ``old`` has the new ones.
+    """
 
     output: str
     backend: str
     old: View
     new: View
+    renamed: Mapping[str, Mapping[str, str]] = {}
 
 
 class Numbers(NamedTuple):
@@ -75,6 +79,9 @@ class Entities:
         self.types: dict[Fact, list[Entry]] = {}
         self._found: dict[tuple[str, str, str], list[str]] = {}
         for pair in pairs:
+            for kind, names in pair.renamed.items():
+                for old, new in names.items():
+                    self._found.setdefault((kind, new, f"renamed {old}"), []).append(pair.output)
             self._frames(pair)
             self._joints(pair)
             self._others(pair)
@@ -117,9 +124,6 @@ class Entities:
             before, after = old.get(child, ""), new.get(child, "")
             if (pair.output, "frame", child) in self.hidden:
                 self._hide(pair, before, after)
-            elif before and after and before != after:
-                self._hide(pair, before, after)
-                self._found.setdefault(("joint", after, f"renamed {before}"), []).append(pair.output)
             else:
                 self._type(pair, before or after, bool(before), bool(after))
 
@@ -149,7 +153,7 @@ class Entities:
 
     def _change(self, kind: str, name: str, what: str, outputs: tuple[str, ...]) -> Change:
         if what.startswith("renamed "):
-            sentence = renamed("joint", what.removeprefix("renamed "), name)
+            sentence = renamed(kind, what.removeprefix("renamed "), name)
         elif kind in ("frame", "link"):
             sentence = self._existence(name, what)
         elif kind == "inertial":

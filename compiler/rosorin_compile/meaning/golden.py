@@ -18,6 +18,7 @@ from ..model import Robot
 from ..startup.records import NamedTuple
 from .changes import changes
 from .entities import Change, Pair
+from .renames import under_new_names
 from .view import View, called, view_of
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
             pair = _pair(robot, artifact, old)
             pairs += [pair] if isinstance(pair, Pair) else []
             texts.append(_changed(artifact, old, "" if isinstance(pair, Pair) else pair))
+    pairs = under_new_names(pairs)
     extra = sorted(committed.keys() - {artifact.file for artifact in artifacts})
     texts += [TextDifference(file, EXTRA, _EXTRA) for file in extra]
     found = tuple(changes(robot, pairs, _whole(robot, arranged, pairs, committed))) if pairs else ()

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ..formats import Format, published
 from ..formats.facts import COLLISION
-from ..model import GROUNDED, IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape
+from ..model import GROUNDED, IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape, Transform, pose_of
 from ..startup.records import NamedTuple
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
@@ -294,7 +294,9 @@ def _reaches_not_down(piece: Piece) -> bool:
 
 def _words(piece: Piece) -> str:
     solid = piece.solid
-    return " ".join([solid.kind, *solid.words, row(solid.sizes), "at", row(solid.centre)])
+    rpy = pose_of(Transform(solid.rows)).rpy
+    turned = ["rpy", row(rpy)] if any(rpy) else []
+    return " ".join([solid.kind, *solid.words, row(solid.sizes), "at", row(solid.centre), *turned])
 
 
 def _is_simple(link: Link) -> bool:

@@ -308,7 +308,7 @@ class Scope:
 
         help = flag_meant(resolved) or "compare it: ${n > 0}"
         if help.startswith("write") and isinstance(value, str) and "$" in value:
-            help = f"{help.replace('write', 'give', 1)} where the value comes from"
+            help = f"where the value comes from, {help}"
         self.report("wrong-type", f"a condition is true or false, not {what}", place, help)
         raise Failed
 

@@ -32,10 +32,10 @@ CHANGES = [
         id="mass",
     ),
     pytest.param(
-        ("arm.yaml", "ixx: 3.65656868148961e-06", "ixx: 3.65656868149e-06"),
+        ("arm.yaml", "ixx: 3.65656868148961e-06", "ixx: 3.65656869e-06"),
         [
-            "link2 inertia ixx 3.6565686814896e-06 -> 3.65656868149e-06 kg*m^2"
-            " (by 1.1e-11 % of the largest moment): urdf_sim, mjcf"
+            "link2 inertia ixx 3.6565686815e-06 -> 3.65656869e-06 kg*m^2"
+            " (by 2.3e-07 % of the largest moment): urdf_sim, mjcf"
         ],
         id="tiny",
     ),

@@ -1,7 +1,7 @@
 /** A robot as it is drawn: its shapes, placed by the kinematics. What has one geometry is drawn all at once. */
 
 import * as THREE from "three";
-import { COLLISION, GHOST, SELECTED, TOUCHING, ofLink } from "./colours.js";
+import { COLLISION, GHOST, SELECTED, TOUCHING } from "./colours.js";
 import { UNIT, heightMap, matrix, pieces } from "./geometry.js";
 import { ofPose } from "./transform.js";
 
@@ -69,13 +69,13 @@ export class RobotView {
     this.shown = { visual: true, collision: false };
     this.faded = 0;
     this.waiting = [];
-    robot.links.forEach((link, index) => this.#build(link, index, meshes));
+    for (const link of robot.links) this.#build(link, meshes);
     this.#pool(this.pieces.filter((piece) => piece.geometry));
     this.ready = Promise.all(this.waiting);
   }
 
-  #build(link, index, meshes) {
-    const own = new THREE.Color(ofLink(index));
+  #build(link, meshes) {
+    const own = new THREE.Color(link.colour ?? GHOST); // what was before has no colours of its own
     for (const purpose of PURPOSES) {
       for (const shape of link[purpose]) {
         const place = matrix(ofPose(shape.xyz, shape.rpy));

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 from ..diagnostics.progress import step
 from ..diagnostics.wording import printable
-from ..formats import FORMATS, Artifact
+from ..formats import FORMATS, Artifact, Fact, Facts
 from ..model import Robot
+from ..model.looks import colours_of, is_own
 from ..startup.records import NamedTuple
 from .changes import changes
 from .entities import Change, Pair
@@ -98,12 +99,36 @@ def _pair(robot: Robot, artifact: Artifact, old: str) -> Pair | str:
     if facts is None:
         return ""
     names = called(robot, artifact)
+    given = {link: material.name for link, material in colours_of(robot).items()}
     try:
-        before = view_of(facts(old), names)
+        before = view_of(_said(facts(old), names, given, robot), names)
     except (ValueError, OverflowError) as problem:
         return f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
-    new: View = view_of(facts(artifact.text), names)
+    new: View = view_of(_said(facts(artifact.text), names, given, robot), names)
     return Pair(artifact.output, artifact.backend, before, new)
+
+
+_LOOK = ("red", "green", "blue", "alpha")
+
+
+def _said(facts: Facts, names: Mapping[str, str], given: Mapping[str, str], robot: Robot) -> Facts:
+    """Return facts without the colours that nobody said: of links that are seen as their collision shapes.
+
+    ``given`` are the materials that those links have for that, by link.
+    """
+    left_out = set[Fact]()
+    links = {fact.name for fact in facts if fact.kind == "link"}  # one of them may be no more
+    materials = {*given.values(), *(f"{link}_colour" for link in links)} - set(robot.material)
+    for fact, value in facts.items():
+        label, _, part = fact.quantity.rpartition(" ")
+        link = names.get(fact.name, fact.name) if fact.kind == "link" else ""
+        if part == _LOOK[0] and (link in given or (fact.kind == "material" and fact.name in materials)):
+            look = [fact._replace(quantity=f"{label} {one}".strip()) for one in _LOOK]
+            if is_own([float(facts[one].value) for one in look if one in facts]):
+                left_out.update(look)
+        elif part == "material" and link in given and value.value == given[link]:
+            left_out.add(fact)
+    return {fact: value for fact, value in facts.items() if fact not in left_out} if left_out else facts
 
 
 def _changed(artifact: Artifact, old: str, remark: str) -> TextDifference:

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from ..formats import Format, published
 from ..formats.facts import COLLISION
 from ..model import GROUNDED, IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape, Transform, pose_of
+from ..model.looks import is_own
 from ..startup.records import NamedTuple
 from .bodies import Bodies
-from .difference import SHAPE, VISUAL, Item, Side
+from .difference import SHAPE, VISUAL, YAML, Item, Side
 from .joints import changed
 from .pairing import Pairing
 from .shape_wording import FEW, likened, numbers_change, shapes_change, words_change
@@ -30,6 +31,11 @@ class Purpose(NamedTuple):
     def simple(self) -> bool:
         """Whether one side has one box a link along its axes, and one height map."""
         return any(ONE_BOX in format.lacks for format in self.formats)
+
+    @property
+    def of_artifacts(self) -> bool:
+        """Whether neither side is a description, in which every colour was said by somebody."""
+        return YAML not in self.formats
 
     @property
     def says_no_colour(self) -> bool:
@@ -282,6 +288,8 @@ class _Shapes:
             if old is new or not self.purpose.says_no_colour:
                 return None
             return tuple("none" if c is None else row(c) for c in (old, new))  # type: ignore[return-value]
+        if self.purpose.of_artifacts and is_own(old) and is_own(new):  # which nobody has said
+            return None
         known = joined(self.pairing.a.printing.tolerance("rgba", *old), self.pairing.b.printing.tolerance("rgba", *new))
         if all(abs(x - y) <= known + self.pairing.tolerance for x, y in zip(old, new, strict=True)):
             return None

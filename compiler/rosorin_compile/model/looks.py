@@ -1,29 +1,63 @@
 """Looks: a colour for each link, and visuals for links that have collision shapes alone.
 
-The colours are those of the page (``viewer/src/colours.js``), so that a robot looks the same wherever it is shown.
+Nobody has said these colours: they are no facts about a robot. The page and pictures have them too, so that a robot
+looks the same wherever it is shown.
 """
 
 from __future__ import annotations
 
-from colorsys import hls_to_rgb
+import zlib
+from collections.abc import Mapping, Sequence
+from colorsys import hls_to_rgb, rgb_to_hls
 
 from ..startup.records import replace
 from .link import Link
-from .robot import Robot
+from .robot import Robot, of_robot
 from .shape import Material, Rgba
 
-# Degrees between the hues of two links: 360 times the golden ratio, so that no two come close.
+# Degrees from a hue to the one that is tried next: 360 times the golden ratio, so that no two come close.
 _GOLDEN_ANGLE = 137.50776
-_FIRST_HUE = 212.0
+_NEAR = 25.0  # degrees: hues of a link and of what it hangs on are farther apart
+_LIGHT, _DARK, _SATURATION, _GREY = 0.60, 0.52, 0.42, 0.10
 _DIGITS = 3
+_ROUNDED = 0.01  # what rounding to three digits makes of lightness and saturation, at most
 
 
-def colour_of_link(index: int) -> Rgba:
-    """Return a colour for the link of that number: calm, and told apart from its neighbours; the first is grey."""
-    hue = round((_FIRST_HUE + index * _GOLDEN_ANGLE) % 360, 1) / 360
-    lightness, saturation = (0.52 if index % 2 else 0.60), (0.42 if index else 0.10)
-    red, green, blue = hls_to_rgb(hue, lightness, saturation)
+@of_robot
+def own_colours(robot: Robot) -> Mapping[str, Rgba]:
+    """Return a colour for each link, by its name: calm, a function of that name, and not near that of its parent.
+
+    Where it would be, the child moves on. So a link that is added leaves all others as they are, but those behind it.
+    """
+    hues: dict[str, float] = {}
+    for link in robot.walk():
+        above = robot.joint_to.get(link.name)
+        hue = _number(link.name) % 3600 / 10
+        while above is not None and abs((hue - hues[above.parent] + 180) % 360 - 180) < _NEAR:
+            hue = (hue + _GOLDEN_ANGLE) % 360
+        hues[link.name] = hue
+    return {name: _calm(name, hue) for name, hue in hues.items()}
+
+
+def _number(name: str) -> int:
+    """Return a number for a name: the same on every machine, and for names that differ in a letter far apart."""
+    return (zlib.crc32(name.encode("utf-8", "surrogatepass")) * 2_654_435_761 >> 8) & 0xFFFFFF
+
+
+def _calm(name: str, hue: float) -> Rgba:
+    """Return a colour of that hue for a link; what is called a base is large, as a rule, and grey."""
+    light, saturation = _DARK if _number(name) // 3600 % 2 else _LIGHT, _GREY if "base" in name else _SATURATION
+    red, green, blue = hls_to_rgb(round(hue, 1) / 360, light, saturation)
     return (round(red, _DIGITS), round(green, _DIGITS), round(blue, _DIGITS), 1.0)
+
+
+def is_own(rgba: Sequence[float]) -> bool:
+    """Say whether a colour looks like one that links are given, now or when they went by the number of a link."""
+    if len(rgba) != 4 or rgba[3] != 1.0 or not all(0 <= part <= 1 for part in rgba):
+        return False
+    _, light, saturation = rgb_to_hls(*rgba[:3])
+    lights, saturations = (_LIGHT, _DARK), (_SATURATION, _GREY)
+    return min(abs(light - one) for one in lights) < _ROUNDED > min(abs(saturation - one) for one in saturations)
 
 
 def colours_of(robot: Robot) -> dict[str, Material]:
@@ -33,13 +67,13 @@ def colours_of(robot: Robot) -> dict[str, Material]:
     """
     known = set(robot.material)
     colours: dict[str, Material] = {}
-    for index, link in enumerate(robot.links):
+    for link in robot.links:
         if link.collision and not link.visual:
             name = f"{link.name}_colour"
             while name in known:
                 name += "_"
             known.add(name)
-            colours[link.name] = Material(name, colour_of_link(index))
+            colours[link.name] = Material(name, own_colours(robot)[link.name])
     return colours
 
 

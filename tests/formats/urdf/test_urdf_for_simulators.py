@@ -38,7 +38,7 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.model import Robot as Model
-from rosorin_compile.model.looks import colour_of_link, with_visuals
+from rosorin_compile.model.looks import own_colours, with_visuals
 from support import sdformat
 from support.paths import ROOT
 from support.robots import compiled, compiled_text, sound, texts
@@ -363,20 +363,11 @@ def test_a_link_without_visuals_is_seen_as_its_collision_shapes_in_one_colour() 
         shape.geometry for shape in robot.link["a"].collision
     ]
     assert {(v.name, v.stand_in, v.urdf_elements) for v in seen.link["a"].visual} == {("", "", ())}
-    assert [seen.colour(visual) for visual in seen.link["c"].visual] == [colour_of_link(2)] * 2
+    assert [seen.colour(visual) for visual in seen.link["c"].visual] == [own_colours(robot)["c"]] * 2
     assert with_visuals(seen) == seen
     text = emit(robot, {"visuals": "from_collision", "elements": []})
     assert {name: len(link.findall("visual")) for name, link in links(text).items()} == {"a": 2, "b": 1, "c": 2}
     assert "<visual" not in emit(boxes("a", "b"))
-
-
-def test_the_colours_are_those_of_the_page() -> None:
-    source = (ROOT / "viewer/src/colours.js").read_text("utf-8")
-    assert "const GOLDEN_ANGLE = 137.50776;" in source
-    assert "const hue = (212 + index * GOLDEN_ANGLE) % 360;" in source
-    assert "${index === 0 ? 10 : 42}%, ${index % 2 ? 52 : 60}%" in source
-    assert colour_of_link(0) == (0.56, 0.597, 0.64, 1.0)  # hsl(212, 10%, 60%)
-    assert len({colour_of_link(index) for index in range(200)}) == 200
 
 
 def test_a_material_of_the_same_name_stays_what_it_is(tmp_path: Path) -> None:
@@ -390,7 +381,7 @@ outputs: {urdf: {file: r.urdf, frames: bodies, visuals: from_collision}}
     colours = {m.get("name"): m.find("color") for m in ET.fromstring(made["urdf"]).findall("material")}
     assert {name: one.get("rgba") for name, one in colours.items() if one is not None} == {
         "a_colour": "1 0 0 1",
-        "a_colour_": "0.56 0.597 0.64 1",
+        "a_colour_": "0.495 0.318 0.722 1",
     }
 
 

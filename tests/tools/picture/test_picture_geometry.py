@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import colorsys
 import math
 import random
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from rosorin_compile.model import Robot
+from rosorin_compile.formats.page.data import robot_data
+from rosorin_compile.model import Box as BoxShape
+from rosorin_compile.model import Robot, Shape, Transform
 from rosorin_compile.tools.picture import raster, soup
 from rosorin_compile.tools.picture.camera import FIELD, ROOM, VIEWS, Box, Camera, fitted
 from rosorin_compile.tools.picture.light import THEMES
@@ -23,7 +25,7 @@ from rosorin_compile.tools.picture.svg import svg
 from support import drawings
 from support.drawings import HUES, first_hit, hue_name, rgba
 from support.paths import ROOT
-from support.robots import compiled_text
+from support.robots import compiled, compiled_text
 
 SVG = "{http://www.w3.org/2000/svg}"
 SIZE = (320, 200)
@@ -254,17 +256,13 @@ def test_views_and_fit_are_those_of_the_page():
 
 
 def test_colours_of_links_are_those_of_the_page():
-    colours = (ROOT / "viewer" / "src" / "colours.js").read_text("utf-8")
-    angle = float(re.search(r"GOLDEN_ANGLE = ([\d.]+)", colours)[1])
-    formula = re.search(r"\((\d+) \+ index \* GOLDEN_ANGLE\) % 360", colours)
-    grey, full, odd, even = map(
-        int, re.search(r"\? (\d+) : (\d+)\}%, \$\{index % 2 \? (\d+) : (\d+)\}%", colours).groups()
-    )
-    for index in range(60):
-        hue, light, saturation = colorsys.rgb_to_hls(*soup.of_link(index))
-        assert 360 * hue == pytest.approx((int(formula[1]) + index * angle) % 360, abs=0.06)
-        assert light == pytest.approx((odd if index % 2 else even) / 100)
-        assert saturation == pytest.approx((full if index else grey) / 100)
+    robot = compiled().robot
+    colours = {link["name"]: link["colour"] for link in robot_data(robot)["links"]}
+    box = {link.name: Shape(BoxShape((0, 0, 0), (1, 1, 1))) for link in robot.links}
+    bare = replace(robot, links=tuple(replace(link, visual=(), collision=(box[link.name],)) for link in robot.links))
+    for piece in soup.pieces(bare, {name: Transform() for name in box}, lambda _: None, False, True):
+        named = colours[bare.links[piece.link].name]
+        assert [int(named[at : at + 2], 16) / 255 for at in (1, 3, 5)] == pytest.approx(piece.colour, abs=0.003)
 
 
 def test_a_box_around_nothing_is_fitted():

@@ -27,6 +27,8 @@ from ...model import (
     Sphere,
 )
 from ...model.frame_tree import Row, publishers, rows
+from ...model.looks import own_colours
+from ...model.shape import Rgba
 from ..drawing.letters import colours
 from ..drawing.situations import Situation, TooMany, situations
 from ..static_tf import describe
@@ -84,7 +86,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
 
 
 def _link(robot: Robot, link: Link) -> Data:
-    made: Data = {"name": link.name}
+    made: Data = {"name": link.name, "colour": _hexadecimal(own_colours(robot)[link.name])}
     if link.inertial is not None:
         made["inertial"] = _inertial(link.inertial)
     made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
@@ -92,6 +94,10 @@ def _link(robot: Robot, link: Link) -> Data:
     instead = {} if look is None or robot.has_looks else {"rgba": list(look)}
     made["collision"] = [one | instead for one in _shapes(link.collision)]
     return made
+
+
+def _hexadecimal(rgba: Rgba) -> str:
+    return "#" + "".join(f"{round(255 * part):02x}" for part in rgba[:3])
 
 
 def _inertial(inertial: Inertial) -> Data:

@@ -6,7 +6,6 @@ Polygons with the same number of corners stand together in one array. Solids are
 
 from __future__ import annotations
 
-import colorsys
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise, product
@@ -29,13 +28,13 @@ from ...model import (
     Transform,
     Vector,
 )
+from ...model.looks import own_colours
 from ...startup.records import NamedTuple
 from .camera import Box
 
 Floats = NDArray[np.float64]
 
 ROUND = 40  # corners of a circle
-_GOLDEN_ANGLE = 137.50776
 COLLISION = (0xE8 / 255, 0x83 / 255, 0x3A / 255)
 VEIL = 0.35  # how much a collision shape covers where visuals are drawn as well
 _CREASE = 0.82  # the cosine of the angle up to which a mesh is taken to be round there
@@ -77,12 +76,6 @@ class Piece(NamedTuple):
     shown: bool = True
 
 
-def of_link(index: int) -> Colour:
-    """Return the colour for the link of that number: red, green, blue (sRGB, 0 to 1)."""
-    hue = float(f"{(212 + index * _GOLDEN_ANGLE) % 360:.1f}")
-    return colorsys.hls_to_rgb(hue / 360, (0.52 if index % 2 else 0.60), (0.10 if index == 0 else 0.42))
-
-
 def pieces(
     robot: Robot, places: Mapping[str, Transform], surfaces: Surfaces, visual: bool, collision: bool
 ) -> list[Piece]:
@@ -96,7 +89,7 @@ def pieces(
         for purpose, shown, shape in _shapes(link, surfaces, visual, collision):
             veiled = purpose == "collision" and visual and collision
             rgba = robot.colour(shape) if purpose == "visual" else None if robot.has_looks else robot.look_of(link)
-            colour = COLLISION if veiled else rgba[:3] if rgba else of_link(index)
+            colour = COLLISION if veiled else rgba[:3] if rgba else own_colours(robot)[link.name][:3]
             opacity = VEIL if veiled else rgba[3] if rgba else 1.0
             at = places[link.name].then(shape.origin().transform())
             own = purpose == "visual" and rgba is None

@@ -104,7 +104,7 @@ def test_check_tells_no_colour_that_nobody_said(home: Path, capsys: pytest.Captu
     assert main(["check", "."]) == 1
     said = capsys.readouterr().out
     assert "base_link visual colour 0.56 0.64 0.588 1 -> 1 0 0 1" in said
-    assert "material" not in said.partition("---")[0]
+    assert "base_link_colour" not in said.partition("---")[0]
 
 
 def test_diff_of_two_artifacts_tells_none_either(home: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -126,7 +126,7 @@ def _said(facts: Facts, names: Mapping[str, str], given: Mapping[str, str], robo
             look = [fact._replace(quantity=f"{label} {one}".strip()) for one in _LOOK]
             if is_own([float(facts[one].value) for one in look if one in facts]):
                 left_out.update(look)
-        elif part == "material" and link in given and value.value == given[link]:
+        elif part == "material" and value.value in materials:
             left_out.add(fact)
     return {fact: value for fact, value in facts.items() if fact not in left_out} if left_out else facts
 

@@ -103,7 +103,7 @@ def _tells(line: str, planted: Planted) -> bool:
             # Some formats give a name to what has none.
             if not re.search(rf"{re.escape(_word(old))} -> .*{re.escape(_word(new))}", line):
                 return False
-        elif not any(_is(a, old, new) and _is(b, new, old) for a, b in pairs):
+        elif not any(_are((a, b), (old, new)) for a, b in pairs):
             return False
     if planted.step:
         return any(isclose(abs(b - a), n * planted.step, rel_tol=0.06) for a, b in pairs for n in (1, 2))
@@ -114,9 +114,11 @@ def _word(value: bool | str) -> str:
     return str(value).lower() if isinstance(value, bool) else value or ""
 
 
-def _is(said: float, value: float, twin: float) -> bool:
-    """Say whether a number in print is a value, as well as its difference to the other one shows."""
-    return abs(said - value) <= 0.06 * abs(twin - value)
+def _are(said: tuple[float, float], values: tuple[float, float]) -> bool:
+    """Say whether two numbers in print, of six digits or more, are these, and show their difference."""
+    step = values[1] - values[0]
+    close = (abs(a - b) <= 0.06 * abs(step) + 5e-6 * abs(b) for a, b in zip(said, values, strict=True))
+    return all(close) and abs(said[1] - said[0] - step) <= 0.06 * abs(step)
 
 
 _NUMBER = r"[-+]?\d[\d.]*(?:e[-+]?\d+)?"

@@ -36,6 +36,35 @@ def test_a_robot_with_every_shape_and_joint_agrees(number_format: str) -> None:
     assert agreement(robot, artifacts) == []
 
 
+BODY = "{inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}}"
+NAMESAKES = f"""robot: r
+links: {{base: {BODY}, arm: {BODY}, hand: {BODY}, arm_joint: {BODY}}}
+joints:
+  arm: {{type: continuous, parent: base, child: arm, axis: [0, 0, 1]}}
+  hand: {{type: continuous, parent: arm, child: hand, axis: [0, 1, 0], mimic: {{joint: arm, multiplier: 2}}}}
+  arm_joint: {{type: continuous, parent: hand, child: arm_joint, axis: [1, 0, 0], mimic: {{joint: hand}}}}
+"""
+
+
+def test_joints_that_are_called_like_links_agree_and_are_held_against_the_model(tmp_path: Path) -> None:
+    """An SDF calls them otherwise, the leaders of followers too."""
+    made = compiled_text(tmp_path, NAMESAKES).robot
+    assert made is not None
+    robot, artifacts = emitted(made, "exact")
+    assert agreement(robot, artifacts) == []
+    sdf = next(one for one in artifacts if one.backend == "sdf")
+    others = [one for one in artifacts if one is not sdf]
+    for old, new, what in (
+        ("<multiplier>2</multiplier>", "<multiplier>3</multiplier>", "hand mimic multiplier"),
+        ("<xyz>0 0 1</xyz>", "<xyz>0 1 0</xyz>", "arm axis"),
+        ('<mimic joint="hand_joint">', '<mimic joint="base">', "arm_joint mimic joint"),
+    ):
+        assert old in sdf.text
+        found = agreement(robot, [*others, sdf._replace(text=sdf.text.replace(old, new))])
+        assert found
+        assert all(what in one.message for one in found)
+
+
 def test_the_reference_robot_agrees() -> None:
     assert BASE.robot is not None
     assert agreement(BASE.robot, BASE.artifacts) == []

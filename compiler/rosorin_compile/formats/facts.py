@@ -217,6 +217,10 @@ class Sheet:
         """Return the name that the robot has for a link of the artifact, as far as that is known."""
         return link if self.known is None else self.known.names.get(link, link)
 
+    def joint(self, name: str) -> str:
+        """Return the name that the robot has for a joint of the artifact, as far as that is known."""
+        return name if self.known is None else self.known.joints.get(name, name)
+
     def add_box(self, link: str, lower: Vector, upper: Vector) -> None:
         """Take down the box that a link collides with, between two corners (m)."""
         if self.known is None:

@@ -213,6 +213,7 @@ class Format:
     - ``cannot_say``: facts that it has no word for, though ``facts`` reads them.
     - ``disagreements``: what else it says wrongly, in words.
     - ``names``: what it calls links otherwise than the robot does: the name of the link by the name in the artifact.
+      ``joint_names``: the same of joints.
     - ``complete``: it carries every frame, with the shapes of each.
 
     When two robots are compared: ``links`` (those that an output has), ``lacks`` (topics that it has no word for, see
@@ -272,6 +273,7 @@ class Format:
     cannot_say: Callable[[Robot, Fact], bool] | None = None
     disagreements: Callable[[Robot, Output, str], Iterator[str]] | None = None
     names: Callable[[Output], Mapping[str, str]] | None = None
+    joint_names: Callable[[Robot], Mapping[str, str]] | None = None
     complete: bool = False
     links: Callable[[Robot, Output], Collection[str]] | None = None
     lacks: frozenset[str] = frozenset()

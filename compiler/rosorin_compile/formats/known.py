@@ -42,12 +42,13 @@ class Held(NamedTuple):
 class Known:
     """What the model says about frames, joints and masses, in the terms of the artifacts.
 
-    ``names`` are the names of links by those that an artifact has for them, ``solids`` the shapes of the robot as
-    solids, by their identity, as far as somebody asked for them.
+    ``names`` are the names of links by those that an artifact has for them, ``joints`` those of joints, ``solids`` the
+    shapes of the robot as solids, by their identity, as far as somebody asked for them.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.names: Mapping[str, str] = {}
+        self.joints: Mapping[str, str] = {}
         self.solids: dict[int, tuple[Shape, Solid]] = {}
         self._joints = robot.joint
         self._inertials = {link.name: link.inertial for link in robot.links if link.inertial is not None}
@@ -64,13 +65,16 @@ class Known:
         self._motions: dict[Hashable, Block] = {}
         self._motion_of: dict[str, Block] = {}
 
-    def of(self, names: Mapping[str, str], inertials: Mapping[str, Inertial]) -> Known:
-        """Return what is known for an artifact that calls links otherwise, or in which some weigh something else."""
-        if not names and not inertials:
+    def of(
+        self, names: Mapping[str, str], inertials: Mapping[str, Inertial], joints: Mapping[str, str] | None = None
+    ) -> Known:
+        """Return what is known for an artifact that has other names, or in which some links weigh something else."""
+        if not names and not inertials and not joints:
             return self
         other = Known.__new__(Known)
         other.__dict__.update(self.__dict__)
         other.names = names
+        other.joints = joints or {}
         if inertials:
             other._inertials = {**self._inertials, **inertials}
             other._masses, other._blocks = {}, {}

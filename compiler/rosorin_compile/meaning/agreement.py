@@ -16,7 +16,7 @@ from ..model import Inertial, Mesh, Output, Robot, Shape
 from ..startup.records import NamedTuple
 from .solids import remainder, same_set, solid_from, straight
 from .tolerance import NOISE, same_turn, same_value
-from .view import View, called, turn_of, view_of
+from .view import View, called, joints_called, named_as, turn_of, view_of
 
 RULES = (
     Rule(
@@ -107,7 +107,7 @@ def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
         own = {link.name: link.inertial for link in robot.links}
         weights = ((name, one) for name, one in weighs(robot, output).items() if one is not own.get(name))
         others = {name: one for name, one in weights if name in own and one != own[name]}
-    return model.of(called(robot, artifact), others)
+    return model.of(called(robot, artifact), others, joints_called(robot, artifact))
 
 
 def _reading(artifact: Artifact, known: Known) -> _Reading | None:
@@ -144,7 +144,8 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
         if read is None:
             continue
         try:
-            reading = _whole(artifact, view_of(read(artifact.text), called(robot, artifact)))
+            facts = named_as(read(artifact.text), joints_called(robot, artifact))
+            reading = _whole(artifact, view_of(facts, called(robot, artifact)))
         except ValueError as problem:
             found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
         else:

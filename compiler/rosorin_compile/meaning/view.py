@@ -161,6 +161,26 @@ def called(robot: Robot, artifact: Artifact) -> Mapping[str, str]:
     return {} if names is None or output is None else names(output)
 
 
+def joints_called(robot: Robot, artifact: Artifact) -> Mapping[str, str]:
+    """Return the robot's names of joints by the names that an artifact has for them."""
+    names = FORMATS[artifact.backend].joint_names
+    return {} if names is None else names(robot)
+
+
+def named_as(facts: Facts, joints: Mapping[str, str]) -> Facts:
+    """Return facts with the robot's names of joints, by the names that the artifact has for them."""
+    if not joints:
+        return facts
+    found: Facts = {}
+    for fact, value in facts.items():
+        if fact.kind == "joint":
+            fact = fact._replace(name=joints.get(fact.name, fact.name))
+            if fact.quantity == "mimic joint":
+                value = value._replace(value=joints.get(str(value.value), value.value))
+        found[fact] = value
+    return found
+
+
 def transform_of(view: View, frame: str) -> Transform:
     """Return where a frame sits in its parent, as a view has it."""
     values = [view.plain.get(Fact("frame", frame, f"origin {axis}"), Value(0.0)).value for axis in AXES]

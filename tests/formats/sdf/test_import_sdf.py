@@ -171,6 +171,42 @@ def test_a_model_is_found_in_a_package_and_by_its_folder(tmp_path):
         assert [file.name for file in imported.files] == ["robot.sdf", "new.sdf"]
 
 
+def test_an_include_is_read_where_the_user_says_and_nowhere_else(tmp_path):
+    """``--package`` and the variables of the environment name folders; the file of a stranger names none."""
+    other = tmp_path / "other"
+    robot, private = tmp_path / "robot", tmp_path / "private"
+    for folder in (other, robot, private):
+        folder.mkdir()
+        (folder / "part.sdf").write_text(FOLLOWERS.format("1.9", '<link name="b"/>'), "utf-8")
+    (robot / "link.sdf").symlink_to(private / "part.sdf")
+    (robot / "model.config").write_text('<model><sdf version="1.9">../private/part.sdf</sdf></model>', "utf-8")
+    name = str(tmp_path).strip("/")
+
+    def told(uri: str, **options) -> set[str]:
+        text = FOLLOWERS.format("1.9", f'<link name="a"/><include><uri>{uri}</uri></include>')
+        found = read_text(text, robot, **options)
+        return {one.rule for one in found.diagnostics if one.severity == ERROR}
+
+    assert not told("part.sdf")
+    assert not told("../other/part.sdf", packages={"other": other})
+    path = robot / "robot.sdf"
+    for variable in ("GZ_SIM_RESOURCE_PATH", "AMENT_PREFIX_PATH"):
+        assert not has_errors(read_robot(path, ReadOptions(environment={variable: str(other)})).diagnostics)
+    for uri in ("../other/part.sdf", "link.sdf", "model://robot", f"model://{name}/other/part.sdf"):
+        assert told(uri) == {"include-outside"}, uri
+        assert told(uri, lenient=True) == {"include-outside"}, uri
+
+
+def test_what_is_included_has_one_budget_of_elements(tmp_path, monkeypatch):
+    monkeypatch.setattr("rosorin_compile.formats.sdf.included.MAX_ELEMENTS", 200)
+    links = "".join(f'<link name="l{number}"/>' for number in range(48))
+    (tmp_path / "part.sdf").write_text(FOLLOWERS.format("1.9", links), "utf-8")
+    many = "".join(f"<include><uri>part.sdf</uri><name>p{number}</name></include>" for number in range(9))
+    found = read_text(FOLLOWERS.format("1.9", f'<link name="a"/>{many}'), tmp_path)
+    assert [one.rule for one in found.diagnostics if one.severity == ERROR] == ["include-too-many"]
+    assert len(found.files) == 5
+
+
 def test_comments_go_with_what_they_speak_of():
     imported = read_robot(SDF / "corners" / "kept.sdf", ReadOptions(environment={}))
     assert [comment.text for comment in imported.comments] == [" it stands "]

@@ -84,6 +84,13 @@ def _frames(robot: Robot) -> Sequence[str]:
     return [one.child for one in robot.joints if one.parent != world or one.type not in ("floating", "planar")]
 
 
+def _joint_names(robot: Robot) -> Mapping[str, str]:
+    """Return the names of the joints that are called otherwise, by what they are called."""
+    from .write import joint_names
+
+    return {other: name for name, other in joint_names(robot).items() if other != name}
+
+
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
     form = str(output.options.get("height_maps", "rows"))
     return [solid for shape in robot.link[link].collision for solid in shape.solids(form)]
@@ -134,6 +141,7 @@ FORMAT = Format(
     syntax=_syntax,
     prove=_prove,
     frames=_frames,
+    joint_names=_joint_names,
     solids=_solids,
     all_solids=True,
     cannot_say=_cannot_say,

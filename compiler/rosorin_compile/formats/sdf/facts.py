@@ -195,7 +195,7 @@ def _sizes(sheet: _Sheet, solid: Element) -> tuple[float, ...]:
 
 
 def _joint(sheet: _Sheet, joint: Element) -> None:
-    name, kind, child = sheet.text(joint, "name"), sheet.text(joint, "type"), sheet.word(joint, "child")
+    name, kind, child = sheet.joint(sheet.text(joint, "name")), sheet.text(joint, "type"), sheet.word(joint, "child")
     axis = joint.find("axis")
     key = None if axis is None else tuple((one.tag, one.text, *one.items()) for one in axis.iter())
     sheet.add_joint(name, child, sheet.once((kind, key), lambda: _motion(sheet, axis, kind)))
@@ -222,7 +222,7 @@ def _motion(sheet: _Sheet, axis: Element | None, kind: str) -> Block:
     mimic = axis.find("mimic")
     if mimic is not None:
         factor = sheet.one(mimic, "multiplier")
-        said["mimic joint"] = sheet.value(sheet.text(mimic, "joint"))
+        said["mimic joint"] = sheet.value(sheet.joint(sheet.text(mimic, "joint")))
         said["mimic multiplier"] = sheet.value(factor)
         at = sheet.one(mimic, "reference") if mimic.find("reference") is not None else 0.0
         said["mimic offset"] = sheet.value(sheet.one(mimic, "offset") - factor * at, unit)

@@ -305,7 +305,7 @@ class Links:
 
     def _address(self, uri: str, link: Node) -> str:
         """Return an address as seen from the file that is imported, for one in a file that it includes."""
-        first, own = self.models.files[0], link.scope.file
+        first, own = self.models.included.files[0], link.scope.file
         if "://" in uri or uri.startswith("/") or first.parent == own.parent:
             return uri
         return os.path.relpath(own.parent / uri, first.parent).replace(os.sep, "/")

@@ -41,7 +41,7 @@ def read_sdf(opened: Opened) -> Imported:
     top = models.top(document.root, opened.path)
     entries = None if top is None else _Robot(models, top).read()
     diagnostics = reading.all_diagnostics()
-    files, left_out = tuple(models.files), reading.left_out()
+    files, left_out = tuple(models.included.files), reading.left_out()
     if entries is None or top is None or has_errors(diagnostics):
         return Imported(None, diagnostics, (), files, left_out)
     name = printable_name(opened.path)

@@ -8,20 +8,17 @@ libsdformat 12.
 
 from __future__ import annotations
 
-import os
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
 from ...diagnostics import Related, Span, did_you_mean
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, quoted
-from ...frontend.packages import Packages
 from ...model import Transform
 from ...startup.records import NamedTuple
-from ...xml.files import read_source
-from ...xml.markup import Element, MarkupError, parse
+from ...xml.markup import Element
 from ..urdf.reading import NAME, Reading, named
+from .included import Included
 from .names import RESERVED, WORLD
 from .reading import Numbers, Said
 
@@ -56,7 +53,6 @@ LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
 _DEEPEST = 20  # models within models: more is a circle of includes
-_PATHS = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 
 
 class Node:
@@ -120,19 +116,13 @@ class Scope:
 
 
 class Models:
-    """Finds the models of a file, and where everything in them sits.
-
-    ``files`` are those that were read.
-    """
+    """Finds the models of a file, and where everything in them sits."""
 
     def __init__(self, reading: Reading, file: Path) -> None:
         self.reading = reading
         self.numbers = Numbers(reading)
-        self.files: list[Path] = [file]
+        self.included = Included(reading, file)
         self._poses: dict[int, Transform] = {}
-        environment = os.environ if reading.options.environment is None else reading.options.environment
-        self.environment = environment
-        self.packages = Packages(reading.options.packages, environment, file)
 
     def top(self, root: Element, file: Path) -> Scope | None:
         """Return the one model of a document; None after an error."""
@@ -263,7 +253,10 @@ class Models:
         if uri is None:
             self.reading.error("missing-element", f"{named(element)} has no <uri>", element.span, "add <uri>")
             return
-        file, help = self._file(str(uri.value), scope.file)
+        file, outside, help = self.included.find(str(uri.value), scope.file)
+        if outside:
+            self.reading.error("include-outside", outside, uri.span, help)
+            return
         if file is None:
             what = f'"{uri.value}" is not found'
             if not self.reading.lenient("sdf-include", what, uri.span, help, "leaves the model out"):
@@ -273,12 +266,9 @@ class Models:
         self._read(scope, element, file, uri.span)
 
     def _read(self, scope: Scope, include: Element, file: Path, asked: Span) -> None:
-        try:
-            document = parse(read_source(file, asked))
-        except MarkupError as problem:
-            self.reading.diagnostics.append(problem.diagnostic)
+        document = self.included.document(file, asked)
+        if document is None:
             return
-        self.files.append(file)
         root = document.root
         model = next((child for child in root.children if child.tag == MODEL), None)
         if root.tag != "sdf" or model is None:
@@ -290,37 +280,6 @@ class Models:
         name = str(given.value) if given is not None else self._name(model)
         if version is not None and name:
             self._within(scope, model, file, version, name, include)
-
-    def _file(self, uri: str, beside: Path) -> tuple[Path | None, str]:
-        """Return the file of an address, None if it is not there; and what to do then."""
-        if re.match(r"https?://", uri):
-            return None, "download the model, and name the file: nothing is fetched from the net"
-        found = next((path for path in self._places(uri, beside) if path.exists()), None)
-        if found is not None and found.is_dir():
-            found = _of_folder(found)
-        scheme, _, rest = uri.partition("://")
-        name = (rest or scheme).partition("/")[0]
-        return found, f"put it beside the file, or say where it is: --package {name}=FOLDER"
-
-    def _places(self, uri: str, beside: Path) -> Iterator[Path]:
-        scheme, colon, rest = uri.partition("://")
-        folder = Path(os.path.abspath(beside)).parent
-        if not colon:
-            yield folder / uri
-            rest = uri
-        elif scheme == "file":
-            yield folder / rest
-            return
-        name, _, inside = rest.partition("/")
-        package = self.packages.find(name)
-        if package is not None:
-            yield package / inside
-        for variable in _PATHS:
-            for entry in self.environment.get(variable, "").split(os.pathsep):
-                if entry:
-                    yield Path(entry) / rest
-        for above in (folder, *folder.parents):
-            yield above / rest
 
     # What names stand for, and where things sit.
 
@@ -448,20 +407,3 @@ class _At(NamedTuple):
     @property
     def span(self) -> Span:
         return self.element.span
-
-
-def _of_folder(folder: Path) -> Path | None:
-    """Return the SDF of a folder of a model, the newest that its model.config names; None if there is none."""
-    config = folder / "model.config"
-    try:
-        root = parse(read_source(config)).root
-        named_there = [child for child in root.children if child.tag == "sdf"]
-    except (MarkupError, OSError):
-        named_there = []
-    files = [folder / one.text for one in sorted(named_there, key=_age, reverse=True)]
-    return next((file for file in (*files, folder / "model.sdf") if file.is_file()), None)
-
-
-def _age(sdf: Element) -> list[int]:
-    """Return the version of an <sdf> of a model.config as numbers."""
-    return [int(digits) for digits in re.findall(r"\d+", sdf.get("version"))]

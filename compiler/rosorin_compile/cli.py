@@ -179,6 +179,8 @@ def _run(words: list[str]) -> int:
         return answer(words[1:], CommandLine(COMMANDS, parser))
     try:
         options = parse(words)
+        if getattr(options, "xacro_seconds", None):
+            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
         if _shown(options):
             show_progress()
         code: int = options.run(options)

@@ -24,6 +24,15 @@ def place(text: str) -> str:
     return text
 
 
+def seconds(text: str) -> int:
+    """Return a time of a command line in whole seconds, for argparse."""
+    if not (text.isascii() and text.isdigit() and len(text) < 9 and int(text) > 0):
+        import argparse
+
+        raise argparse.ArgumentTypeError(f'"{text[:20]}" is no number of whole seconds')
+    return int(text)
+
+
 def robot_options(command: argparse.ArgumentParser) -> None:
     """Add what a command takes that goes through robots: their names, and arguments."""
     command.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; default: every robot")
@@ -74,6 +83,12 @@ def package_option(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--trust", action="store_true", help="say nothing of what a xacro can run: you trust whoever wrote it"
+    )
+    command.add_argument(
+        "--xacro-seconds",
+        type=seconds,
+        metavar="SECONDS",
+        help="how long a xacro may calculate before it is ended; default: 60",
     )
 
 

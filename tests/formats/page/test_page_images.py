@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from base64 import b64decode
 from pathlib import Path
 from typing import Any
@@ -123,7 +124,53 @@ DAE = """<COLLADA><library_images><image id="a"><init_from>{}</init_from></image
 def test_images_of_a_dae(tmp_path: Path, name: str, found: list[str], vain: list[str]) -> None:
     (tmp_path / "skin.png").write_bytes(PNG)
     sides, missing = beside(tmp_path / "a.dae", DAE.format(name).encode())
-    assert ([side.name for side in sides], missing) == (found, vain)
+    assert ([side.name for side in sides], [*missing]) == (found, vain)
+
+
+HOMES = [
+    pytest.param("descriptions/r/m.dae", "m.dae", "images/t.png", True, id="the project"),
+    pytest.param("descriptions/r/m.dae", "m.dae", "../private/t.png", False, id="beside the project"),
+    pytest.param("robot/meshes/m.dae", "../meshes/m.dae", "robot/textures/t.png", True, id="of a URDF"),
+    pytest.param("robot/meshes/m.dae", "../meshes/m.dae", "t.png", False, id="outside of a URDF"),
+    pytest.param("robot/meshes/m.dae", "package://robot/meshes/m.dae", "robot/t.png", True, id="in a package"),
+    pytest.param("robot/meshes/m.dae", "package://robot/meshes/m.dae", "t.png", False, id="outside of a package"),
+    pytest.param("arm/share/deep/m.dae", "m.dae", "arm/t.png", True, id="by its package.xml"),
+    pytest.param("robot/m.dae", "/robot/m.dae", "t.png", False, id="a whole path"),
+]
+
+
+@pytest.mark.parametrize(("mesh", "name", "image", "inside"), HOMES)
+def test_an_image_is_in_the_project_of_its_mesh(tmp_path: Path, mesh: str, name: str, image: str, inside: bool) -> None:
+    top = tmp_path / "top"
+    for file in (top / mesh, top / image, top / "arm" / "package.xml"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+    (top / "arm" / "package.xml").write_text("<package><name>arm</name></package>", "utf-8")
+    (top / image).write_bytes(PNG)
+    asked = os.path.relpath(top / image, (top / mesh).parent)
+    dae, obj = DAE.format(asked).encode(), f"mtllib {asked}.mtl\n".encode()
+    (top / f"{image}.mtl").write_text("newmtl a\nmap_Kd t.png\n", "utf-8")
+    assert len(beside(top / mesh, dae, name)[0]) == inside
+    assert len(beside((top / mesh).with_suffix(".obj"), obj, name.replace(".dae", ".obj"))[0]) == inside
+    vain = beside(top / mesh, dae, name)[1]
+    assert vain == ({} if inside else {"t.png": "a mesh names it outside of the project"})
+
+
+def test_a_link_leads_to_no_image_outside(tmp_path: Path) -> None:
+    """A folder that ``colcon build --symlink-install`` made is one of links, to files of the source."""
+    source, installed, private = tmp_path / "src", tmp_path / "install", tmp_path / "private"
+    for folder in (source, installed, private):
+        (folder / "meshes").mkdir(parents=True)
+    (source / "package.xml").write_text("<package><name>arm</name></package>", "utf-8")
+    (source / "meshes/t.png").write_bytes(PNG)
+    (private / "t.png").write_bytes(PNG)
+    (source / "meshes/m.dae").write_bytes(DAE.format("t.png").encode())
+    for name in ("meshes/m.dae", "meshes/t.png"):
+        (installed / name).symlink_to(source / name)
+    mesh, name = installed / "meshes/m.dae", "package://arm/meshes/m.dae"
+    assert len(beside(mesh, mesh.read_bytes(), name)[0]) == 1
+    (installed / "meshes/t.png").unlink()
+    (installed / "meshes/t.png").symlink_to(private / "t.png")
+    assert beside(mesh, mesh.read_bytes(), name)[0] == []
 
 
 def test_the_first_bytes_say_what_an_image_is(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import Diagnostic, arrange
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.imported import Imported, ReadOptions
@@ -245,8 +246,37 @@ def test_child_that_dies_or_hangs(arm, monkeypatch):
     monkeypatch.setattr(reader, "_CHILD", "import os; os._exit(7)")
     assert "xacro broke down: the process ended with 7" in told(expand(arm))[-1]
     monkeypatch.setattr(reader, "_CHILD", "import time; time.sleep(9)")
-    monkeypatch.setattr(reader, "MAX_SECONDS", 0.2)
+    monkeypatch.setattr(reader, "MAX_SECONDS", 0.02)
     assert "does not end within" in told(expand(arm))[-1]
+
+
+MULTIPLY = "".join(f'<xacro:macro name="m{n}">{f"<xacro:m{n - 1}/>" * 10}</xacro:macro>' for n in range(1, 10))
+BOMBS = {
+    "number": '<link name="a${9**9**9}"/>',
+    "list": '<link name="a${len([1 for x in range(10**12)])}"/>',
+    "macros": f'<xacro:macro name="m0"/>{MULTIPLY}<xacro:m9/>',
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bomb", BOMBS)
+def test_a_file_that_calculates_without_end_is_ended_and_told(bomb, tmp_path, monkeypatch, capsys):
+    (tmp_path / "arm.xacro").write_text(f"{HEAD}\n{BOMBS[bomb]}</robot>", "utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROSORIN_COMPILE_XACRO_SECONDS", "60")  # which the option says anew
+    assert main(["import", "arm.xacro", "-o", "out", "--trust", "--xacro-seconds", "1"]) == 1
+    said = capsys.readouterr().err
+    assert "arm.xacro:3:" in said
+    assert "error[xacro-error]: xacro cannot expand the file: it calculates for more than 1 s\n" in said
+    assert "--xacro-seconds SECONDS" in said
+
+
+@pytest.mark.slow
+def test_a_file_that_leaves_python_for_too_long_is_ended_by_the_system(arm, monkeypatch):
+    endless = "from rosorin_compile.formats.xacro.child import _limit; import signal; _limit(1);"
+    monkeypatch.setattr(reader, "_CHILD", f"{endless} signal.signal(signal.SIGPROF, signal.SIG_IGN)\nwhile True: pass")
+    monkeypatch.setattr(reader, "MAX_SECONDS", 1)
+    assert "it calculates for more than 1 s" in told(expand(arm))[-1]
 
 
 def test_what_xacro_says_is_a_note(tmp_path):

@@ -31,7 +31,8 @@ from .seen import Data
 RULES = (
     Rule(
         "page-left-out",
-        "A warning: a mesh is not in the page, because it is not found, of a kind that no browser reads, or too large.",
+        "A warning: a mesh is not in the page, because it is not found, of a kind that no browser reads, or too large;"
+        " or an image is not, because a mesh names it outside of the project.",
         "`meshes: false` in the output leaves all of them out; `max_megabytes` allows more.",
         FORMATS,
     ),
@@ -96,9 +97,9 @@ class Embedding:
         content = self._content(name, file)
         if content is None:
             return {"missing": self.left[name]}
-        sides, vain = beside(file, content)
-        for image in vain:
-            self._without(image, "not found, or no image that browsers read")
+        sides, vain = beside(file, content, name)
+        for image, why in vain.items():
+            self._without(image, why)
         made = {"format": kind, "data": b64encode(content).decode("ascii")}
         own = {side.name: taken for side in sides if (taken := self._side(side))}
         return {**made, "files": own} if own else made

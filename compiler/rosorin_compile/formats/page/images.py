@@ -1,7 +1,8 @@
 """Images of a page: those that materials name, and what stands beside a mesh file: its materials and their images.
 
-A mesh is foreign, and so are the names in it. What it names is shown only if it is what it says to be: an image that a
-browser reads, by its first bytes, or the materials of an OBJ.
+A mesh is foreign, and so are the names in it. What it names is shown only if it is what it says to be, an image that a
+browser reads, by its first bytes, or the materials of an OBJ, and if it is in the project or the package of the mesh: a
+page is sent to others, and the author of a mesh does not choose what else of this machine is in it.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
+from ...project import DESCRIPTIONS
 from ...startup.records import NamedTuple
 
 _MAGIC = {
@@ -23,6 +25,8 @@ _MAGIC = {
 _MATERIALS = "text/plain"
 _LARGEST = 1_000_000  # bytes of materials
 _HEAD = 16
+_NO_IMAGE = "not found, or no image that browsers read"
+_OUTSIDE = "a mesh names it outside of the project"
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
 _MAP = re.compile(r"^[ \t]*map_Kd[ \t]+(.+?)[ \t]*$", re.MULTILINE | re.IGNORECASE)
 _OPTION = re.compile(r"-[a-z]+(?:[ \t]+(?:[-+.0-9e]+|on|off))*[ \t]+", re.IGNORECASE)
@@ -50,22 +54,54 @@ def image_type(file: Path) -> str:
     return next((kind for kind, magic in _MAGIC.items() if magic.match(head)), "")
 
 
-def beside(mesh: Path, content: bytes) -> tuple[list[Side], list[str]]:
-    """Return the files that belong to a mesh, and the names of images that it names in vain."""
-    kind = mesh.suffix.lower()
+def beside(mesh: Path, content: bytes, name: str = "") -> tuple[list[Side], dict[str, str]]:
+    """Return the files that belong to a mesh, and the images that it names in vain, with the reason.
+
+    ``name`` is that of the mesh in the description; without one, what belongs to it is in its own folder.
+    """
+    kind, homes = mesh.suffix.lower(), _homes(mesh, name)
     if kind == ".dae":
         library = _IMAGES.search(content)
         found = _IMAGE.findall(library[0]) if library else []
-        return _images(mesh, [unquote(name.decode("utf-8", "replace")) for name in found])
+        return _images(mesh, [unquote(name.decode("utf-8", "replace")) for name in found], homes)
     if kind != ".obj":
-        return [], []
+        return [], {}
     sides: list[Side] = []
     names: list[str] = []
     for side, text in _libraries(mesh, content):
-        sides.append(side)
-        names += [_OPTION.sub("", name) for name in _MAP.findall(text)]
-    images, vain = _images(mesh, names)
+        if _is_in(side.file, homes):
+            sides.append(side)
+            names += [_OPTION.sub("", name) for name in _MAP.findall(text)]
+    images, vain = _images(mesh, names, homes)
     return [*sides, *images], vain
+
+
+def _homes(mesh: Path, name: str) -> list[Path]:
+    """Return the folders that files of a mesh may be in: its project, or the package that it is in.
+
+    Without either the folder from which the description names it. Where the mesh is a link, also those of the file.
+    """
+    scheme, mark, rest = name.partition("://")
+    parts = [part for part in PurePosixPath(rest if mark else scheme).parts if part not in ("/", "..")]
+    parts = parts[1:] if mark and scheme != "file" else parts
+    found = []
+    for file in dict.fromkeys((mesh.parent.resolve() / mesh.name, mesh.resolve())):
+        named_so = parts and name[:1] != "/" and scheme != "file" and list(file.parts[-len(parts) :]) == parts
+        home = file.parents[len(parts) - 1] if named_so else file.parent
+        above = (home, *home.parents)
+        project = next((one.parent for one in above if one.name == DESCRIPTIONS), None)
+        package = next((one for one in above if (one / "package.xml").is_file()), None)
+        found.append(project or package or home)
+    return found
+
+
+def _is_in(file: Path, homes: list[Path]) -> bool:
+    """Say whether a file is in one of some folders, links followed."""
+    try:
+        real = file.resolve()
+    except (OSError, RuntimeError, ValueError):
+        return False
+    return any(real.is_relative_to(home) for home in homes)
 
 
 def _libraries(mesh: Path, content: bytes) -> Iterator[tuple[Side, str]]:
@@ -81,15 +117,16 @@ def _libraries(mesh: Path, content: bytes) -> Iterator[tuple[Side, str]]:
             continue
 
 
-def _images(mesh: Path, names: list[str]) -> tuple[list[Side], list[str]]:
-    sides, vain = [], []
+def _images(mesh: Path, names: list[str], homes: list[Path]) -> tuple[list[Side], dict[str, str]]:
+    sides: list[Side] = []
+    vain: dict[str, str] = {}
     for name in dict.fromkeys(names):
         file = _at(mesh, name)
         kind = image_type(file) if file is not None else ""
-        if file is not None and kind:
+        if file is not None and kind and _is_in(file, homes):
             sides.append(Side(name, file, kind))
         else:
-            vain.append(PurePosixPath(name.replace("\\", "/")).name)
+            vain[PurePosixPath(name.replace("\\", "/")).name] = _OUTSIDE if kind else _NO_IMAGE
     return sides, vain
 
 

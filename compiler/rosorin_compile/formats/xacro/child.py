@@ -30,6 +30,18 @@ MAX_MEMORY = 8 << 30  # bytes
 _NAMING = ("mesh", "texture")
 
 
+_GRACE = 2  # seconds of CPU to say where it was; who is in the midst of one number then says nothing any more
+
+
+class OutOfTime(BaseException):
+    """The file calculates for too long; what xacro forgives, it does not forgive this."""
+
+
+def out_of_time(seconds: float) -> str:
+    """Return what is wrong with a file that calculates for so many seconds."""
+    return f"it calculates for more than {seconds:g} s"
+
+
 class NotMarkup(Exception):
     """A file that is no XML, or not safe to read."""
 
@@ -88,15 +100,24 @@ def main() -> None:
 
 def _limit(seconds: float) -> None:
     """Bound what the process may take, and let it end with the one that asks; as far as the system can."""
-    with suppress(ImportError, OSError, ValueError):
+    with suppress(ImportError):
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
-        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds)))
+        until = math.ceil(seconds) + _GRACE
+        for kind, most in ((resource.RLIMIT_AS, (MAX_MEMORY,) * 2), (resource.RLIMIT_CPU, (until, until + _GRACE))):
+            with suppress(OSError, ValueError):  # a shell may have set less
+                resource.setrlimit(kind, most)
+    with suppress(AttributeError, OSError):  # Windows
+        signal.signal(signal.SIGPROF, _end)
+        signal.setitimer(signal.ITIMER_PROF, seconds)
     with suppress(ImportError, OSError, AttributeError):  # Linux
         import ctypes
 
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def _end(*_: object) -> None:
+    raise OutOfTime
 
 
 def expand(request: dict[str, Any]) -> dict[str, Any]:
@@ -122,11 +143,14 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
         answer["text"] = document.toprettyxml(indent="  ")
     except Exception as problem:  # whatever the file does is an answer
         answer |= _what(problem) | {"at": where(problem)}
+    except OutOfTime as problem:
+        answer |= {"error": out_of_time(request["seconds"]), "at": where(problem)}
     except (SystemExit, KeyboardInterrupt):
         answer["error"] = "it ends the program that expands it"
     if "text" not in answer:
         answer["stack"] = [name for name in xacro.filestack or [] if name]
         answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
+    if "text" not in answer and answer.get("error") != out_of_time(request["seconds"]):
         answer["missing"] = wanting.gathered(xacro, request["file"], dict(request["arguments"]))
     answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
     answer["arguments"] = list(arguments.asked)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -24,6 +25,7 @@ from ...xml.markup import Document, MarkupError, parse
 from ..imported import Imported, ReadOptions
 from ..urdf.reading import named
 from ..urdf.robot import read_urdf
+from .child import out_of_time
 from .faults import faults
 from .origins import Origins, Sources
 
@@ -43,7 +45,9 @@ RULES = (
     Rule("xacro-says", "A note: what xacro has to say beside its result.", topic=READING),
 )
 
-MAX_SECONDS = 120
+MAX_SECONDS = 60  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, says another number
+_PATIENCE = 10  # so many times as long may one take that waits
+_MORE_TIME = "make it smaller, or give it more time: --xacro-seconds SECONDS"
 
 _CHILD = (
     "import sys\n"
@@ -162,11 +166,12 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 
 def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
     """Return what the child process has to say: the expanded text, or what went wrong."""
+    seconds = _seconds()
     request = {
         "file": str(path),
         "arguments": dict(options.arguments),
         "packages": {name: os.path.abspath(folder) for name, folder in options.packages.items()},
-        "seconds": MAX_SECONDS,
+        "seconds": seconds,
         "environment": None if options.environment is None else dict(options.environment),
     }
     environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
@@ -176,21 +181,31 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
             input=json.dumps(request).encode(),
             capture_output=True,
             env=environment,
-            timeout=MAX_SECONDS,
+            timeout=_PATIENCE * seconds,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return {"error": f"it does not end within {MAX_SECONDS} seconds", "stack": [str(path)]}
+        return {"error": f"it does not end within {_PATIENCE * seconds:g} s", "help": _MORE_TIME, "stack": [str(path)]}
     except OSError as problem:
         return {"error": f"no child process can be started: {problem}", "stack": [str(path)]}
     output = child.stderr.decode("utf-8", "replace")
+    if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # in the midst of one number
+        return {"error": out_of_time(seconds), "help": _MORE_TIME, "stack": [str(path)]}
     try:
         answer: dict[str, Any] = json.loads(child.stdout)
     except ValueError:
         last = output.strip().splitlines()[-1:] or [f"the process ended with {child.returncode}"]
         answer = {"error": f"xacro broke down: {last[0]}", "stack": [str(path)]}
     answer["said"] = output
+    if answer.get("error") == out_of_time(seconds):
+        answer["help"] = _MORE_TIME
     return answer
+
+
+def _seconds() -> float:
+    """Return how long a xacro may calculate (s of CPU)."""
+    text = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
+    return int(text) if text.isascii() and text.isdigit() and 0 < len(text) < 9 and int(text) else MAX_SECONDS
 
 
 def _files(path: Path, answer: dict[str, Any]) -> tuple[Path, ...]:

@@ -187,7 +187,8 @@ def _failure(answer: dict[str, Any], document: Document, path: Path, sources: So
         span = element.span
     if span is None and answer.get("line"):
         span = Span(inner.source, answer["line"], 1)
-    return error("xacro-error", f"xacro cannot expand the file: {what}"[:600], span or inner.span(0), "", related)
+    message, help = f"xacro cannot expand the file: {what}"[:600], answer.get("help", "")
+    return error("xacro-error", message, span or inner.span(0), help, related)
 
 
 def _once(text: str) -> str:

@@ -92,17 +92,17 @@ def look(given: Given, description: Description, console: Console) -> Looked:
         if where is not None:
             link["where"] = where
     shown = Shown(lowered.robot, data, meshes, images, understood, {} if foreign else given.values())
-    beside_meshes = (side.file for file in meshes.values() for side in _sides(file))
+    beside_meshes = (side.file for name, file in meshes.items() for side in _sides(name, file))
     found = (*meshes.values(), *images.values(), *beside_meshes, *_awaited(expanded.tree, meshes))
     return Looked(shown, diagnostics, (*expanded.files, *found))
 
 
-def _sides(mesh: Path) -> list[Side]:
+def _sides(name: str, mesh: Path) -> list[Side]:
     """Return the files beside a mesh that belong to it; only an OBJ and a DAE name any."""
     if mesh.suffix.lower() not in (".obj", ".dae"):
         return []
     try:
-        return beside(mesh, mesh.read_bytes())[0]
+        return beside(mesh, mesh.read_bytes(), name)[0]
     except OSError:
         return []
 

@@ -6,7 +6,7 @@ stands in a small file beside its metadata. Most machines have no plug-in, so th
 ``importlib.metadata`` is imported, and which folders of packages have none is remembered in the user's cache.
 
 A plug-in that cannot be used is a diagnostic that names its distribution; it never stops the tool otherwise, and never
-takes the place of what is built in.
+takes the place of what is built in. What it prints goes to standard error: standard output is for artifacts.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable
-from contextlib import suppress
+from contextlib import redirect_stdout, suppress
 from functools import cache, lru_cache
 from pathlib import Path
 
-from .diagnostics import Diagnostic, error
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from .diagnostics.registry import PLUGINS, Rule
 from .startup import TYPE_CHECKING
 from .startup.cache import cache_folder, keep, recalled
@@ -81,7 +81,8 @@ def load(
         if plugin.group != group:
             continue
         try:
-            made = entry_point.load()
+            with aside():
+                made = entry_point.load()
             if not isinstance(made, kind):
                 raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
             own = list(names(made))
@@ -116,7 +117,44 @@ def failed(plugin: Plugin, problem: BaseException) -> Diagnostic:
 
 
 def _reason(problem: BaseException) -> str:
-    return f"{type(problem).__name__}: {problem}".rstrip(": ")
+    try:
+        return f"{type(problem).__name__}: {problem}".rstrip(": ")
+    except Exception:  # its text is made by the plug-in, too
+        return type(problem).__name__
+
+
+def aside() -> redirect_stdout[Any]:
+    """Let what a plug-in prints go to standard error while it is at work: it may forget a print()."""
+    return redirect_stdout(sys.stderr)
+
+
+def diagnostic_of(value: object) -> Diagnostic:
+    """Return what a plug-in has to say. Raises TypeError if it is no Diagnostic, or says something else in a field."""
+    if not isinstance(value, Diagnostic):
+        raise TypeError(f"what there is to say is a Diagnostic, not {str(value)[:60]!r}")
+    if value.severity not in (ERROR, WARNING, NOTE):
+        raise ValueError(f"the severity of {value.rule} is error, warning or note, not {str(value.severity)[:60]!r}")
+    for field in ("rule", "message", "help"):
+        if not isinstance(getattr(value, field), str):
+            raise TypeError(f"{field} of a Diagnostic is a text, not {str(getattr(value, field))[:60]!r}")
+    places = [value.span, *(one.span for one in _all_of(value, "related", Related))]
+    _all_of(value, "of", str)
+    if not all(place is None or _is_place(place) for place in places):
+        raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
+    if not all(isinstance(one, tuple) and len(one) == 2 for one in _all_of(value, "numbers", tuple)):
+        raise TypeError("numbers of a Diagnostic are pairs of a name and a value")
+    return value
+
+
+def _all_of(value: Diagnostic, field: str, kind: type[T]) -> tuple[T, ...]:
+    many = getattr(value, field)
+    if not isinstance(many, tuple) or not all(isinstance(one, kind) for one in many):
+        raise TypeError(f"{field} of a Diagnostic is a tuple of {kind.__name__}, not {str(many)[:60]!r}")
+    return many
+
+
+def _is_place(span: object) -> bool:
+    return isinstance(span, Span) and all(type(number) is int and number > 0 for number in span[1:4])
 
 
 def _clash(plugin: Plugin, name: str, other: Plugin | None) -> Diagnostic:

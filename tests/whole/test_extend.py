@@ -430,3 +430,106 @@ def test_two_packages_with_one_ending(machine: Machine):
         'rosorin-toy 1.0 (rosorin_compile.formats: toy = toy_robot.toy:FORMAT) brings ".toy", which the plug-in other'
         in (printed)
     )
+
+
+def _rule(body: str, head: str = '@rule("ball-too-heavy", "It is too heavy.")') -> str:
+    top = "from rosorin_compile import Case, Diagnostic, function, rule\n\n\n"
+    text = f'{top}@function("ball_mass", "x")\ndef ball_mass(radius, density):\n    return 1\n\n\n'
+    return f"{text}{head}\ndef light_enough(case):\n    print('a forgotten print')\n    {body}\n"
+
+
+def _yields(words: str) -> str:
+    return _rule(f'yield Diagnostic("ball-too-heavy", {words})')
+
+
+# What the module of the rule is, and what is said of it.
+RULES = {
+    "another severity": (
+        _yields('"fatal", "oh"'),
+        "the severity of ball-too-heavy is error, warning or note, not 'fatal'",
+    ),
+    "no severity": (_yields('None, "oh"'), "the severity of ball-too-heavy is error, warning or note, not 'None'"),
+    "a message that is no text": (_yields('"error", 3'), "message of a Diagnostic is a text, not '3'"),
+    "a help that is no text": (_yields('"error", "oh", help=None'), "help of a Diagnostic is a text, not 'None'"),
+    "a line for a place": (_yields('"error", "oh", 7'), "the place of a Diagnostic is a Span"),
+    "a place without a line": (
+        _yields('"error", "oh", Diagnostic("a", "b", "c")'),
+        "the place of a Diagnostic is a Span",
+    ),
+    "related texts": (_yields('"error", "oh", None, ("here",)'), "related of a Diagnostic is a tuple of Related"),
+    "names that are a text": (_yields('"error", "oh", of="link"'), "of of a Diagnostic is a tuple of str, not 'link'"),
+    "numbers that are none": (_yields('"error", "oh", numbers=((1,),)'), "numbers of a Diagnostic are pairs"),
+    "a text": (_rule('yield "oh"'), "yields oh, no Diagnostic of its rules (ball-too-heavy)"),
+    "nothing": (_rule("return None"), "fails: TypeError: 'NoneType' object is not iterable"),
+    "raises": (_rule("yield 1 / 0"), "fails: ZeroDivisionError: division by zero"),
+    "ends the program": (_rule("raise SystemExit(3)"), "fails: SystemExit: 3"),
+    "an attribute that is not there": (_rule("yield case.robots"), "fails: AttributeError: 'Case' object has no"),
+    "a problem without text": (
+        _rule("raise type('Odd', (Exception,), {'__str__': lambda self: 1 / 0})"),
+        "(rosorin_compile.rules: balls = toy_robot.balls:light_enough) fails: Odd\n",
+    ),
+    "no rule": (_rule("yield None", ""), "it is of type function, not a Check of rosorin_compile"),
+    "an id that is none": (_rule("yield None", '@rule("Too Heavy", "x")'), '"Too Heavy" is no id of a rule'),
+    "an id that is no text": (_rule("yield None", '@rule(3, "x")'), "id of a rule is a text, not '3'"),
+    "a rule without words": (_rule("yield None", '@rule("a-b", None)'), "what of a rule is a text, not 'None'"),
+    "no module": ("raise ImportError('no such thing')\n", "cannot be loaded: ImportError: no such thing"),
+    "no text of Python": ("def (:\n", "cannot be loaded: SyntaxError"),
+    "another name": ("import math\n", "has no attribute 'light_enough'"),
+}
+
+
+@pytest.mark.parametrize("case", RULES)
+def test_a_broken_rule_is_told_in_one_sentence(machine: Machine, case: str):
+    text, words = RULES[case]
+    machine.write(f"{PACKAGES}/toy_robot/balls.py", text)
+    who = "error[plugin-broken]: the plug-in rosorin-toy 1.0 (rosorin_compile.rules: "
+    printed = machine.run("all", "plain", code=1)
+    assert who in printed
+    assert words in printed
+    machine.run("rule", "ball-too-heavy")
+    machine.run("rule")
+
+
+def test_a_rule_that_is_alone_and_says_nothing_of_an_order(machine: Machine):
+    machine.write(f"{PACKAGES}/toy_robot/balls.py", _yields('"note", "oh"'))
+    assert "note[ball-too-heavy]: oh" in machine.run("all", "plain", code=0)
+
+
+FUNCTIONS = {
+    "raises": ("raise RuntimeError('oh')", "ball_mass() of rosorin-toy 1.0 fails: RuntimeError: oh"),
+    "ends the program": ("raise SystemExit(3)", "ball_mass() of rosorin-toy 1.0 fails: SystemExit: 3"),
+    "gives an object": ("return object()", "ball_mass() of rosorin-toy 1.0 gives an object"),
+}
+
+
+@pytest.mark.parametrize("case", FUNCTIONS)
+def test_a_broken_function_is_told_at_its_place(machine: Machine, case: str):
+    body, words = FUNCTIONS[case]
+    text = _rule("return []").replace("return 1\n", f"{body}\n")
+    machine.write(f"{PACKAGES}/toy_robot/balls.py", text)
+    printed = machine.run("all", "cart", code=1)
+    assert "cart/robot.yaml:5:" in printed
+    assert words in printed
+
+
+def test_what_a_plugin_prints_is_in_no_artifact(machine: Machine):
+    """Neither what it prints when it is imported, nor what each of its functions prints."""
+    module = machine.packages / "toy_robot" / "toy.py"
+    text = module.read_text("utf-8").replace("    return", "    print('FORGOTTEN')\n    return")
+    module.write_text(f"print('FORGOTTEN')\n{text}".replace("print('FORGOTTEN')\nfrom __future__", "from __future__"))
+    text = _rule("return []").replace("    return 1", "    print('FORGOTTEN')\n    return 2")
+    machine.write(f"{PACKAGES}/toy_robot/balls.py", text.replace("a forgotten print", "FORGOTTEN"))
+    environment = {**os.environ, "PYTHONPATH": str(machine.packages), "ROSORIN_COMPILE_CACHE": "off"}
+    for words, first in (
+        (("print", "toy", "cart"), "# Generated"),
+        (("print", "urdf", "cart"), "<?xml"),
+        (("frames", "dolls/doll.toy", "--json"), "{"),
+        (("check", "plain", "--format", "json"), "{"),
+    ):
+        done = subprocess.run(
+            [sys.executable, "-m", "rosorin_compile", *words],
+            cwd=machine.folder, env=environment, check=False, capture_output=True, text=True,
+        )  # fmt: skip
+        assert done.stdout.startswith(first), done.stdout[:100]
+        assert "FORGOTTEN" not in done.stdout
+        assert "FORGOTTEN" in done.stderr

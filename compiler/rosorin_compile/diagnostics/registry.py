@@ -79,6 +79,13 @@ class Rule(NamedTuple):
         return "warning" in words or "note" in words
 
 
+def check_texts(rule: Rule) -> None:
+    """Raise TypeError for a rule of a plug-in with something else than texts."""
+    for field, value in zip(Rule._fields, rule, strict=True):
+        if not isinstance(value, str):
+            raise TypeError(f"{field} of a rule is a text, not {str(value)[:60]!r}")
+
+
 class Check(NamedTuple):
     """A function that yields what it finds wrong with a robot, and the rules that are declared with it.
 

@@ -10,11 +10,12 @@ from collections.abc import Mapping
 from numbers import Integral, Real
 from typing import Any
 
-from ..diagnostics import Diagnostic, Span
+from ..diagnostics import Span
 from ..diagnostics.registry import READING, Rule
 from ..frontend.load import MAX_DEPTH
 from ..frontend.schema import Steps, subject, unit_at
 from ..frontend.tree import Map, Seq, first_line
+from ..plugins import diagnostic_of
 from ..units import parse_quantity
 from ..xml.files import printable_name
 from .checked import accept
@@ -39,11 +40,13 @@ def imported(made: object, opened: Opened) -> Imported:
     Raises TypeError for what is none of them.
     """
     if isinstance(made, Imported):
-        return made
+        if not (made.tree is None or isinstance(made.tree, Map)):
+            raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
+        return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
     description, said = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
     diagnostics = list(said)
-    if not all(isinstance(one, Diagnostic) for one in diagnostics):
-        raise TypeError("what a reader has to say are Diagnostics")
+    for one in diagnostics:
+        diagnostic_of(one)
     tree = as_tree(description, first_line(opened.source), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")

@@ -13,8 +13,8 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic
-from ..diagnostics.registry import OF_PLUGINS, Rule, find
-from ..plugins import Plugin, PluginFailed, broken, failed, load
+from ..diagnostics.registry import OF_PLUGINS, Rule, check_texts, find
+from ..plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
 from ..project import ENDINGS, data_folder
 from ..startup.records import NamedTuple
 from .format import Asked, Fact, Facts, Format, Value
@@ -64,6 +64,8 @@ def _marks(built_in: Collection[str], format: Format) -> list[str]:
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
     if format.read is not None and not all(_ENDING.fullmatch(ending) for ending in format.endings):
         raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
+    for rule in format.rules:
+        check_texts(rule)
     return [format.name, *(files if format.read else ()), *(rule.id for rule in format.rules)]
 
 
@@ -100,7 +102,7 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
     """Return a format whose functions raise nothing, and give nothing, that their callers do not expect."""
     whole: dict[str, Any] = {name: _stopping(plugin, getattr(format, name), fit) for name, fit in _GIVES.items()}
     whole["facts"] = _to_value_error(plugin, format.facts, _facts)
-    whole["syntax"] = _to_value_error(plugin, format.syntax, lambda value: value)
+    whole |= {name: _to_value_error(plugin, getattr(format, name), _any) for name in ("syntax", "data", "against")}
     whole["check"] = _telling(plugin, format.check)
     whole["disagreements"] = _yielding(plugin, format.disagreements)
     write = _written(plugin, format.write, whole["facts"])
@@ -112,10 +114,11 @@ def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[.
 
     def guarded(*given: Any) -> tuple[str, list[Diagnostic]]:
         try:
-            text, diagnostics = write(*given)  # type: ignore[misc]
+            with aside():
+                text, diagnostics = write(*given)  # type: ignore[misc]
+                told = [diagnostic_of(one) for one in diagnostics]
             if not isinstance(text, str):
                 raise TypeError(f"write gives a text and diagnostics, and this text is of type {type(text).__name__}")
-            told = [_diagnostic(one) for one in diagnostics]
             if facts is not None and not any(one.severity == "error" for one in told):
                 facts(text)
         except TemplateProblem:
@@ -127,12 +130,6 @@ def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[.
     return write and guarded
 
 
-def _diagnostic(value: object) -> Diagnostic:
-    if not isinstance(value, Diagnostic):
-        raise TypeError(f"what there is to say is a Diagnostic, not {str(value)[:60]!r}")
-    return value
-
-
 def _read(plugin: Plugin, read: Callable[..., Any] | None) -> Callable[..., Any] | None:
     def guarded(opened: Any) -> Imported:
         from ..xml.markup import MarkupError
@@ -140,7 +137,9 @@ def _read(plugin: Plugin, read: Callable[..., Any] | None) -> Callable[..., Any]
         from .imported import Imported
 
         try:
-            return imported(read(opened), opened)  # type: ignore[misc]
+            with aside():
+                made = read(opened)  # type: ignore[misc]
+            return imported(made, opened)
         except MarkupError:
             raise  # what the file is like, not the plug-in
         except (Exception, SystemExit) as problem:
@@ -154,7 +153,8 @@ def _stopping(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable
 
     def guarded(*given: Any) -> Any:
         try:
-            return fit(function(*given))  # type: ignore[misc]
+            with aside():
+                return fit(function(*given))  # type: ignore[misc]
         except (Exception, SystemExit) as problem:
             raise PluginFailed(failed(plugin, problem)) from None
 
@@ -162,9 +162,10 @@ def _stopping(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable
 
 
 def _to_value_error(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable[[Any], Any]) -> Any:
-    def guarded(text: str) -> Any:
+    def guarded(*given: Any) -> Any:
         try:
-            return fit(function(text))  # type: ignore[misc]
+            with aside():
+                return fit(function(*given))  # type: ignore[misc]
         except ValueError:
             raise
         except (Exception, SystemExit) as problem:
@@ -176,10 +177,11 @@ def _to_value_error(plugin: Plugin, function: Callable[..., Any] | None, fit: Ca
 def _telling(plugin: Plugin, check: Callable[..., Any] | None) -> Callable[..., Any] | None:
     def guarded(*given: Any) -> Iterator[Diagnostic]:
         try:
-            for one in check(*given) or ():  # type: ignore[misc]
-                yield _diagnostic(one)
+            with aside():
+                found = [diagnostic_of(one) for one in check(*given) or ()]  # type: ignore[misc]
         except (Exception, SystemExit) as problem:
-            yield failed(plugin, problem)
+            found = [failed(plugin, problem)]
+        yield from found
 
     return check and guarded
 
@@ -187,9 +189,11 @@ def _telling(plugin: Plugin, check: Callable[..., Any] | None) -> Callable[..., 
 def _yielding(plugin: Plugin, function: Callable[..., Any] | None) -> Callable[..., Any] | None:
     def guarded(*given: Any) -> Iterator[str]:
         try:
-            yield from _texts(function(*given))  # type: ignore[misc]
+            with aside():
+                found = _texts(function(*given))  # type: ignore[misc]
         except (Exception, SystemExit) as problem:
             raise PluginFailed(broken(plugin, f"cannot tell what is wrong: {problem}")) from None
+        yield from found
 
     return function and guarded
 
@@ -237,6 +241,10 @@ def _inertials(value: Any) -> Mapping[str, Inertial]:
     return found
 
 
+def _any(value: Any) -> Any:
+    return value
+
+
 def _text(value: Any) -> str:
     return _texts([value])[0]
 
@@ -263,4 +271,11 @@ _GIVES: Mapping[str, Callable[[Any], Any]] = {
     "refusal": _text,
     "robot_of": _text,
     "asked": _asked,
+    "opens": _text,
+    "differ": _text,
+    "brings": _texts,
+    "joint_names": _text_by_text,
+    "is_other": bool,
+    "join": _any,
+    "prove": _any,
 }

@@ -9,7 +9,7 @@ come as they are defined. So a new rule is a function under ``@rule``, in a modu
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -17,14 +17,14 @@ from types import ModuleType
 
 from ..diagnostics import ERROR, Diagnostic, Span
 from ..diagnostics.progress import step
-from ..diagnostics.registry import OF_PLUGINS, Check, Rule, checks_of, find
+from ..diagnostics.registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
 from ..frontend.accepting import accepted
 from ..frontend.expand.scope import Scope
 from ..frontend.lower.shapes import RULES as _OF_SHAPES
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
 from ..model import Robot
-from ..plugins import Plugin, broken, failed, load
+from ..plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
 from .case import USED, Case
@@ -43,7 +43,7 @@ def _modules() -> list[ModuleType]:
     modules = {name: module for name in names if checks_of(module := import_module(f".{name}", __name__))}
 
     def place(name: str) -> tuple[str, ...]:
-        after: str = modules[name].AFTER
+        after: str = getattr(modules[name], "AFTER", "")
         return (*place(after), name) if after else (name,)
 
     return [modules[name] for name in sorted(modules, key=place)]
@@ -73,6 +73,7 @@ def plugged() -> Plugged:
 def _ids(check: Check) -> list[str]:
     """Return the ids of a plug-in's check. Raises ValueError if they are none."""
     for rule in check.rules:
+        check_texts(rule)
         if not is_id(rule.id):
             raise ValueError(f'"{rule.id}" is no id of a rule: small letters, digits and single hyphens')
         if rule.accept not in _OF or rule.imported not in _IMPORTED:
@@ -121,17 +122,20 @@ def check(
     return _causes(tree, _joined(tree, diagnostics))
 
 
-def _guarded(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]:
-    """Yield what a plug-in's check finds, and what is wrong with the check."""
+def _guarded(plugin: Plugin, check: Check, case: Case) -> list[Diagnostic]:
+    """Return what a plug-in's check finds until it does something wrong, and that."""
     ids = [rule.id for rule in check.rules]
+    found: list[Diagnostic] = []
     try:
-        for diagnostic in check(case):
-            if not isinstance(diagnostic, Diagnostic) or diagnostic.rule not in ids:
-                yield broken(plugin, f"yields {str(diagnostic)[:80]}, no Diagnostic of its rules ({', '.join(ids)})")
-                return
-            yield diagnostic
+        with aside():
+            for diagnostic in check(case):
+                if not isinstance(diagnostic, Diagnostic) or diagnostic.rule not in ids:
+                    what = f"yields {str(diagnostic)[:80]}, no Diagnostic of its rules ({', '.join(ids)})"
+                    return [*found, broken(plugin, what)]
+                found.append(diagnostic_of(diagnostic))
     except (Exception, SystemExit) as problem:
-        yield failed(plugin, problem)
+        found.append(failed(plugin, problem))
+    return found
 
 
 def _joined(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import struct
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -21,6 +20,7 @@ from ..diagnostics.progress import step
 from ..diagnostics.registry import FORMATS, Rule
 from ..formats.mesh_files import Found, Named, Searched, told
 from .extract.problems import ExtractProblem
+from .mesh_soundness import MOST_FACES, NotSound, check, check_pointer, is_text
 
 if TYPE_CHECKING:
     from .extract.meshes import Floats
@@ -42,19 +42,8 @@ RULES = (
     ),
 )
 
-MOST_FACES = 200_000  # of an STL, in MuJoCo 4.0.0
 MAX_BYTES = 500_000_000
-_HEAD = 84  # bytes of an STL before its triangles, of which each has 50
-_PNG = b"\x89PNG\r\n\x1a\n"
 _MARK = "made by rosorin-compile of SHA-256 "
-
-
-class _NotRead(Exception):
-    """A mesh that MuJoCo cannot get; the message ends a sentence about it."""
-
-    def __init__(self, what: str, help: str) -> None:
-        super().__init__(what)
-        self.help = help
 
 
 def brought(searched: Searched, outputs: Path) -> Searched:
@@ -69,7 +58,7 @@ def brought(searched: Searched, outputs: Path) -> Searched:
         step("reading meshes", number, len(searched.found))
         try:
             made, is_new = _files(found, outputs)
-        except _NotRead as problem:
+        except NotSound as problem:
             failed.setdefault((str(problem), problem.help, found.named.kind), []).append(found.named)
             missing.add(found.named.name)
             continue
@@ -95,26 +84,28 @@ def _said(failed: Mapping[tuple[str, str, str], Sequence[Named]], converted: Seq
 def _files(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
     """Return the files of a mesh by their names in the folder of the artifacts, and whether one was converted now.
 
-    Raises _NotRead.
+    Raises NotSound.
     """
     data = _read(found.file)
+    check_pointer(data)
     own = next((place for place in found.places if _is(outputs / place, found.file)), None)
     if own is not None:
-        _check(data, found.file.suffix.lower())
+        check(data, found.file.suffix.lower())
         return dict.fromkeys(found.places, data), False
     made: dict[str, bytes] = {}
     is_new = False
     for place in found.places:
         ending = Path(place).suffix.lower()
-        if ending == found.file.suffix.lower() and not (ending == ".stl" and _is_text(data)):
-            _check(data, ending)
+        if ending == found.file.suffix.lower() and not (ending == ".stl" and is_text(data)):
+            check(data, ending)
             made[place] = data
         else:
             there, mark = _there(outputs / place), f"{_MARK}{hashlib.sha256(data).hexdigest()[:40]}"
             is_new = is_new or mark.encode() not in there[:200]
             made[place] = _converted(found.file, ending, mark) if is_new else there
+            check(made[place], ending)
     if not found.places:
-        _check(data, found.file.suffix.lower())
+        check(data, found.file.suffix.lower())
     return made, is_new
 
 
@@ -128,50 +119,11 @@ def _is(path: Path, file: Path) -> bool:
 def _read(path: Path) -> bytes:
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise _NotRead(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
+            raise NotSound(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
         return path.read_bytes()
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
-        raise _NotRead(f"{reason}", "check the permissions") from None
-
-
-def _is_text(data: bytes) -> bool:
-    """Say whether an STL is one of letters: its size is not that of as many triangles as it says."""
-    binary = len(data) >= _HEAD and len(data) == _HEAD + 50 * struct.unpack("<I", data[80:84])[0]
-    return not binary and data.lstrip()[:5].lower() == b"solid"
-
-
-def _check(data: bytes, ending: str) -> None:
-    """Raise _NotRead for what MuJoCo does not read."""
-    if not data:
-        raise _NotRead("the file is empty", "export it anew")
-    if ending == ".png" and not _is_png(data):
-        raise _NotRead("it is no PNG that is whole", "export it anew, as PNG")
-    if ending != ".stl":
-        return
-    if _is_text(data):
-        raise _NotRead("MuJoCo reads no STL of letters", "export it anew, as binary STL")
-    count = struct.unpack("<I", data[80:84])[0] if len(data) >= _HEAD else 0
-    if len(data) != _HEAD + 50 * count:
-        raise _NotRead("the STL is damaged", "export it anew")
-    if not 1 <= count <= MOST_FACES:
-        help = "reduce the number of triangles, or export it as OBJ"
-        raise _NotRead(f"it has {count:,} triangles, and MuJoCo takes 1 to {MOST_FACES:,} of an STL", help)
-
-
-def _is_png(data: bytes) -> bool:
-    """Say whether an image is a PNG from its first piece to its last; each says its length, and a sum of its bytes."""
-    if not data.startswith(_PNG):
-        return False
-    start, kind = len(_PNG), b""
-    while start + 12 <= len(data) and kind != b"IEND":
-        (length,) = struct.unpack_from(">I", data, start)
-        end = start + 8 + length
-        kind = data[start + 4 : start + 8]
-        if data[end : end + 4] != struct.pack(">I", zlib.crc32(data[start + 4 : end])):
-            return False
-        start = end + 4
-    return kind == b"IEND"
+        raise NotSound(f"{reason}", "check the permissions") from None
 
 
 def _there(path: Path) -> bytes:
@@ -183,16 +135,16 @@ def _there(path: Path) -> bytes:
 
 @lru_cache(maxsize=64)
 def _converted(path: Path, ending: str, mark: str) -> bytes:
-    """Return a mesh in another format, whose bytes the mark stands for. Raises _NotRead."""
+    """Return a mesh in another format, whose bytes the mark stands for. Raises NotSound."""
     from .extract.meshes import load_mesh
 
     try:
         triangles = load_mesh(path).triangles
     except ExtractProblem as problem:
         said = problem.diagnostic
-        raise _NotRead(said.message.removeprefix(f"{path} "), said.help) from None
+        raise NotSound(said.message.removeprefix(f"{path} "), said.help) from None
     if ending == ".stl" and len(triangles) > MOST_FACES:
-        raise _NotRead(f"it has more than {MOST_FACES:,} triangles", "export it as OBJ")
+        raise NotSound(f"it has more than {MOST_FACES:,} triangles", "export it as OBJ")
     return _WRITERS[ending](triangles, mark)
 
 

@@ -87,7 +87,7 @@ def package_option(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--xacro-seconds",
         type=seconds,
-        metavar="SECONDS",
+        metavar="S",
         help="how long a xacro may calculate before it is ended; default: 60",
     )
 

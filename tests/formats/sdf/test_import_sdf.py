@@ -204,7 +204,7 @@ def test_what_is_included_has_one_budget_of_elements(tmp_path, monkeypatch):
     many = "".join(f"<include><uri>part.sdf</uri><name>p{number}</name></include>" for number in range(9))
     found = read_text(FOLLOWERS.format("1.9", f'<link name="a"/>{many}'), tmp_path)
     assert [one.rule for one in found.diagnostics if one.severity == ERROR] == ["include-too-many"]
-    assert len(found.files) == 5
+    assert len(found.files) == 6
 
 
 def test_comments_go_with_what_they_speak_of():

@@ -47,7 +47,7 @@ RULES = (
 
 MAX_SECONDS = 60  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, says another number
 _PATIENCE = 10  # so many times as long may one take that waits
-_MORE_TIME = "make it smaller, or give it more time: --xacro-seconds SECONDS"
+_MORE_TIME = "make it smaller, or give it more time: --xacro-seconds S"
 
 _CHILD = (
     "import sys\n"

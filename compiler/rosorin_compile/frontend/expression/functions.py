@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 
 from ...diagnostics import Diagnostic
-from ...plugins import Plugin, load
+from ...plugins import Plugin, aside, load
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...units import ANGLE, NUMBER, UNITS, Dimension, Quantity, describe, dimension_of
@@ -364,6 +364,8 @@ def _names(one: Function) -> list[str]:
     """Return the name of a plug-in's function. Raises ValueError or TypeError if it is none."""
     if not one.name.isidentifier():
         raise ValueError(f'"{one.name}" cannot be the name of a function')
+    if not isinstance(one.help, str):
+        raise TypeError(f"what the reference says of {one.name} is a text, not {str(one.help)[:60]!r}")
     if not callable(one.apply):
         raise TypeError(f"{one.name} cannot be called")
     return [one.name]
@@ -382,7 +384,8 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
 
     def apply(*values: Any) -> Any:
         try:
-            value = one(*values)
+            with aside():
+                value = one(*values)
         except (ExpressionError, TypeError, ValueError, ArithmeticError, LookupError):
             raise  # as functions that are built in
         except (Exception, SystemExit) as problem:

@@ -150,7 +150,7 @@ def served(shown: Shown, numbers: dict[Path, str]) -> tuple[Data, dict[str, tupl
         if kind is None or file is None:
             meshes[name] = {"missing": "not found" if file is None else "no browser reads it"}
             continue
-        sides = {side.name: {"type": side.type, "url": at(side.file, side.type)} for side in _sides(file)}
+        sides = {side.name: {"type": side.type, "url": at(side.file, side.type)} for side in _sides(name, file)}
         meshes[name] = {"format": kind, "url": at(file, _BYTES), **({"files": sides} if sides else {})}
     textures: Data = {}
     for name in texture_names(shown.robot):

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Fits = Callable[["Any"], bool]
 
+# Beyond it, what is calculated of a number (a volume, a moment of inertia) may be beyond all numbers that there are.
+MOST = 1e30
 _LARGEST = 2**53  # whole numbers beyond are not all floats
 
 _KINDS: dict[str, Fits] = {
@@ -169,13 +171,13 @@ def _allowed(schema: Mapping[str, Any]) -> tuple[Dimension, ...] | None:
 
 
 def _number(allowed: tuple[Dimension, ...] | None, value: Any) -> bool:
-    """Say whether a value is a finite number, and one of a dimension that is allowed if it has one."""
+    """Say whether a value is a number that can be reckoned with, of a dimension that is allowed if it has one."""
     kind = type(value)
     if kind is float:
-        return isfinite(value)
+        return -MOST <= value <= MOST  # type: ignore[no-any-return]
     if kind is int:
         return -_LARGEST <= value <= _LARGEST  # type: ignore[no-any-return]
-    if not isinstance(value, Quantity) or not isfinite(value):
+    if not isinstance(value, Quantity) or not -MOST <= value <= MOST:
         return False
     return allowed is None or value.dimension in allowed
 

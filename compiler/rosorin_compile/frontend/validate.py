@@ -10,6 +10,7 @@ from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import SHAPE, Rule
 from ..startup import TYPE_CHECKING
 from ..units import Dimension, Quantity, describe, parse_unit
+from .certain import MOST
 from .schema import ONE_ENTRY, Judge, Steps, backend_of, judge_of, subject, unit_at
 from .tree import Map, Seq, locate
 
@@ -25,9 +26,16 @@ RULES = (
         "Correct the unit, or the type of the joint.",
         SHAPE,
     ),
-    Rule("not-finite", "A number is NaN or infinite.", "Write a number, or leave the key out.", SHAPE),
+    Rule(
+        "not-finite",
+        "A number is NaN or infinite; or one that is no limit is beyond 1e30, and nothing can be calculated with it.",
+        "Write a number, or leave the key out.",
+        SHAPE,
+    ),
 )
 
+# The sections whose numbers are calculated with; limits of joints are not: 1.8e308 is how many files say none.
+_RECKONED = ("links", "joints", "sensors", "root", "drive", "edges", "robots", "navigation")
 MANY = 600  # entries of sections
 
 
@@ -47,7 +55,7 @@ def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
 def _problems(tree: Map, judge: Judge, formats: Mapping[str, Format]) -> list[Diagnostic]:
     walk = _Walk()
     plain = walk.plain(tree)
-    diagnostics = [walk.diagnostics_of(tree, path) for path in walk.not_finite]
+    diagnostics = [walk.diagnostics_of(tree, path, value) for path, value in walk.not_finite]
     misfits = [(path, quantity, _dimensions(tuple(path)) or ()) for path, quantity in walk.misfits]
     misfits += [(path, quantity, (allowed,)) for path, quantity, allowed in _of_options(tree, formats)]
     diagnostics += _complaints(tree, plain, judge, {tuple(path) for path, _, _ in misfits})
@@ -92,7 +100,7 @@ class _Walk:
     def __init__(self) -> None:
         self.path: Steps = []
         self.done: dict[int, Any] = {}
-        self.not_finite: list[Steps] = []
+        self.not_finite: list[tuple[Steps, float]] = []
         self.misfits: list[tuple[Steps, Quantity]] = []
 
     def plain(self, value: Map | Seq) -> Any:
@@ -110,7 +118,7 @@ class _Walk:
         allowed: dict[str | int, tuple[Dimension, ...] | None] = {}
         for key, item in pairs:
             kind = type(item)
-            if kind is str or kind is bool or item is None or (kind is float and math.isfinite(item)):
+            if kind is str or kind is bool or item is None or (kind is float and -MOST <= item <= MOST):
                 continue
             if kind is Quantity:
                 step = 0 if type(key) is int else key  # all items of a list are of the same kind
@@ -142,22 +150,28 @@ class _Walk:
     def _number(self, item: Quantity, key: str | int, allowed: tuple[Dimension, ...] | None) -> float:
         if allowed is not None and item.dimension not in allowed:
             self.misfits.append(([*self.path, key], item))
-        return float(item) if math.isfinite(item) else self._not_finite(key)
+        return self._sound(float(item), key)
 
-    def _not_finite(self, key: str | int) -> float:
-        self.not_finite.append([*self.path, key])
+    def _sound(self, value: float, key: str | int) -> float:
+        """Return a number; 0 after noting that it is none, or beyond what can be reckoned with."""
+        steps = [*self.path, key]
+        if -MOST <= value <= MOST or (math.isfinite(value) and (steps[0] not in _RECKONED or "limit" in steps)):
+            return value
+        self.not_finite.append((steps, value))
         return 0.0
 
     def _scalar(self, item: Any, key: str | int) -> Any:
         if isinstance(item, float):
-            return item if math.isfinite(item) else self._not_finite(key)
+            return self._sound(item, key)
         if isinstance(item, int):
             return float(item) if abs(item) > 2**53 else item
         return str(item)
 
-    def diagnostics_of(self, tree: Map, path: Steps) -> Diagnostic:
+    def diagnostics_of(self, tree: Map, path: Steps, value: float) -> Diagnostic:
         place = locate(tree, path)
         message = f"{subject(path)} is not a finite number"
+        if math.isfinite(value):
+            message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
         return error("not-finite", message, place.span, "write a number, or leave the entry out", place.stack())
 
 

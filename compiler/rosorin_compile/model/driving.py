@@ -191,6 +191,13 @@ def driving_of(robot: Robot) -> Driving:
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')
     base = drive.frame or robot.root
+    for name in (base, *(end for one in robot.joints for end in (one.parent, one.child))):
+        if name not in robot.link:
+            raise ValueError(f'there is no link "{name}"')
+    for names in drive.joints.values():
+        for name in names:
+            if name not in robot.joint:
+                raise ValueError(f'there is no joint "{name}"')
     placed = {name: _Placed.of(robot, base, name) for names in drive.joints.values() for name in names}
     x, y = _centre(drive, placed)
     steering = tuple(

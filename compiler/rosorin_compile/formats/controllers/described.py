@@ -57,8 +57,11 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     values = managed(output, distribution)
     for found in against_kind(f"the {MANAGER}", manager(distribution), values):
         yield _placed(case, found, ("outputs", output.name), ("manager",))
+    drive = case.robot.drive
     if not is_tree(case) or not all(name in case.robot.joint for name in _of_drive(case.robot)):
         return  # which has rules of its own
+    if drive is not None and drive.frame and drive.frame not in case.robot.link:
+        return  # and so has that
     for one in filled(case.robot, distribution):
         findings = list(_findings(case, one, distribution))
         for found in findings:

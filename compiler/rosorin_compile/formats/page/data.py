@@ -131,7 +131,8 @@ def _shape(shape: Shape) -> Data:
 
 def _colour(robot: Robot, shape: Shape) -> Data:
     rgba, texture = robot.colour(shape), robot.texture(shape)
-    return ({} if rgba is None else {"rgba": list(rgba)}) | ({"texture": texture} if texture else {})
+    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # told where it is not so
+    return shown | ({"texture": texture} if texture else {})
 
 
 def _joint(robot: Robot, joint: Joint) -> Data:

@@ -42,6 +42,7 @@ _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "
 _INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
+_LONGEST = 300  # digits of a number: more are beyond a double, too
 _MOST = 2**63 - 1
 
 
@@ -224,6 +225,8 @@ class _Reader:
         if _INT.match(text):
             digits = text.lstrip("+-")
             base = 16 if digits[1:2] in ("x", "X") else 8 if digits.startswith("0") else 10
+            if len(digits) > _LONGEST:  # rcl takes a number that is no double for text
+                return text, "string"
             number = int(digits, base) * (-1 if text.startswith("-") else 1)
             return (number, "int") if abs(number) <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):

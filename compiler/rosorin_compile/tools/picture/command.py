@@ -148,7 +148,14 @@ def _draw(
         return PROBLEMS
     known = Known(shown.robot, shown.case())
     console.show([beyond_limit(known, found, WARNING) for found in beyond(shown.robot, state)])
-    made = picture(shown, shown.robot.poses_in_root(state), asked, target.suffix.lower(), console, _progress)
+    from .raster import TooMuch
+
+    try:
+        made = picture(shown, shown.robot.poses_in_root(state), asked, target.suffix.lower(), console, _progress)
+    except (TooMuch, MemoryError) as problem:
+        why = str(problem) if isinstance(problem, TooMuch) else "it takes more memory than there is"
+        console.warn(f"{shown.robot.name} cannot be drawn: {why}; --collision draws simpler shapes")
+        return PROBLEMS
     try:
         write_file(target, made, inputs)
     except OutputError as problem:

@@ -156,7 +156,7 @@ def shadows(triangles: Floats, box: Box) -> Shadows:
     x, y, z = (triangles[..., i] for i in range(3))
     across, below, near = along((x, y, z), right), along((x, y, z), down), along((x, y, z), SUN)
     corner = (float(across.min()), float(below.min()))
-    cell = max(float(across.max()) - corner[0], float(below.max()) - corner[1], 1e-6 * box.diagonal) / SHADOWS
+    cell = max(float(across.max()) - corner[0], float(below.max()) - corner[1], 1e-6 * box.diagonal) / SHADOWS or 1.0
     columns, rows = (across - corner[0]) / cell, (below - corner[1]) / cell
     planes, low, high = _planes(columns, rows, near), float(near.min()), float(near.max())
     size = SHADOWS + 1

@@ -22,7 +22,12 @@ _FINE = 16  # parts of a cell
 _CHUNK = 1_000_000  # samples of triangles that are looked at together
 _LEVELS = 2**24  # of nearness
 _NUMBERS = 2**32  # of triangles
+MOST_SAMPLES = 2_000_000_000  # of the boxes around all triangles: more take minutes
 NOTHING = -1
+
+
+class TooMuch(Exception):
+    """Triangles lie over each other so often that nobody would wait for the picture."""
 
 
 class Scene(NamedTuple):
@@ -52,7 +57,8 @@ def scene(x: Floats, y: Floats, near: Floats, low: float, high: float) -> Scene:
     A sample (column, row) is at column + 0.5, row + 0.5.
     """
     at = [np.rint(np.clip(values, -1e8, 1e8) * _FINE).astype(np.int64) for values in (x, y)]
-    return Scene(at[0], at[1], near, low, max(high, low + 1e-300))
+    # Of a scene without depth everything is equally near.
+    return Scene(at[0], at[1], near, low, high if high > low else low + 1.0)
 
 
 def turns_left(scene: Scene) -> Whole:
@@ -91,7 +97,25 @@ def every(scene: Scene, chosen: Whole, columns: int, rows: int) -> tuple[Whole, 
 
 
 def _samples(scene: Scene, chosen: Whole, columns: int, first: int, end: int) -> Iterator[tuple[Whole, Whole]]:
-    """Yield samples that lie on triangles: their places in the grid, and their keys."""
+    """Yield samples that lie on triangles: their places in the grid, and their keys. Raises TooMuch."""
+    for part in _parts(scene, chosen, columns, first, end):
+        yield from _samples_of(scene, part, columns, first, end)
+
+
+def _parts(scene: Scene, chosen: Whole, columns: int, first: int, end: int) -> list[Whole]:
+    """Return the chosen triangles in parts that have some million rows each. Raises TooMuch."""
+    x, y = scene.x[chosen] // _FINE, scene.y[chosen] // _FINE
+    high = np.clip(y.max(axis=1) + 1, first, end) - np.clip(y.min(axis=1), first, end)
+    wide = np.clip(x.max(axis=1) + 1, 0, columns) - np.clip(x.min(axis=1), 0, columns)
+    if int((high * wide).sum()) > MOST_SAMPLES:
+        raise TooMuch(f"{len(chosen):,} triangles lie over each other")
+    rows = np.cumsum(high)
+    cuts = np.searchsorted(rows, np.arange(_CHUNK, int(rows[-1]) if len(rows) else 0, _CHUNK))
+    return np.split(chosen, np.unique(cuts))
+
+
+def _samples_of(scene: Scene, chosen: Whole, columns: int, first: int, end: int) -> Iterator[tuple[Whole, Whole]]:
+    """Yield the samples of some triangles."""
     number, row, left, right = _spans(scene, chosen, columns, first, end)
     length = right - left + 1
     cuts = np.searchsorted(np.cumsum(length), np.arange(_CHUNK, int(length.sum()), _CHUNK)).tolist()

@@ -46,7 +46,7 @@ RULES = (
 )
 
 MAX_SECONDS = 60  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, says another number
-_PATIENCE = 10  # so many times as long may one take that waits
+_PATIENCE, _START = 4, 60  # so many times as long, and seconds more, may one take that waits
 _MORE_TIME = "make it smaller, or give it more time: --xacro-seconds S"
 
 _CHILD = (
@@ -167,6 +167,7 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
     """Return what the child process has to say: the expanded text, or what went wrong."""
     seconds = _seconds()
+    wait = _PATIENCE * seconds + _START
     request = {
         "file": str(path),
         "arguments": dict(options.arguments),
@@ -181,11 +182,15 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
             input=json.dumps(request).encode(),
             capture_output=True,
             env=environment,
-            timeout=_PATIENCE * seconds,
+            timeout=wait,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return {"error": f"it does not end within {_PATIENCE * seconds:g} s", "help": _MORE_TIME, "stack": [str(path)]}
+        return {
+            "error": f"it does not end within {wait:g} s",
+            "help": _MORE_TIME,
+            "stack": [str(path)],
+        }
     except OSError as problem:
         return {"error": f"no child process can be started: {problem}", "stack": [str(path)]}
     output = child.stderr.decode("utf-8", "replace")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Fits = Callable[["Any"], bool]
 
 # Beyond it, what is calculated of a number (a volume, a moment of inertia) may be beyond all numbers that there are.
-MOST = 1e30
+MOST = 1e150
 _LARGEST = 2**53  # whole numbers beyond are not all floats
 
 _KINDS: dict[str, Fits] = {

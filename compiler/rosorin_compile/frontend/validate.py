@@ -28,14 +28,16 @@ RULES = (
     ),
     Rule(
         "not-finite",
-        "A number is NaN or infinite; or one that is no limit is beyond 1e30, and nothing can be calculated with it.",
+        "A number is NaN or infinite; or one that is no limit is beyond 1e150, and nothing can be calculated with it.",
         "Write a number, or leave the key out.",
         SHAPE,
     ),
 )
 
-# The sections whose numbers are calculated with; limits of joints are not: 1.8e308 is how many files say none.
-_RECKONED = ("links", "joints", "sensors", "root", "drive", "edges", "robots", "navigation")
+# The sections whose numbers are calculated with, but for limits of joints, where 1.8e308 is how many files say that
+# there is none, and masses, which have rules of their own.
+_RECKONED = ("links", "joints", "sensors", "root", "drive", "edges")
+_OTHERS = ("limit", "mass")
 MANY = 600  # entries of sections
 
 
@@ -155,7 +157,7 @@ class _Walk:
     def _sound(self, value: float, key: str | int) -> float:
         """Return a number; 0 after noting that it is none, or beyond what can be reckoned with."""
         steps = [*self.path, key]
-        if -MOST <= value <= MOST or (math.isfinite(value) and (steps[0] not in _RECKONED or "limit" in steps)):
+        if -MOST <= value <= MOST or (math.isfinite(value) and not _is_reckoned(steps)):
             return value
         self.not_finite.append((steps, value))
         return 0.0
@@ -173,6 +175,10 @@ class _Walk:
         if math.isfinite(value):
             message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
         return error("not-finite", message, place.span, "write a number, or leave the entry out", place.stack())
+
+
+def _is_reckoned(steps: Steps) -> bool:
+    return steps[0] in _RECKONED and not any(word in steps for word in _OTHERS)
 
 
 @lru_cache(maxsize=2_000)

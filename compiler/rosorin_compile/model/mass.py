@@ -36,6 +36,8 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
         made = _inertial_of(shapes, mass, density)
     except OverflowError:
         made = None
+    except ZeroDivisionError:
+        raise ValueError("a shape is so small that its volume is no number") from None
     if made is None or not all(map(math.isfinite, (made.mass, made.ixx, made.iyy, made.izz))):
         raise ValueError("a shape is so large that its mass is no number")
     return made
@@ -140,6 +142,8 @@ def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
         made = _together(placed)
     except OverflowError:
         made = None
+    except ZeroDivisionError:
+        raise ValueError("a shape is so small that its volume is no number") from None
     if made is None or not all(map(math.isfinite, (made.mass, *made.pose.xyz, made.ixx, made.iyy, made.izz))):
         raise ValueError("masses so large, or so far apart, that together they are no number")
     return made

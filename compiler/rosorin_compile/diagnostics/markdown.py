@@ -20,6 +20,7 @@ from .wording import counted, listed, plural, printable
 
 # In bytes of UTF-8, which are not fewer than characters: it fits into a comment, and leaves room for words beside it.
 MAX_BYTES = 60_000
+HEAD = "## Robots: "  # with this each document begins
 _MAX_CODE = 200  # letters of one name or number
 _MAX_TEXT = 1000  # letters of one message
 
@@ -129,7 +130,7 @@ def _verdicts(sections: Sequence[Section]) -> str:
 
 def _head(sections: Sequence[Section]) -> str:
     failed = sum(one.failed for one in sections)
-    return f"## Robots: {failed:,} of {len(sections):,} with problems" if failed else "## Robots: no problems"
+    return f"{HEAD}{failed:,} of {len(sections):,} with problems" if failed else f"{HEAD}no problems"
 
 
 def _line(section: Section) -> str:

@@ -1,17 +1,22 @@
-"""One file: an artifact for whoever names its place, and the depfile that tells a build tool what it was made of."""
+"""One file: an artifact for whoever names its place, and the depfile that tells a build tool what it was made of.
+
+It is prepared beside its place and renamed: after a kill at any moment the old or the new one stands there. A file that
+this tool did not write is not replaced.
+"""
 
 from __future__ import annotations
 
 import os
 import re
 import stat
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from ..diagnostics.registry import WRITING, Rule
 from . import OutputError, explained
-from .staging import STAGE
+from .ours import wrote
+from .staging import staged_file, tidy
 
 RULES = (
     Rule(
@@ -29,11 +34,16 @@ RULES = (
 )
 
 
-def write_file(path: Path, data: bytes, inputs: Iterable[Path] = ()) -> None:
+_DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
+
+
+def write_file(
+    path: Path, data: bytes, inputs: Iterable[Path] = (), ours: Callable[[Path], bool] | None = wrote
+) -> None:
     """Make ``data`` the content of a file, in one step; folders above it are made.
 
     An equal file gets the time of now. What is no regular file, such as a pipe, is written into; a link stays. Raises
-    OutputError, also where the file is one of ``inputs``.
+    OutputError, also where the file is one of ``inputs``, or not one of ``ours``: it does not say that we wrote it.
     """
     try:
         status = _status(path)
@@ -47,10 +57,16 @@ def write_file(path: Path, data: bytes, inputs: Iterable[Path] = ()) -> None:
                 file.write(data)
             return
         place = Path(os.path.realpath(path))
+        if place.parent.is_dir():
+            with suppress(OSError):
+                tidy(place.parent)
         if status is not None and status.st_size == len(data) and place.read_bytes() == data:
             with suppress(OSError):  # somebody else's file that we may read alone is as it should be
                 os.utime(place)
                 return
+        elif status is not None and ours is not None and not ours(place):
+            message = f"this tool did not write {path}: it is not replaced"
+            raise OutputError("output-not-ours", message, "name another file, or move it away")
         place.parent.mkdir(parents=True, exist_ok=True)
         _replace(place, data, status)
     except OSError as problem:
@@ -75,7 +91,13 @@ def write_depfile(path: Path, target: str, inputs: Sequence[Path], made: Iterabl
     text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
     if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *made)):
         raise OutputError("output-is-input", f"{path} is what the depfile would tell of", "name another file")
-    write_file(path, os.fsencode(text))
+    write_file(path, os.fsencode(text), ours=_is_depfile)
+
+
+def _is_depfile(path: Path) -> bool:
+    """Say whether a file is a depfile as it is written here, which has no comment that could say so."""
+    data = path.read_bytes()
+    return not data.strip() or _DEPFILE.fullmatch(data) is not None
 
 
 def escaped(name: str) -> str:
@@ -111,14 +133,10 @@ def _is_same(status: os.stat_result, file: Path) -> bool:
 
 def _replace(place: Path, data: bytes, before: os.stat_result | None) -> None:
     """Put a new file in the place of another one; it keeps its permissions. Raises OSError."""
-    new = place.parent / (STAGE + os.urandom(8).hex())
-    try:
-        handle = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
-        with os.fdopen(handle, "wb") as file:
+    with staged_file(place.parent) as (new, handle):
+        with open(handle, "wb", closefd=False) as file:
             file.write(data)
-            if before is not None:
-                with suppress(OSError):
-                    os.fchmod(handle, stat.S_IMODE(before.st_mode))
+        if before is not None:
+            with suppress(OSError):
+                os.fchmod(handle, stat.S_IMODE(before.st_mode))
         new.replace(place)
-    finally:
-        new.unlink(missing_ok=True)

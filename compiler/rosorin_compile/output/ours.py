@@ -111,6 +111,18 @@ def _head(path: Path) -> bytes:
         return b""
 
 
+def knows(path: Path) -> bool:
+    """Say whether a file is remembered that has no line that tells: ``remember(path, ())``."""
+    return _before(path) is not None
+
+
+def wrote(path: Path) -> bool:
+    """Say whether a file says that this tool wrote it, or has nothing that could be lost. Raises OSError."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    return is_marked(head) or not head.strip()
+
+
 def is_marked(data: bytes) -> bool:
     """Say whether a file says that this tool has generated it."""
     return MARK in data[:_HEAD]

@@ -1,9 +1,9 @@
 """Remote: a folder of variants where fsspec leads: s3://, gs://, file:// on a drive that many machines share.
 
 As ``variants``, but for what such a place cannot do: it renames no folder and has no hard links. So a variant counts
-as made when its record stands, which is written last; a folder without one is half of a variant, and the index does not
-have it. Equal artifacts are copies, artifacts are not read again to see whether somebody edited them, and nothing keeps
-two runs apart: both would write the same.
+as made when its record says by what, which is written last. Before that, the record says which files are ours, so that
+half of a variant is known, too, and the index does not have it. Equal artifacts are copies, artifacts are not read
+again to see whether somebody edited them, and nothing keeps two runs apart: both would write the same.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 from ..project import shown
 from . import OutputError
 from .ours import digest, is_marked
-from .variants import BEGIN, HIDDEN, INDEX, Record, Stored, VariantsFolder
+from .variants import BEGIN, HIDDEN, INDEX, Record, Stored, VariantsFolder, unfinished
 
 
 def is_remote(name: str) -> bool:
@@ -112,7 +112,7 @@ class RemoteFolder:
             return bool(artifacts) and artifacts.keys() <= set(self._below(name))
 
     def put(self, name: str, files: Mapping[str, bytes], record: Record | None) -> None:
-        """Make ``files`` the artifacts of a variant; its record, if there is to be one, comes last. Raises OSError."""
+        """Make ``files`` the artifacts of a variant; its record comes first, and is whole at last. Raises OSError."""
         with _as_os_error(self.address):
             before = self.record(name)
             known = before.artifacts if before else {}
@@ -120,14 +120,19 @@ class RemoteFolder:
             for file in files:
                 if file in there and file not in known:
                     self._check_ours(f"{name}/{file}", files[file])
-            if before is not None:
-                self.files.rm_file(f"{self.root}/{_record(name)}")
+            if record is not None:
+                self._remember(name, unfinished(record, before))
             self._write({f"{name}/{file}": data for file, data in files.items()})
             for file in known:
                 if file not in files and file in there:
                     self.files.rm_file(f"{self.root}/{name}/{file}")
             if record is not None:
-                self._write({_record(name): json.dumps(record._asdict()).encode()})
+                self._remember(name, record)
+            elif before is not None:
+                self.files.rm_file(f"{self.root}/{_record(name)}")
+
+    def _remember(self, name: str, record: Record) -> None:
+        self._write({_record(name): json.dumps(record._asdict()).encode()})
 
     def drop(self, name: str) -> None:
         """Remove the artifacts of a variant that there is to be no more. Raises OSError."""

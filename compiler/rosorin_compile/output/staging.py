@@ -1,7 +1,8 @@
 """Preparing a new output folder beside the old one, and clearing away what is left of the old.
 
 A run works in a folder of its own beside the output folder. Nobody else may look into it, so nobody can lead us
-elsewhere with a symbolic link. A run that was killed leaves that folder behind; the next one removes it.
+elsewhere with a symbolic link. A run that was killed leaves that folder behind; the next one that writes beside it
+removes it. Which run lives still is told by a lock on the folder: the system takes it from a process that ends.
 
 ``swap`` lets two folders change places in one step, where the C library has a call for it.
 """
@@ -13,7 +14,7 @@ import os
 import stat
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -40,18 +41,81 @@ def is_stage(name: str) -> bool:
 
 
 def tidy(parent: Path) -> None:
-    """Repair and remove what killed runs left in ``parent``; the caller holds the lock. Raises OSError."""
+    """Repair and remove what killed runs left in ``parent``; what a living run holds stays. Raises OSError."""
     with os.scandir(parent) as entries:
         stale = [entry for entry in entries if is_stage(entry.name)]
     for entry in stale:
-        # What is another user's is not ours to remove, and could be a trap.
-        if entry.stat(follow_symlinks=False).st_uid != os.geteuid():
+        with suppress(FileNotFoundError):
+            # What is another user's is not ours to remove, and could be a trap.
+            if entry.stat(follow_symlinks=False).st_uid == os.geteuid():
+                _remove_left(parent / entry.name, entry.is_dir(follow_symlinks=False))
+
+
+def _remove_left(path: Path, is_folder: bool) -> None:
+    """Remove a file or folder of a run, unless that run lives, or nobody can know."""
+    import fcntl
+
+    with suppress(OSError):
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if is_folder:
+                discard(path)
+            elif stat.S_ISREG(os.fstat(handle).st_mode):
+                path.unlink()
+        finally:
+            os.close(handle)
+
+
+@contextmanager
+def staged(parent: Path) -> Iterator[Path]:
+    """Make the folder of a run in ``parent``, which is discarded in the end. Raises OSError."""
+    with _held(parent, _new_folder) as (stage, _):
+        try:
+            yield stage
+        finally:
+            discard(stage)
+
+
+@contextmanager
+def staged_file(parent: Path) -> Iterator[tuple[Path, int]]:
+    """Make the file of a run in ``parent``, gone in the end; yield it, and a handle to write. Raises OSError."""
+    with _held(parent, _new_file) as (new, handle):
+        try:
+            yield new, handle
+        finally:
+            new.unlink(missing_ok=True)
+
+
+@contextmanager
+def _held(parent: Path, make: Callable[[Path], int | None]) -> Iterator[tuple[Path, int]]:
+    """Make something under a name of a run, and hold the lock on it; yield both."""
+    import fcntl
+
+    while True:
+        path = parent / (STAGE + os.urandom(8).hex())
+        handle = make(path)
+        if handle is None:
             continue
-        if entry.is_dir(follow_symlinks=False):
-            discard(parent / entry.name)
-        elif entry.is_file(follow_symlinks=False):
-            with suppress(OSError):
-                (parent / entry.name).unlink()
+        try:
+            with suppress(OSError):  # some network drives have no locks
+                fcntl.flock(handle, fcntl.LOCK_EX)
+            if os.path.lexists(path):  # else another run has tidied it away before it was held
+                yield path, handle
+                return
+        finally:
+            os.close(handle)
+
+
+def _new_folder(path: Path) -> int | None:
+    path.mkdir(mode=0o700)
+    with suppress(FileNotFoundError):  # another run has tidied it away
+        return os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    return None
+
+
+def _new_file(path: Path) -> int:
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
 
 
 def replace(folder: Path, fresh: Mapping[str, bytes], carried: There, seen: There) -> None:
@@ -59,18 +123,14 @@ def replace(folder: Path, fresh: Mapping[str, bytes], carried: There, seen: Ther
 
     Raises OSError, and then the old folder stands as before.
     """
-    stage = folder.parent / (STAGE + os.urandom(8).hex())
     gone = [name for name in seen if name not in carried and name not in fresh]
-    try:
-        stage.mkdir(mode=0o700)
+    with staged(folder.parent) as stage:
         new = stage / _NEW
         _fill(new, folder, fresh, carried)
         old = put(new, folder, stage / _ASIDE, Change(list(fresh), gone))
         _sync_folder(folder.parent)
         if old is not None:
             _rescue(old, folder, fresh, seen)
-    finally:
-        discard(stage)
 
 
 def _fill(new: Path, folder: Path, fresh: Mapping[str, bytes], carried: There) -> None:

@@ -5,7 +5,8 @@ have hard links; ``records`` has a file a variant that says of what and by whom 
 artifacts; ``made_of`` has the digests of the files that variants were made of, which most of them share.
 
 A variant is prepared beside the others and renamed into its place, after its record was written: after a kill at any
-moment each folder is whole, old or new. A record alone proves nothing: a variant counts as made when its files are
+moment each folder is whole, old or new. A record goes after its folder, so that no file of ours is ever nobody's. A
+record alone proves nothing: a variant counts as made when its files are
 those of the record, byte for byte, so that what was edited, or lost in a power failure, is made anew. Objects are
 read-only, since an edit in place would show up in other variants; it is found, and what has it is made anew, too.
 Where a file system has no hard links, there are copies and no objects.
@@ -29,7 +30,7 @@ from ..diagnostics.registry import WRITING, Rule
 from ..startup.records import NamedTuple
 from . import OutputError, explained
 from .ours import digest, is_marked
-from .staging import STAGE, Change, below, carry, discard, put, tidy
+from .staging import Change, below, carry, put, staged, staged_file, tidy
 
 RULES = (
     Rule("output-busy", "Another run writes into the folder.", "Wait until it ends, or name another folder.", WRITING),
@@ -61,6 +62,13 @@ class Record(NamedTuple):
         """The digests of the artifacts, by name."""
         found: dict[str, str] = json.loads(self.line)["artifacts"]
         return found
+
+
+def unfinished(record: Record, before: Record | None) -> Record:
+    """Return what is known of a variant while it is replaced: nothing but which files are ours, old ones and new."""
+    line = json.loads(record.line)
+    line["artifacts"] = {**(before.artifacts if before else {}), **line["artifacts"]}
+    return Record("", "", 0, json.dumps(line))
 
 
 class Stored(NamedTuple):
@@ -235,8 +243,7 @@ class VariantsFolder:
         before = self.record(name)
         folder = self.path / name
         foreign, ours = self._there(folder, files, before.artifacts if before else {})
-        stage = self.path / (STAGE + os.urandom(8).hex())
-        try:
+        with staged(self.path) as stage:
             (stage / name).mkdir(parents=True)
             for entry in foreign:
                 (stage / name / entry).parent.mkdir(parents=True, exist_ok=True)
@@ -244,13 +251,15 @@ class VariantsFolder:
             for file, data in files.items():
                 (stage / name / file).parent.mkdir(parents=True, exist_ok=True)
                 self._store(stage, stage / name / file, data)
-            self._remember(stage, name, record)
+            gone = [one for one in ours if one not in files]
+            if record is not None:
+                self._remember(stage, name, unfinished(record, before) if gone else record)
             if files or foreign:
-                put(stage / name, folder, stage / "old", Change(list(files), [one for one in ours if one not in files]))
+                put(stage / name, folder, stage / "old", Change(list(files), gone))
             elif os.path.lexists(folder):
                 folder.rename(stage / "gone")
-        finally:
-            discard(stage)
+            if record is None or gone:
+                self._remember(stage, name, record)
 
     def drop(self, name: str) -> None:
         """Remove the artifacts of a variant that there is to be no more. Raises OSError."""
@@ -356,9 +365,10 @@ class VariantsFolder:
         place = self.hidden / "made_of" / f"{known}.json"
         if not place.is_file():
             place.parent.mkdir(exist_ok=True)
-            new = place.with_name(STAGE + os.urandom(8).hex())
-            new.write_bytes(data)
-            new.rename(place)
+            with staged_file(self.hidden) as (new, handle):
+                with open(handle, "wb", closefd=False) as file:
+                    file.write(data)
+                new.rename(place)
         return known
 
     def made_of(self, known: str) -> dict[str, Any] | None:

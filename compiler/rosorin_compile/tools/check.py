@@ -45,7 +45,7 @@ from .options import (
     place,
     robot_options,
 )
-from .robots import Run, check_depfile, for_each, is_foreign, one
+from .robots import Run, check_depfile, check_summary, for_each, is_foreign, one
 from .understanding import understood
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -144,6 +144,8 @@ def _parameter_options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
+    if options.summary is not None:
+        check_summary(Path(options.summary))
     if options.fleet is not None:
         from .fleet.command import check_fleet
 

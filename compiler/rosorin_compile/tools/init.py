@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ..output import cleared
-from ..output.staging import STAGE
+from ..output.staging import staged
 from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
 from ..startup.records import NamedTuple
 from .usage import FINE, PROBLEMS, WrongUsage
@@ -85,16 +85,12 @@ def start(name: str, project: Path) -> Started:
     if os.path.lexists(target):
         raise CannotStart(f"{target} is there already; nothing is overwritten, take another name")
     text = (data_folder("templates") / STARTER).read_text("utf-8").replace(PLACEHOLDER, name)
-    stage = folder / f"{STAGE}{os.urandom(8).hex()}"
     folder.mkdir(parents=True, exist_ok=True)
-    with cleared(folder):
-        try:
-            (stage / name).mkdir(parents=True)
-            (stage / name / ROOT_FILE).write_text(text, "utf-8")
-            written, outdated = _give_schema(folder, stage)
-            (stage / name).rename(target)
-        finally:
-            _discard(stage)
+    with cleared(folder), staged(folder) as stage:
+        (stage / name).mkdir()
+        (stage / name / ROOT_FILE).write_text(text, "utf-8")
+        written, outdated = _give_schema(folder, stage)
+        (stage / name).rename(target)
     return Started(target / ROOT_FILE, folder / SCHEMA, written, outdated)
 
 
@@ -109,11 +105,3 @@ def _give_schema(folder: Path, stage: Path) -> tuple[bool, bool]:
     new.write_bytes(data)
     new.rename(target)
     return True, False
-
-
-def _discard(stage: Path) -> None:
-    """Remove the folder in which the new files were prepared; none of it is anybody's."""
-    with suppress(OSError):
-        for path in sorted(stage.rglob("*"), reverse=True):
-            path.rmdir() if path.is_dir() else path.unlink()
-        stage.rmdir()

@@ -162,18 +162,30 @@ def _put(
     # What writes files is not imported for nothing: most of what is printed is text that UTF-8 has.
     if options.output is not None or options.depfile is not None or not _is_text(artifact.text):
         from ..output import OutputError, encoded
-        from ..output.one_file import write_depfile, write_file
+        from ..output.one_file import write_depfile
 
         try:
             data = encoded(artifact.file, artifact.text)
             if options.output is not None:
-                write_file(Path(options.output), data, inputs)
+                _write(Path(options.output), data, inputs, artifact.backend)
             if options.depfile is not None and target is not None:
                 write_depfile(Path(options.depfile), target, inputs, map(Path, filter(None, [options.output])))
         except OutputError as problem:
             console.show([problem.diagnostic])
             return PROBLEMS
     return FINE if options.output is not None or _printed(artifact.text, console) else PROBLEMS
+
+
+def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
+    """Write an artifact; what no line in it tells to be ours, its format or the cache knows. Raises OutputError."""
+    from ..formats import FORMATS
+    from ..output.one_file import write_file
+    from ..output.ours import is_marked, knows, remember, wrote
+
+    robot_of = FORMATS[backend].robot_of
+    write_file(path, data, inputs, lambda old: wrote(old) or bool(robot_of and robot_of(old)) or knows(path))
+    if not is_marked(data):
+        remember(path, ())
 
 
 def _is_text(text: str) -> bool:

@@ -161,8 +161,28 @@ def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
     return given, descriptions(paths, getattr(options, "outputs", None)) if paths else []
 
 
+_SUMMARY = "GITHUB_STEP_SUMMARY"  # the file to which steps of a job append, as GitHub names it
+
+
+def check_summary(file: Path) -> None:
+    """Raise WrongUsage for a file to which no summary goes: one that neither we nor a step of a job has begun."""
+    from ..diagnostics.markdown import HEAD
+
+    try:
+        whose = os.environ.get(_SUMMARY)
+        if not file.is_file() or (whose and os.path.lexists(whose) and file.samefile(whose)):
+            return
+        with file.open(encoding="utf-8", errors="replace") as opened:
+            begins = opened.read(len(HEAD))
+    except (OSError, ValueError):
+        return  # writing says why not
+    if begins.strip() and begins != HEAD:
+        raise WrongUsage(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
+
+
 def append_summary(file: Path, text: str) -> None:
     """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
+    check_summary(file)
     try:
         with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
             opened.write(text)

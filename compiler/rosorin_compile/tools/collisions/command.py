@@ -63,6 +63,8 @@ def run(options: argparse.Namespace) -> int:
     if urdf is None:
         return _refused(console, f"{known.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
     path = Path(options.output) if options.output else description.path.parent / FILE
+    if os.path.lexists(path) and not path.is_file():
+        raise WrongUsage(f"{path} cannot be written: it is no regular file")
     if not _is_ours(path):
         help = "name another file with -o, or remove it"
         return _refused(console, f"{path} is there, and rosorin-compile has not written it", help)
@@ -75,13 +77,11 @@ def _refused(console: Console, message: str, help: str) -> int:
 
 
 def _is_ours(path: Path) -> bool:
-    """Say whether a file may be replaced. Raises WrongUsage for a folder."""
-    from ...output.ours import is_marked
+    """Say whether a file may be replaced."""
+    from ...output.ours import wrote
 
     try:
-        return is_marked(path.read_bytes())
-    except IsADirectoryError:
-        raise WrongUsage(f"{path} is a folder; name a file") from None
+        return wrote(path)
     except (OSError, ValueError):
         return True  # it is not there, or writing says why not
 

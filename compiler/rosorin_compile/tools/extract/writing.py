@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-import secrets
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +17,7 @@ from ...model import Box, Capsule, Cylinder, HeightMap, Shape
 from ...numbers import exact
 from ...output import cleared
 from ...output.ours import FOREIGN
-from ...output.staging import STAGE
+from ...output.staging import staged_file
 from .problems import fail
 
 RULES = (
@@ -152,31 +150,27 @@ def replace(path: Path, text: str) -> None:
     A link stays a link, and permissions stay as they are.
     """
     target = Path(os.path.realpath(path))
-    stage = target.with_name(f"{STAGE}{secrets.token_hex(8)}")
     if target.exists() and not target.is_file():  # a device would be gone
         raise fail("extract-file", f"cannot write {path}: it is no regular file", "name another file")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with cleared(target.parent):
-            _write(stage, text, target)
+        with cleared(target.parent), staged_file(target.parent) as (stage, handle):
+            _write(handle, text, target)
             stage.replace(target)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         help = "check the name and the permissions"
         raise fail("extract-file", f"cannot write {path}: {reason}", help) from None
-    finally:
-        with suppress(OSError):
-            stage.unlink()
 
 
-def _write(stage: Path, text: str, target: Path) -> None:
+def _write(handle: int, text: str, target: Path) -> None:
     """Bring a text to the disk, with the permissions of the file that it is to replace."""
-    with stage.open("xb") as file:
+    with open(handle, "wb", closefd=False) as file:
         file.write(text.encode("utf-8"))
         file.flush()
-        os.fsync(file.fileno())
+        os.fsync(handle)
     if target.exists():
-        stage.chmod(target.stat().st_mode & 0o7777)
+        os.fchmod(handle, target.stat().st_mode & 0o7777)
 
 
 def whose(_: str, old: bytes, __: bytes) -> str:

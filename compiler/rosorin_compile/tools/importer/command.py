@@ -267,6 +267,7 @@ def _put_into(
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return PROBLEMS
+    _show(console, put.finished)
     if any(file.startswith(f"{DESCRIPTIONS}/") for file in put.written):
         _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), lines)
     for line in told(target.package, put):

@@ -12,12 +12,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ...diagnostics import Diagnostic
 from ...diagnostics.wording import listed
+from ...output.placing import alone
 from ...project import DESCRIPTIONS, ROOT_FILE
 from ...startup.records import NamedTuple
 from ..package.finding import package_of
 from ..package.installing import missing
-from ..package.placing import place
 from ..usage import WrongUsage
 from .switching import Line, lines_to_change
 
@@ -42,7 +43,8 @@ class Package(NamedTuple):
 class Put(NamedTuple):
     """What was put into a package: the files that are new, those that were there and are other ones, and what to do.
 
-    ``add`` are lines by the file that they belong to, ``change`` lines of launch files.
+    ``add`` are lines by the file that they belong to, ``change`` lines of launch files. ``finished`` is what is to be
+    said of a run before.
     """
 
     written: tuple[str, ...]
@@ -50,6 +52,7 @@ class Put(NamedTuple):
     add: Mapping[str, Sequence[str]]
     change: Sequence[Line]
     test: str
+    finished: list[Diagnostic]
 
 
 def package_at(folder: Path) -> Package:
@@ -99,17 +102,18 @@ def put_into(
     test = f"test/test_{_NO_WORD.sub('_', name).lower()}_description.py"
     wanted = {f"{description}/{file}": text.encode() for file, text in files.items()}
     there = package.folder / description
-    if there.exists() and any(there.iterdir()):
-        wanted = {}
-    wanted[test] = _test(package, source, f"{description}/{ROOT_FILE}", given).encode()
-    kept = [file for file in wanted if _differs(package.folder / file, wanted[file])]
-    fresh = place(package.folder, {file: data for file, data in wanted.items() if file not in kept})
+    with alone(package.folder) as held:
+        if there.exists() and any(there.iterdir()):
+            wanted = {}
+        wanted[test] = _test(package, source, f"{description}/{ROOT_FILE}", given).encode()
+        kept = [file for file in wanted if _differs(package.folder / file, wanted[file])]
+        fresh = held.place({file: data for file, data in wanted.items() if file not in kept})
     others = {file: text.encode() for file, text in files.items()}
     if any(_differs(there / file, data) for file, data in others.items()):
         kept.insert(0, description)
     change = lines_to_change(package.folder, source, description, frozenset(tree.get("args") or ()))
     add = {file: found for file, found in _to_add(package, description, test, files).items() if found}
-    return Put(fresh, tuple(kept), add, change, test)
+    return Put(fresh, tuple(kept), add, change, test, held.finished.told())
 
 
 def _differs(path: Path, data: bytes) -> bool:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from ...diagnostics import Diagnostic
+    from ...output.placing import Holding
     from ...pipeline import Compiled
     from ...project import Description
     from ..given import Given
@@ -72,15 +73,18 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and write its package."""
     from ...output import OutputError
+    from ...output.placing import alone
 
     console, description, compiled = compiled_one(options, "a package is for one robot", _HOW)
     code = PROBLEMS
     if compiled is not None and compiled.robot is not None:
         robot = compiled.robot
-        asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
         try:
-            given = given_arguments(options, options.words)[0]
-            code = _write(console, asked, compiled, given, description, Path(options.output))
+            with alone(Path(options.output)) as held:
+                console.show(held.finished.told())
+                asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
+                given = given_arguments(options, options.words)[0]
+                code = _write(console, asked, compiled, given, description, Path(options.output), held)
         except OutputError as problem:
             console.show([problem.diagnostic])
     console.finish()
@@ -88,11 +92,16 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _write(
-    console: Console, asked: Options, compiled: Compiled, given: Given, description: Description, target: Path
+    console: Console,
+    asked: Options,
+    compiled: Compiled,
+    given: Given,
+    description: Description,
+    target: Path,
+    alone: Holding,
 ) -> int:
     """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
     from ...output.ours import FOREIGN, RECORD, UNKNOWN, held, record_of, recorded
-    from . import placing
     from .carrying import described
     from .deploying import kept, refused
     from .package import make
@@ -116,7 +125,7 @@ def _write(
     there = [one._replace(why=UNKNOWN) if one.why == FOREIGN else one for one in found]
     console.show(list(kept(there)))
     files = {**ours, RECORD: record_of(target, ours), **{one.kept: one.data for one in there}}
-    fresh = [name for name in placing.place(target, files) if name in package.files]
+    fresh = [name for name in alone.place(files) if name in package.files]
     written = f"{len(fresh)} written" if fresh else "unchanged"
     console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
     return FINE

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ...formats import Artifact
     from ...model import Robot
     from ...output.ours import Held
+    from ...output.placing import Holding
     from .deploying import Plan
 
 RULES = (
@@ -58,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
     """Compile a robot and put its artifacts into a folder."""
     from ...frontend.load import LoadError
     from ...output import OutputError
+    from ...output.placing import alone
 
     folder = Path(options.to)
     if not folder.is_dir():
@@ -66,7 +68,9 @@ def run(options: argparse.Namespace) -> int:
     code = PROBLEMS
     if compiled is not None and compiled.robot is not None:
         try:
-            code = _deploy(options, console, compiled.robot, compiled.artifacts)
+            with alone(folder, options.dry_run) as held:
+                console.show(held.finished.told(options.dry_run))
+                code = _deploy(options, console, compiled.robot, compiled.artifacts, held)
         except (LoadError, OutputError) as problem:
             console.show([problem.diagnostic])
         except OSError as problem:
@@ -75,16 +79,18 @@ def run(options: argparse.Namespace) -> int:
     return code
 
 
-def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifacts: tuple[Artifact, ...]) -> int:
+def _deploy(
+    options: argparse.Namespace, console: Console, robot: Robot, artifacts: tuple[Artifact, ...], alone: Holding
+) -> int:
     """Put artifacts into a folder; raises LoadError, OutputError, OSError."""
     from ...diagnostics import has_errors
     from ...formats import FORMATS
     from ...output.ours import held
+    from ...output.placing import check_way
     from . import naming
     from .checking import launch_files
     from .deploying import afterwards, not_ours, plan, told
     from .finding import files_below
-    from .placing import check_way
 
     folder = Path(options.to)
     files = files_below(folder, skip_built=True)
@@ -95,13 +101,13 @@ def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifac
         return PROBLEMS
     for copy in planned.copies:
         check_way(folder.resolve(), copy.place)
-    there = list(held(folder, _files(planned), _written(robot, planned, folder)))
+    there = list(held(folder, _files(planned), {**_written(robot, planned, folder), **alone.finished.before}))
     found = list(not_ours(planned, there))
     console.show(found)
     if has_errors(found):
         return PROBLEMS
     _tell(console, told(planned.copies, options.full))
-    _write(options, console, robot, planned, wanted, there)
+    _write(options, console, robot, planned, wanted, there, alone)
     ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].located]
     problems = list(launch_files(robot, folder, files, ours))
     problems += afterwards(robot, planned, folder, Path(options.install) if options.install else None)
@@ -134,10 +140,11 @@ def _write(
     planned: Plan,
     wanted: dict[str, str],
     there: Sequence[Held],
+    alone: Holding,
 ) -> None:
     """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""
     from ...output.ours import RECORD, record_of
-    from . import naming, placing
+    from . import naming
 
     folder = Path(options.to)
     same = sum(copy.is_same for copy in planned.copies)
@@ -150,7 +157,7 @@ def _write(
     files |= {one.kept: one.data for one in there}
     if options.map:
         files[naming.FILE] = naming.text(folder, robot.name, wanted).encode()
-    placing.place(folder, files)
+    alone.place(files)
     every = f"all {same} files" if same > 1 else "the one file" if same else "no file"
     console.say(f"{summary} written" if same < len(planned.copies) else f"{robot.name}: {every} as compiled")
 

@@ -131,6 +131,7 @@ def _draw(
     from ...model.pulses import NoPulse, NoServo
     from ...output import OutputError
     from ...output.one_file import write_file
+    from ...output.ours import wrote
     from ..transforms.states import NoState, beyond, beyond_limit, given
 
     lacking = _lacking(shown.robot)
@@ -157,7 +158,7 @@ def _draw(
         console.warn(f"{shown.robot.name} cannot be drawn: {why}; --collision draws simpler shapes")
         return PROBLEMS
     try:
-        write_file(target, made, inputs)
+        write_file(target, made, inputs, None if options.force else wrote)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS

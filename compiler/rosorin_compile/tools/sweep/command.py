@@ -17,7 +17,8 @@ from ...frontend.arguments import declared
 from ...frontend.load import LoadError
 from ...frontend.variants import Variants
 from ...output import OutputError
-from ...output.remote import folder_of
+from ...output.remote import RemoteIndex, folder_of
+from ...output.variants import Index
 from ...project import Description
 from ...startup.records import NamedTuple
 from ..given import Given, given_arguments
@@ -205,7 +206,7 @@ def _made(sweep: Sweep, made: Job) -> int:
             except BaseException:
                 index.leave()
                 raise
-            _forget(sweep)
+            _forget(sweep, index)
             index.close()
             stored = sweep.folder.sweep_up()
     except OSError as problem:
@@ -235,13 +236,15 @@ def _engine(sweep: Sweep, made: Job) -> Iterator[Engine]:
         engine.close()
 
 
-def _forget(sweep: Sweep) -> None:
+def _forget(sweep: Sweep, index: Index | RemoteIndex) -> None:
     """Say which variants are not in the list any more, or remove their artifacts."""
     first: list[str] = []
     count = 0
     for name in forgotten(sweep.folder, sweep.variants.names):
         count += 1
         if sweep.options.prune:
+            if count == 1:
+                index.outdate()
             sweep.folder.drop(name)
         elif len(first) < _TOLD:
             first.append(name)

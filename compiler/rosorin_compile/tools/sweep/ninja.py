@@ -171,7 +171,7 @@ def _keep(file: Path, text: str) -> None:
             return
     except (OSError, UnicodeDecodeError):
         pass
-    write_file(file, text.encode())
+    write_file(file, text.encode(), ours=None)  # in a folder of our own
 
 
 def _yaml(value: Any) -> str:

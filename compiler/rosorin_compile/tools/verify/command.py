@@ -270,12 +270,17 @@ def _write(verdict: Verdict, options: argparse.Namespace) -> None:
 
 def _save(name: str, text: str, kind: str) -> None:
     """Write a file; what is there is replaced if it is of that kind, as the one of the last run. Raises WrongUsage."""
+    from ...output import OutputError
+    from ...output.one_file import write_file
+
     try:
         if Path(name).exists() and not Path(name).is_file():
             raise WrongUsage(f"{name} cannot be written: it is no regular file")
         there = Path(name).read_bytes()[:1000] if Path(name).is_file() else b""
         if there and kind.encode() not in there:
             raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")
-        Path(name).write_text(text, "utf-8")
+        write_file(Path(name), text.encode(), ours=None)
     except OSError as problem:
         raise WrongUsage(f"{name} cannot be written: {problem.strerror}") from None
+    except OutputError as problem:
+        raise WrongUsage(problem.diagnostic.message) from None

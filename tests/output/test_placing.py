@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 
 from rosorin_compile.output import OutputError
-from rosorin_compile.tools.package import placing
-from rosorin_compile.tools.package.placing import READY, STAGE, place
+from rosorin_compile.output.placing import READY, place
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}
+STALE = ".rosorin-compile-0123456789abcdef"
 OLD = {"urdf/a.urdf": b"old a", "config/b.json": b"old b", "config/other.yaml": b"other"}
 
 
@@ -96,10 +96,6 @@ def test_what_stands_in_the_way(tmp_path: Path, name: str, what: str) -> None:
     assert contents(tmp_path) == OLD
 
 
-class Killed(BaseException):
-    """The process ends here."""
-
-
 def killing(monkeypatch: pytest.MonkeyPatch, at: int, problem: BaseException) -> None:
     """Let the step number ``at`` of all that changes the disk fail."""
     count = iter(range(1_000_000))
@@ -131,30 +127,6 @@ def test_a_failure_at_any_step_leaves_the_old_set(tmp_path: Path, monkeypatch: p
     assert contents(tmp_path) == {**OLD, **NEW}
 
 
-@pytest.mark.parametrize("at", range(1, 16))
-def test_a_kill_at_any_step_is_finished_or_undone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: int) -> None:
-    """As if the process ended: nothing is put back, and the next run finds what is there."""
-    fill(tmp_path)
-    with monkeypatch.context() as patch:
-        killing(patch, at, Killed())
-        patch.setattr(placing, "_put_back", lambda _: None)
-        patch.setattr(placing, "_discard", lambda _: None)
-        patch.setattr(placing, "_clear", lambda _: None)
-        try:
-            place(tmp_path, NEW)
-        except Killed:
-            counts = (tmp_path / READY).is_dir()
-            if not counts:
-                there = {n: d for n, d in contents(tmp_path).items() if not n.startswith(STAGE)}
-                assert there == OLD
-    place(tmp_path, {"more": b"more"})
-    found = contents(tmp_path)
-    assert found in ({**OLD, "more": b"more"}, {**OLD, **NEW, "more": b"more"})
-    place(tmp_path, NEW)
-    assert contents(tmp_path) == {**OLD, **NEW, "more": b"more"}
-    assert not (tmp_path / READY).exists()
-
-
 def test_a_list_that_somebody_planted_leads_nowhere(tmp_path: Path) -> None:
     folder = fill(tmp_path / "in")
     (folder / READY).mkdir()
@@ -172,7 +144,7 @@ def test_no_right_to_write(tmp_path: Path) -> None:
     assert contents(tmp_path) == OLD
 
 
-@pytest.mark.parametrize("name", [READY, STAGE])
+@pytest.mark.parametrize("name", [READY, STALE])
 @pytest.mark.parametrize(
     "rest",
     [
@@ -203,18 +175,17 @@ def test_what_a_killed_run_left_is_mended(tmp_path: Path, name: str, rest: dict[
 def test_the_rest_of_a_run_goes_where_nothing_is_to_be_written(tmp_path: Path) -> None:
     """Killed while it cleared up: all files stand in their places, the folder of the run too."""
     place(fill(tmp_path), NEW)
-    (tmp_path / STAGE).mkdir()
-    (tmp_path / STAGE / "old-0").write_text("x")
+    (tmp_path / STALE).mkdir()
+    (tmp_path / STALE / "old-0").write_text("x")
     assert place(tmp_path, NEW) == ()
     assert contents(tmp_path) == {**OLD, **NEW}
-    assert not (tmp_path / STAGE).exists()
+    assert not (tmp_path / STALE).exists()
 
 
-@pytest.mark.parametrize("name", [READY, STAGE])
 @pytest.mark.parametrize("what", ["file", "link to a folder", "link to nothing", "folder", "folder of a folder"])
-def test_what_no_run_has_made_is_put_aside(tmp_path: Path, name: str, what: str) -> None:
+def test_what_no_run_has_made_is_put_aside(tmp_path: Path, what: str) -> None:
     folder = fill(tmp_path / "in")
-    path, kept = folder / name, folder / f"{name}.kept"
+    path, kept = folder / READY, folder / f"{READY}.kept"
     if what == "file":
         path.write_text("mine")
     elif what.startswith("link"):

@@ -5,16 +5,17 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from rosorin_compile.output import OutputError
-from rosorin_compile.output.placing import READY, place
+from rosorin_compile.output import OutputError, placing
+from rosorin_compile.output.placing import READY, alone, place
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}
 STALE = ".rosorin-compile-0123456789abcdef"
@@ -217,24 +218,108 @@ def die_at(step: int) -> None:
     sys.addaudithook(heard)
 
 
+def killed_at(step: int, folder: Path) -> int:
+    """Place the new files in a process that is ended at a step; return its exit code."""
+    child = os.fork()
+    if not child:
+        die_at(step)
+        place(folder, NEW)
+        os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
 @pytest.mark.slow
-def test_a_kill_at_each_call_is_mended_by_the_next_run(tmp_path: Path) -> None:
-    step, code = 0, 1
+@pytest.mark.parametrize("there", [True, False])
+def test_a_kill_at_each_call_is_mended_by_the_next_run(tmp_path: Path, there: bool) -> None:
+    step, code, mixed = 0, 1, 0
     while code:
         step += 1
-        folder = fill(tmp_path / str(step))
-        child = os.fork()
-        if not child:
-            die_at(step)
-            place(folder, NEW)
-            os._exit(0)
-        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        before, top = OLD if there else {}, tmp_path / str(step)
+        top.mkdir()
+        folder = fill(top / "in") if there else top / "in"
+        code = killed_at(step, folder)
         shown = {name: data for name, data in contents(folder).items() if not name.startswith(".")}
-        assert all(shown.get(name) in (OLD.get(name), NEW.get(name)) for name in {**OLD, **NEW})
+        if shown not in (before, {**before, **NEW}):
+            assert (folder / READY).is_dir(), "the folder itself says that it is between two sets"
+            mixed += 1
+        assert all(shown.get(name) in (before.get(name), NEW.get(name)) for name in {**before, **NEW})
         more = {"more": b"more"}
-        place(folder, more)
-        assert contents(folder) in ({**OLD, **more}, {**OLD, **NEW, **more}), step
+        with alone(folder) as held:
+            assert held.finished.left == ()
+            held.place(more)
+        assert contents(folder) in ({**before, **more}, {**before, **NEW, **more}), step
         place(folder, NEW)
-        assert contents(folder) == {**OLD, **NEW, **more}
-        assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+        assert contents(folder) == {**before, **NEW, **more}
+        assert not [path for path in (*folder.iterdir(), *top.iterdir()) if path.name.startswith(".")]
     assert step > 25
+    assert mixed == (len(NEW) - 1) * there
+
+
+def between(tmp_path: Path) -> tuple[Path, set[str]]:
+    """Return a folder in which a run was killed between two files, and the names of those that it did not reach."""
+    for step in range(1, 200):
+        folder = fill(tmp_path / str(step))
+        assert killed_at(step, folder)
+        if (folder / READY).is_dir() and len({*NEW} - {*contents(folder)}) == 0:
+            return folder, {name for name, data in NEW.items() if contents(folder)[name] != data}
+    raise AssertionError("no run was killed between two files")
+
+
+@pytest.mark.parametrize("name", sorted(NEW))
+def test_what_is_changed_after_a_kill_stays(tmp_path: Path, name: str) -> None:
+    folder, waiting = between(tmp_path)
+    assert 0 < len(waiting) < len(NEW)
+    (folder / name).write_bytes(b"an hour of work")
+    with alone(folder, dry=True) as held:
+        would = held.finished
+    before = contents(folder)
+    with alone(folder) as held:
+        assert held.finished == would
+        assert set(would.left) == {name} & waiting
+        assert set(would.put) == waiting - {name}
+        assert {line.rule for line in would.told()} == {"deploy-finished"}
+        assert all(any(file in line.message for line in would.told()) for file in waiting)
+    assert (folder / name).read_bytes() == b"an hour of work"
+    assert contents(folder) == {**OLD, **NEW, name: b"an hour of work"} != before
+
+
+@pytest.mark.parametrize("how", ["gone", "folder", "link"])
+def test_what_became_of_a_place_after_a_kill(tmp_path: Path, how: str) -> None:
+    folder, waiting = between(tmp_path)
+    (name,) = list(waiting)[:1]
+    (folder / name).unlink()
+    if how == "folder":
+        (folder / name).mkdir()
+    elif how == "link":
+        (tmp_path / "mine").write_bytes(b"mine")
+        (folder / name).symlink_to(tmp_path / "mine")
+    with alone(folder) as held:
+        assert held.finished.left == (() if how == "gone" else (name,))
+    if how == "gone":
+        assert contents(folder) == {**OLD, **NEW}
+    assert how != "link" or (tmp_path / "mine").read_bytes() == b"mine"
+
+
+def test_a_set_that_came_with_a_copy_counts_for_nothing(tmp_path: Path) -> None:
+    """A repository or an archive brings along whatever it likes; where it was made, nobody can say of a copy."""
+    folder, waiting = between(tmp_path)
+    shutil.copytree(folder, tmp_path / "copy")
+    before = {name: data for name, data in contents(tmp_path / "copy").items() if name in {**OLD, **NEW}}
+    with alone(tmp_path / "copy") as held:
+        assert held.finished.put == held.finished.left == ()
+    assert contents(tmp_path / "copy") == before
+    assert waiting
+
+
+def test_a_file_that_is_saved_meanwhile_is_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fill(tmp_path)
+    move = placing._move_all
+
+    def saved(root: Path, entries: Sequence[placing.Entry]) -> None:
+        (root / "urdf/a.urdf").write_bytes(b"an hour of work")
+        move(root, entries)
+
+    monkeypatch.setattr(placing, "_move_all", saved)
+    with pytest.raises(OutputError, match=r"a\.urdf was changed just now: nothing is written"):
+        place(tmp_path, NEW)
+    assert contents(tmp_path) == {**OLD, "urdf/a.urdf": b"an hour of work"}

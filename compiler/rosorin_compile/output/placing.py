@@ -27,7 +27,7 @@ from ..diagnostics.wording import listed
 from ..startup.records import NamedTuple
 from . import OutputError, cleared
 from .ours import digest, kept_name
-from .staging import STAGE, discard, replace, staged
+from .staging import STAGE, discard, replace, staged, tidy
 
 RULES = (
     Rule("deploy-outside", "A place is not below the folder.", "Name a file below it.", PACKAGES),
@@ -136,6 +136,8 @@ def alone(folder: Path, dry: bool = False) -> Iterator[Holding]:
             is_new = not root.is_dir()
             if not dry and not is_new:
                 held.enter_context(cleared(root))
+                with suppress(OSError):
+                    tidy(root.parent)  # a run was killed that had just made the folder
             finished = Finished() if is_new else _finish(root, dry)
         except OSError as problem:
             raise _explained(problem, folder) from None
@@ -228,17 +230,18 @@ def _keep(target: Path, old: Path) -> None:
 
 def _move_all(root: Path, entries: Sequence[Entry]) -> None:
     """Move the files of a set to their places; if that fails, put back what was there. Raises OSError, OutputError."""
-    undo = ExitStack()
-    with undo:
-        for number, entry in enumerate(entries):
-            new, target, old = (root / READY / name for name in (str(number), root / entry.name, f"old-{number}"))
-            if _digest(target) != entry.old:
-                message = f"{target} was changed just now: nothing is written"
-                raise OutputError("deploy-failed", message, "run the command again")
-            for folder in _make_folders(root, target):
+    for entry in entries:
+        if _digest(root / entry.name) != entry.old:
+            message = f"{root / entry.name} was changed just now: nothing is written"
+            raise OutputError("deploy-failed", message, "run the command again")
+    with ExitStack() as undo:
+        for entry in entries:
+            for folder in _make_folders(root, root / entry.name):
                 undo.callback(_try, folder.rmdir)
+        for number, entry in enumerate(entries):
+            target, old = root / entry.name, root / READY / f"old-{number}"
             undo.callback(_try, target.unlink if entry.old is None else partial(old.replace, target))
-            new.replace(target)
+            (root / READY / str(number)).replace(target)
         undo.pop_all()
 
 

@@ -6,8 +6,6 @@ import errno
 import json
 import os
 import shutil
-import signal
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ import pytest
 
 from rosorin_compile.output import OutputError, placing
 from rosorin_compile.output.placing import READY, alone, place
+from support.kills import ended_at
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}
 STALE = ".rosorin-compile-0123456789abcdef"
@@ -207,25 +206,9 @@ def test_what_no_run_has_made_is_put_aside(tmp_path: Path, what: str) -> None:
         assert not what.startswith("link") or (tmp_path / "out" / "mine.txt").read_text() == "mine"
 
 
-def die_at(step: int) -> None:
-    """Let this process kill itself at the given one of its calls that touch the disk."""
-    count = iter(range(1, 1_000_000))
-
-    def heard(event: str, _: object) -> None:
-        if event.startswith(("os.", "open", "shutil.")) and next(count) == step:
-            os.kill(os.getpid(), signal.SIGKILL)
-
-    sys.addaudithook(heard)
-
-
 def killed_at(step: int, folder: Path) -> int:
     """Place the new files in a process that is ended at a step; return its exit code."""
-    child = os.fork()
-    if not child:
-        die_at(step)
-        place(folder, NEW)
-        os._exit(0)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return ended_at(step, lambda: place(folder, NEW))
 
 
 @pytest.mark.slow

@@ -227,6 +227,8 @@ def _locked(parent: Path, exclusive: bool) -> Iterator[bool]:
 def _update(folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge | None) -> Written:
     """Compare the set with what is there, and replace the folder if anything differs. Raises OutputError, OSError."""
     status = _status(folder)
+    if status:
+        tidy(folder)  # of what was killed that wrote a single file there
     folders = set[str]().union(*map(_parents, contents))
     there = _look(folder, status.st_dev, folders.union(contents)) if status else {}
     _check_way(folder, contents, there, prune)

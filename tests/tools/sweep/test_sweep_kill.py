@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from support.kills import at_each_step
 
 ROBOT = """\
 robot: mast
@@ -138,6 +139,34 @@ def test_a_process_that_dies_takes_no_other_variant_along() -> None:
     assert len(made) == COUNT
     assert main(["sweep", "mast", "--over", "a.csv", "-o", "out", "-j", "1"]) == 0
     assert Path("out/r5/mast.urdf").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["fleet", "file://{here}/fleet"])
+@pytest.mark.parametrize("rest", ["b.csv", "c.csv"])
+def test_prune_after_a_kill_leaves_no_half_of_a_variant(here: Path, place: str, rest: str) -> None:
+    """Killed while a variant is removed, is replaced, or is made: the next run knows which files are ours."""
+    (here / "a.csv").write_text("name,height\nr0,1 m\n")
+    (here / "b.csv").write_text("name,height\nr1,1 m\n")
+    (here / "c.csv").write_text("name,height\nr0,2 m\nr2,2 m\n")
+    (here / "d.csv").write_text("name,height\nr3,3 m\n")
+    words = ["-o", place.format(here=here), "-j", "1", "-q", "--prune"]
+    fleet = here / "fleet"
+
+    def run(over: str) -> int:
+        return main(["sweep", "mast", "--over", over, *words])
+
+    def after() -> None:
+        listed = json.loads((fleet / "sweep.json").read_text())["variants"] if (fleet / "sweep.json").exists() else []
+        if "://" not in place:
+            assert all((fleet / one["name"]).is_dir() for one in listed), "the index names what there is"
+        assert run("d.csv") == 0
+        there = [path.relative_to(fleet).as_posix() for path in fleet.rglob("*") if path.is_file()]
+        assert {name.split("/")[0] for name in there if name[0] != "."} == {"r3", "sweep.json"}
+        assert run("a.csv") == 0
+
+    assert run("a.csv") == 0
+    assert at_each_step(lambda: run(rest), after) > 20
 
 
 def test_ctrl_c_leaves_what_is_made_and_says_how_to_go_on() -> None:

@@ -21,10 +21,14 @@ from support.commands import write_files
 MAST = """\
 robot: NAME
 args: {height: {type: length, default: 1 m}}
-links: {base_link: {collision: [{box: {size: [1, 1, 1]}}]}, mast: {collision: [{sphere: {radius: 0.1}}]}}
-joints: {j: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, "${height}"]}}
-publishers: {tf_top: {node: static_transform_publisher}}
-edges: [{parent: mast, child: top, publisher: tf_top, moving: false, xyz: [0, 0, "${height}"]}]
+links:
+  base_link: {collision: [{box: {size: [1, 1, 1]}}]}
+  mast: {collision: [{sphere: {radius: 0.1}}]}
+  top: {}
+joints:
+  j: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, "${height}"]}
+  k:
+    {type: fixed, parent: mast, child: top, xyz: [0, 0, "${height}"], publisher: {static_transform_publisher: tf_top}}
 outputs:
   urdf: {file: NAME.urdf}
   static_tf_json: {file: NAME_tf.json}

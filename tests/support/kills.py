@@ -83,7 +83,8 @@ def calls(home: Path, folder: Path, words: list[str]) -> list[Call]:
         first = match[1]
         counts[match[2]] += 1
         opens = match[2] in ("open", "openat")
-        if str(folder) in match[3] and not (opens and "O_WRONLY" not in match[3] and "O_RDWR" not in match[3]):
+        here = str(folder) in match[3] or re.match(r'"[^/]', match[3])
+        if here and not (opens and "O_WRONLY" not in match[3] and "O_RDWR" not in match[3]):
             found.append(Call(match[2], counts[match[2]]))
     return found
 

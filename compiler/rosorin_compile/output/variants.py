@@ -4,12 +4,12 @@ Below it stands a hidden folder: ``objects`` has each artifact under its SHA-256
 have hard links; ``records`` has a file a variant that says of what and by whom it was made, and the digests of its
 artifacts; ``made_of`` has the digests of the files that variants were made of, which most of them share.
 
-A variant is prepared beside the others and renamed into its place, after its record was written: after a kill at any
-moment each folder is whole, old or new. A record goes after its folder, so that no file of ours is ever nobody's. A
-record alone proves nothing: a variant counts as made when its files are
-those of the record, byte for byte, so that what was edited, or lost in a power failure, is made anew. Objects are
-read-only, since an edit in place would show up in other variants; it is found, and what has it is made anew, too.
-Where a file system has no hard links, there are copies and no objects.
+A variant is prepared beside the others and renamed into its place: after a kill at any moment each folder is whole,
+old or new. Before that its record says which files are ours, old ones and new, so that none is ever nobody's; after
+that, by what it was made. A record alone proves nothing: a variant counts as made when its files are those of the record, byte
+for byte, so that what was edited, or lost in a power failure, is made anew. Objects are read-only, since an edit in
+place would show up in other variants; it is found, and what has it is made anew, too. Where a file system has no hard
+links, there are copies and no objects.
 
 What is not ours stays: it is carried over when a folder is replaced, and no folder goes that holds it.
 """
@@ -253,13 +253,12 @@ class VariantsFolder:
                 self._store(stage, stage / name / file, data)
             gone = [one for one in ours if one not in files]
             if record is not None:
-                self._remember(stage, name, unfinished(record, before) if gone else record)
+                self._remember(stage, name, unfinished(record, before))
             if files or foreign:
                 put(stage / name, folder, stage / "old", Change(list(files), gone))
             elif os.path.lexists(folder):
                 folder.rename(stage / "gone")
-            if record is None or gone:
-                self._remember(stage, name, record)
+            self._remember(stage, name, record)
 
     def drop(self, name: str) -> None:
         """Remove the artifacts of a variant that there is to be no more. Raises OSError."""
@@ -408,8 +407,9 @@ class Index:
                 if old != self.place:
                     old.rename(self.place)
                 self.new.unlink()
-                return
-        self.new.rename(self.place)
+                break
+        else:
+            self.new.rename(self.place)
         self.old.unlink(missing_ok=True)
 
     def leave(self) -> None:

@@ -6,10 +6,10 @@ artifacts; ``made_of`` has the digests of the files that variants were made of, 
 
 A variant is prepared beside the others and renamed into its place: after a kill at any moment each folder is whole,
 old or new. Before that its record says which files are ours, old ones and new, so that none is ever nobody's; after
-that, by what it was made. A record alone proves nothing: a variant counts as made when its files are those of the record, byte
-for byte, so that what was edited, or lost in a power failure, is made anew. Objects are read-only, since an edit in
-place would show up in other variants; it is found, and what has it is made anew, too. Where a file system has no hard
-links, there are copies and no objects.
+that, by what it was made. A record alone proves nothing: a variant counts as made when its files are those of the
+record, byte for byte, so that what was edited, or lost in a power failure, is made anew. Objects are read-only, since
+an edit in place would show up in other variants; it is found, and what has it is made anew, too. Where a file system
+has no hard links, there are copies and no objects.
 
 What is not ours stays: it is carried over when a folder is replaced, and no folder goes that holds it.
 """

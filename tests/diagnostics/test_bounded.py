@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.bounded import MAX_DEPTH, json_of, python_of, yaml_of
+from rosorin_compile.formats.parameters.files import value_of
 
 DEEP = 100_000
 
@@ -123,3 +124,9 @@ def test_a_file_that_is_nested_too_deep_has_its_place(
     command = ["all", file] if file.endswith(".yaml") else ["import", file, "-o", "made"]
     assert main(command) == 1
     assert expected in capsys.readouterr().err
+
+
+def test_a_parameter_file_that_is_nested_too_deep_is_refused() -> None:
+    for text in ("[" * DEEP, "{a: " * DEEP):
+        with pytest.raises(ValueError, match="nested too deeply"):
+            value_of(text)

@@ -79,9 +79,16 @@ def yaml_of(text: str) -> Any:
             raise yaml.MarkedYAMLError(problem=_TOO_DEEP)
         return yaml.load(text, Loader=loader)  # noqa: S506 - both are safe
     except yaml.YAMLError as wrong:
+        if is_too_deep(wrong):
+            raise ValueError(_TOO_DEEP) from None
         raise ValueError(" ".join(str(getattr(wrong, "problem", None) or "it is no YAML").split())) from None
     except (ValueError, LookupError, TypeError, AttributeError):  # a value is not of the kind that its tag says
         raise ValueError("it is no YAML") from None
+
+
+def is_too_deep(problem: Exception) -> bool:
+    """Say whether a parser of YAML gave up because of the nesting: that of PyYAML 6.0.4 does at 1,000 levels."""
+    return "maximum nesting depth" in str(getattr(problem, "problem", None))
 
 
 def _may_be_deep(text: str) -> bool:

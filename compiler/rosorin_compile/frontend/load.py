@@ -136,9 +136,24 @@ def parse_yaml(source: Source, via: Instance | None = None) -> Any:
     try:
         return _Composer(source, via).document()
     except yaml.YAMLError as problem:
-        from .yaml_mistakes import explained
+        raise _refused(source, problem) from None
 
-        raise LoadError(explained(source, problem)) from None
+
+def _refused(source: Source, problem: yaml.YAMLError) -> LoadError:
+    """Return what is wrong with a text that the parser of YAML refuses."""
+    from ..diagnostics.bounded import is_too_deep
+    from .yaml_mistakes import explained
+
+    mark = getattr(problem, "problem_mark", None)
+    if is_too_deep(problem) and mark is not None:  # libyaml looks ahead: what stands before has the level too much
+        try:
+            _Composer(Source(source.path, source.text[: mark.index]), None).document()
+        except LoadError as told:
+            span = told.diagnostic.span
+            return LoadError(told.diagnostic._replace(span=span and span._replace(source=source)))
+        except yaml.YAMLError:
+            pass
+    return LoadError(explained(source, problem))
 
 
 class Entry(NamedTuple):
@@ -158,9 +173,7 @@ def each_entry(source: Source) -> Iterator[Entry]:
     try:
         yield from _Composer(source, None).entries()
     except yaml.YAMLError as problem:
-        from .yaml_mistakes import explained
-
-        raise LoadError(explained(source, problem)) from None
+        raise _refused(source, problem) from None
 
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 
 from ...model import Output, Robot
 from ...startup import TYPE_CHECKING, patterns
@@ -119,13 +120,13 @@ def value_of(written: str) -> Any:
     import yaml
 
     try:
-        return yaml.load(written, getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
-    except yaml.YAMLError:  # libyaml says it in other words
-        pass
-    try:
+        with suppress(yaml.YAMLError):  # libyaml says it in other words
+            return yaml.load(written, getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
         return yaml.safe_load(written)
     except yaml.YAMLError as problem:
         raise ValueError(f"it is not YAML: {problem}") from None
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
 
 
 _DEEPEST = 40

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from .frontend.asked import Asked
     from .frontend.expand.files import Kept
     from .frontend.expand.included_robots import How, Tell
+    from .frontend.expand.scope import Scope
     from .frontend.variants import Variant
     from .project import Resolved
 
@@ -155,7 +156,7 @@ def understand(
 
 
 def judged(
-    expanded: Expanded, wanted: Sequence[str] = (), foresee: Callable[[Map], Lowered | None] | None = None
+    expanded: Expanded, wanted: Sequence[str] = (), foresee: Callable[[Map, Scope | None], Lowered | None] | None = None
 ) -> Understood:
     """Return what a tree says, and whether it may.
 
@@ -168,10 +169,10 @@ def judged(
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
     expanded = expanded._replace(tree=tree)
     diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs]
-    foreseen = foresee(tree) if foresee is not None and not has_errors(diagnostics) else None
+    foreseen = foresee(tree, expanded.scope) if foresee is not None and not has_errors(diagnostics) else None
     step("validating")
-    diagnostics += validate(tree, FORMATS)
-    lowered = None if has_errors(diagnostics) else foreseen or lower(tree)
+    diagnostics += validate(tree, FORMATS, expanded.scope)
+    lowered = None if has_errors(diagnostics) else foreseen or lower(tree, expanded.scope)
     from .rules import acceptable, check  # only now: another process may have begun, which needs none
 
     diagnostics += [*_plugged_rules(), *unknown(tree, acceptable())]
@@ -317,9 +318,9 @@ def compile_robot(
     """
     maker = maker or Maker()
 
-    def foresee(tree: Map) -> Lowered | None:
+    def foresee(tree: Map, scope: Scope | None) -> Lowered | None:
         try:
-            lowered = lower(tree)
+            lowered = lower(tree, scope)
             robot = lowered.robot
             task = None if robot is None else Task(robot, _outputs(robot, wanted), tree, path)
         except Exception:  # whatever a wrong tree leads to; what is wrong is found when it is validated

@@ -97,6 +97,7 @@ _NAMES: dict[Dimension, str] = {
 MAX_LENGTH = 100
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_BARE = patterns.compile(rf"{_NUMBER}\Z")
 _QUANTITY = patterns.compile(rf"({_NUMBER})\s*([A-Za-z][A-Za-z0-9^*/-]*)\Z")
 _FACTOR = patterns.compile(r"([*/]?)([A-Za-z]+)(?:\^(-?\d))?")
 
@@ -123,6 +124,20 @@ class Quantity(float):
 def dimension_of(value: float) -> Dimension | None:
     """Return the dimension of a quantity, None for a bare number."""
     return value.dimension if isinstance(value, Quantity) else None
+
+
+def in_si(value: float, dimension: Dimension) -> Quantity:
+    """Return a bare number as the quantity of a dimension that it is in SI units."""
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number may have any number of digits
+        number = math.inf if value > 0 else -math.inf
+    return Quantity(number, dimension, repr(number).removesuffix(".0"))
+
+
+def has_unit(value: object) -> bool:
+    """Say whether a value is a quantity, and not by being a bare number where a dimension is declared (``in_si``)."""
+    return isinstance(value, Quantity) and _BARE.match(value.text) is None
 
 
 def describe(dimension: Dimension) -> str:

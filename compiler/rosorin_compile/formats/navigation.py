@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterator, Sequence
 from ..diagnostics import ERROR, Diagnostic, did_you_mean
 from ..diagnostics.registry import NAVIGATION, Rule
 from ..diagnostics.wording import listed, quoted
-from ..frontend.tree import Path
+from ..frontend.tree import Path, exists
 from ..model import NODE, UNPUBLISHED, Output, Publisher, Robot
-from ..rules.case import Case, exists
+from ..rules.case import Case
 from ..rules.tf_tree import is_tree
 from ..startup.records import NamedTuple
 from .parameters.tables import kinds

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..diagnostics import Diagnostic, error
+from ..diagnostics import Diagnostic
 from ..diagnostics.letters import in_words, unseen
 from ..diagnostics.registry import ARGUMENTS, SHAPE, Rule
 from ..diagnostics.wording import counted
 from ..units import Quantity
+from .expand.scope import Scope
+from .expand.tracing import problem_at
 from .meant import (
     flag_meant,
     inner_number,
@@ -68,8 +70,9 @@ _MEANING = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 class Complaint:
     """One complaint of the validator, told in the words of the description."""
 
-    def __init__(self, tree: Map, problem: Any, schema: Mapping[str, Any]) -> None:
+    def __init__(self, tree: Map, problem: Any, schema: Mapping[str, Any], scope: Scope | None) -> None:
         self.tree = tree
+        self.scope = scope
         self.schema = schema
         self.path: Steps = list(problem.instance_path)
         self.keyword = type(problem.kind).__name__
@@ -93,8 +96,8 @@ class Complaint:
     def _make(
         self, rule: str, message: str, help: str = "", path: Steps | None = None, key: bool = False
     ) -> Diagnostic:
-        place = locate(self.tree, self.path if path is None else path, key=key)
-        return error(rule, message, place.span, help, place.stack())
+        path = self.path if path is None else path
+        return problem_at(self.scope, self.tree, path, rule, message, help, key=key)
 
     def _kind(self) -> str:
         """Return the name of the kind of entry that complains, as tables of synonyms have it."""
@@ -185,7 +188,7 @@ class Complaint:
     def _enum(self) -> list[Diagnostic]:
         kind = {"joint": "joint type", "source": "status"}.get(self._kind(), "")
         kind = "which gazebo" if self.path[-1] == "gazebo" else kind
-        return [not_allowed(self.tree, self.path, self.value, self.kind.options, kind)]
+        return [not_allowed(self.tree, self.path, self.value, self.kind.options, kind, self.scope)]
 
     def _constant(self) -> list[Diagnostic]:
         wanted = self._fragment(0)
@@ -242,7 +245,9 @@ class Complaint:
         return [self._make("wrong-shape", f"{self.where} does not fit the schema: {self.keyword}")]
 
 
-def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "") -> Diagnostic:
+def not_allowed(
+    tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "", scope: Scope | None = None
+) -> Diagnostic:
     """Return an error: the value at a path is not one of those that are allowed; ``kind`` is that of its synonyms."""
     names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in options))
     help = word_meant(str(value), names, kind)
@@ -252,8 +257,7 @@ def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any], kind
         help = f"{flag} (one of {', '.join(names)})"
     elif help.startswith("did"):
         help += f" (one of {', '.join(names)})"
-    place = locate(tree, path)
-    return error("wrong-value", f'{subject(path)} cannot be "{value}"', place.span, help, place.stack())
+    return problem_at(scope, tree, path, "wrong-value", f'{subject(path)} cannot be "{value}"', help)
 
 
 def _odd_letter(name: str) -> str:

@@ -187,6 +187,66 @@ def prefix_at(tree: Map, path: Path) -> str:
     return via.prefix if via else ""
 
 
+def exists(tree: Map, path: Path) -> bool:
+    """Say whether a tree has a value at a path."""
+    return follow(tree, path) == len(path)
+
+
+def at(tree: Map, path: Path) -> Any:
+    """Return the value at a path; None if there is none."""
+    node: Any = tree
+    for step in path:
+        if not has(node, step):
+            return None
+        node = node[step]
+    return node
+
+
+def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
+    """Return where the value (or the key) at a path was written, and where it is used if that is another place.
+
+    Where the path does not exist, the place is the key of the entry that lacks it.
+    """
+    reached = follow(tree, path)
+    missing = reached < len(path)
+    path = path[:reached]
+    place = locate(tree, path, key=key or missing or within)
+    use: Span | None = None
+    node: Any = tree
+    for depth, step in enumerate(path):
+        span, node = node.value_spans[step], node[step]
+        if not isinstance(node, (Map, Seq)) or not _apart(node.span, span):
+            continue
+        last = depth == len(path) - 1
+        if last and key and not missing:
+            break
+        use = use or span
+        if last:
+            place = Place(node.span, node.via or place.via)
+    return place, use
+
+
+def _apart(one: Span, other: Span) -> bool:
+    return (one.source.path, one.line) != (other.source.path, other.line)
+
+
+def follow(tree: Map, path: Path) -> int:
+    """Return how many steps of a path exist in a tree."""
+    node: Any = tree
+    for depth, step in enumerate(path):
+        if not has(node, step):
+            return depth
+        node = node[step]
+    return len(path)
+
+
+def has(node: Any, step: str | int) -> bool:
+    """Say whether a piece of a tree has an entry of a name, or an item of a number."""
+    if isinstance(node, Map):
+        return step in node
+    return isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node)
+
+
 def first_line(source: Source) -> Span:
     """Return the span of the first character of a file."""
     return Span(source, 1, 1, 1)

@@ -6,18 +6,20 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 from functools import lru_cache
 
-from ..diagnostics import Diagnostic, error
+from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SHAPE, Rule
 from ..startup import TYPE_CHECKING
 from ..units import Dimension, Quantity, describe, parse_unit
 from .certain import MOST
+from .expand.tracing import problem_at
 from .schema import ONE_ENTRY, Judge, Steps, backend_of, judge_of, subject, unit_at
-from .tree import Map, Seq, locate
+from .tree import Map, Seq
 
 if TYPE_CHECKING:
     from typing import Any
 
     from ..formats import Format
+    from .expand.scope import Scope
 
 RULES = (
     Rule(
@@ -41,39 +43,40 @@ _OTHERS = ("limit", "mass")
 MANY = 600  # entries of sections
 
 
-def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
+def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
     """Return what is wrong with the shape of a tree, with the units of its quantities, and with its numbers.
 
-    ``formats`` are those that outputs may name.
+    ``formats`` are those that outputs may name, ``scope`` what the names in expressions stood for (None: nobody knows).
     """
     judge = judge_of(tree.get("outputs"), formats)
     # Of a large tree the validator takes less time, with that which it takes before it speaks.
     many = sum(len(section) for section in tree.values() if isinstance(section, (Map, Seq)))
     if many <= MANY and judge.certain.fits(tree):
         return []
-    return _problems(tree, judge, formats)
+    return _problems(tree, judge, formats, scope)
 
 
-def _problems(tree: Map, judge: Judge, formats: Mapping[str, Format]) -> list[Diagnostic]:
+def _problems(tree: Map, judge: Judge, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
     walk = _Walk()
     plain = walk.plain(tree)
-    diagnostics = [walk.diagnostics_of(tree, path, value) for path, value in walk.not_finite]
+    diagnostics = [_not_finite(tree, path, value, scope) for path, value in walk.not_finite]
     misfits = [(path, quantity, _dimensions(tuple(path)) or ()) for path, quantity in walk.misfits]
     misfits += [(path, quantity, (allowed,)) for path, quantity, allowed in _of_options(tree, formats)]
-    diagnostics += _complaints(tree, plain, judge, {tuple(path) for path, _, _ in misfits})
-    for path, quantity, dimensions in misfits:
-        diagnostics += _wrong_unit(tree, path, quantity, dimensions)
+    diagnostics += _complaints(tree, plain, judge, {tuple(path) for path, _, _ in misfits}, scope)
+    diagnostics += [_wrong_unit(tree, path, quantity, dimensions, scope) for path, quantity, dimensions in misfits]
     return diagnostics
 
 
-def _complaints(tree: Map, plain: Any, judge: Judge, told: Collection[tuple[str | int, ...]]) -> Iterator[Diagnostic]:
+def _complaints(
+    tree: Map, plain: Any, judge: Judge, told: Collection[tuple[str | int, ...]], scope: Scope | None
+) -> Iterator[Diagnostic]:
     """Yield what the validator says; ``told`` are the paths of quantities of another kind, of which that is said."""
     if not judge.validator.is_valid(plain):
         from .complaint import Complaint
 
         for problem in judge.validator.iter_errors(plain):
             if tuple(problem.instance_path) not in told:
-                yield from Complaint(tree, problem, judge.schema).diagnostics()
+                yield from Complaint(tree, problem, judge.schema, scope).diagnostics()
 
 
 def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:
@@ -169,12 +172,12 @@ class _Walk:
             return float(item) if abs(item) > 2**53 else item
         return str(item)
 
-    def diagnostics_of(self, tree: Map, path: Steps, value: float) -> Diagnostic:
-        place = locate(tree, path)
-        message = f"{subject(path)} is not a finite number"
-        if math.isfinite(value):
-            message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
-        return error("not-finite", message, place.span, "write a number, or leave the entry out", place.stack())
+
+def _not_finite(tree: Map, path: Steps, value: float, scope: Scope | None) -> Diagnostic:
+    message = f"{subject(path)} is not a finite number"
+    if math.isfinite(value):
+        message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
+    return problem_at(scope, tree, path, "not-finite", message, "write a number, or leave the entry out")
 
 
 def _is_reckoned(steps: Steps) -> bool:
@@ -191,12 +194,13 @@ def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
     return tuple(unit[1] for unit in units if unit is not None)
 
 
-def _wrong_unit(tree: Map, path: Steps, quantity: Quantity, allowed: tuple[Dimension, ...]) -> list[Diagnostic]:
+def _wrong_unit(
+    tree: Map, path: Steps, quantity: Quantity, allowed: tuple[Dimension, ...], scope: Scope | None
+) -> Diagnostic:
     """Return an error: a quantity has another dimension than its place in the schema asks for."""
-    place = locate(tree, path)
     named = " or ".join(describe(dimension) for dimension in allowed)
     text = quantity.text or f"{float(quantity):g}"
     message = f"{subject(path)} is {named or 'a plain number'}, but {text} is {describe(quantity.dimension)}"
     plain = not any(map(any, allowed))
     help = "write the number alone, without a unit" if plain else "correct the unit; a bare number is in SI units"
-    return [error("wrong-unit", message, place.span, help, place.stack())]
+    return problem_at(scope, tree, path, "wrong-unit", message, help)

@@ -20,6 +20,7 @@ from ..diagnostics.progress import step
 from ..diagnostics.registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
 from ..frontend.accepting import accepted
 from ..frontend.expand.scope import Scope
+from ..frontend.expand.tracing import USED
 from ..frontend.lower.shapes import RULES as _OF_SHAPES
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
@@ -27,7 +28,7 @@ from ..model import Robot
 from ..plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
-from .case import USED, Case
+from .case import Case
 from .remarkable import collect
 
 if TYPE_CHECKING:

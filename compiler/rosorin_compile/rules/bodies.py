@@ -8,13 +8,13 @@ from functools import partial
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.tree import Path
+from ..frontend.tree import Path, at, exists
 from ..model import Inertial, Link, Mesh, Vector, principal_moments, volume_of
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..startup.records import NamedTuple
-from ..units import Quantity
+from ..units import has_unit
 from . import alike
-from .case import Case, at, exists, number
+from .case import Case, number
 from .sizes import all_ways, longest
 
 AFTER = "inertia"
@@ -251,7 +251,7 @@ def _density(case: Case, link: Link, path: Path) -> Iterator[Diagnostic]:
     """Yield a warning about a density that looks like g/cm^3."""
     place = (*path, "density")
     density = at(case.tree, place)
-    if isinstance(density, Quantity) or not 0 < density < FOAM:
+    if has_unit(density) or not 0 < density < FOAM:
         return
     message = f'the density of link "{link.name}" is {number(density)} kg/m^3, that of foam or less: water has 1000'
     help = f'write "{number(density)} g/cm^3" if that is meant, "{number(density)} kg/m^3" if not'

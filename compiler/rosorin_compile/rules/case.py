@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from types import MappingProxyType, NoneType
+from types import MappingProxyType
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
 from ..frontend.accepting import names_at
 from ..frontend.expand.scope import Scope
-from ..frontend.expand.tracing import traced
+from ..frontend.expand.tracing import told
 from ..frontend.schema import TEMPLATE
-from ..frontend.tree import Map, Path, Place, Seq, locate, maker
+from ..frontend.tree import Map, Path, at, exists, follow
 from ..model import Joint, Output, Robot
 from ..startup import TYPE_CHECKING
 from ..startup.records import NamedTuple
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..formats import Format
-
-USED = "used here"
 
 
 class Case(NamedTuple):
@@ -101,14 +99,13 @@ class Case(NamedTuple):
         A value that was written in ``let``, or given to a part, is shown there; related says where it is used.
         ``within`` is for what is wrong within a mapping: at its key, or where it was written.
         """
-        place, use = self._written(path, key, within)
-        uses = [Related(USED, use)] if use else []
+        place, uses = told(self.scope, self.tree, path, rule, key, within)
         names = names_at(self.tree, path)
         return Diagnostic(rule, severity, message, place.span, (*related, *uses, *place.stack()), help, names)
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
         """Return a second place."""
-        return Related(message, self._written(path, key)[0].span)
+        return Related(message, self._place(path, key))
 
     def also(
         self, first: Path, others: Iterable[tuple[Path, str, bool]], key: bool = False
@@ -118,24 +115,18 @@ class Case(NamedTuple):
         Each of ``others`` is a path, what is there, and whether it is a key. A part says the same at one place for all
         its uses: that is told of each, and each is told once.
         """
-        place, related, same = self._written(first, key)[0].span, dict[Span, Related](), []
+        place, related, same = self._place(first, key), dict[Span, Related](), []
         for path, what, is_key in others:
-            span = self._written(path, is_key)[0].span
+            span = self._place(path, is_key)
             if span == place:
                 same.append((path, what))
             else:
                 related.setdefault(span, Related(f"also used here: {what}", span))
         return list(related.values()), same
 
-    def _written(self, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
-        """Return where a value was written, and where it is used if that is another place (see ``written``)."""
-        place, use = written(self.tree, path, key, within)
-        if self.scope is None or key or within or isinstance(at(self.tree, path), (Map, Seq, NoneType)):
-            return place, use
-        span = traced(self.scope, place.span, maker(self.tree, path) if len(path) > 1 else place.via)
-        if span is None:
-            return place, use
-        return Place(span, place.via), use or place.span
+    def _place(self, path: Path, key: bool = False) -> Span:
+        """Return where a value was written."""
+        return told(self.scope, self.tree, path, "", key)[0].span
 
     def suggest(self, path: Path, word: str, known: Iterable[str], otherwise: str, more: Sequence[str] = ()) -> str:
         """Return 'did you mean "x"?' for an unknown name at a path, else what to do and the known names.
@@ -178,76 +169,15 @@ def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Ou
     return next(iter(feeding(robot, publisher, formats) or fed(robot, publisher, formats)), None)
 
 
-def exists(tree: Map, path: Path) -> bool:
-    """Say whether a tree has a value at a path."""
-    return _follow(tree, path) == len(path)
-
-
-def at(tree: Map, path: Path) -> Any:
-    """Return the value at a path; None if there is none."""
-    node: Any = tree
-    for step in path:
-        if not _has(node, step):
-            return None
-        node = node[step]
-    return node
-
-
-def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
-    """Return where the value (or the key) at a path was written, and where it is used if that is another place.
-
-    Where the path does not exist, the place is the key of the entry that lacks it.
-    """
-    reached = _follow(tree, path)
-    missing = reached < len(path)
-    path = path[:reached]
-    place = locate(tree, path, key=key or missing or within)
-    use: Span | None = None
-    node: Any = tree
-    for depth, step in enumerate(path):
-        span, node = node.value_spans[step], node[step]
-        if not isinstance(node, (Map, Seq)) or not _apart(node.span, span):
-            continue
-        last = depth == len(path) - 1
-        if last and key and not missing:
-            break
-        use = use or span
-        if last:
-            place = Place(node.span, node.via)
-    return place, use
-
-
 def _stands_in(tree: Map, path: Path) -> bool:
     """Say whether the nearest source around a value says that it is a stand-in."""
     node: Any = tree
     found = False
-    for step in (*path, ""):
+    for step in (None, *path[: follow(tree, path)]):
+        node = node if step is None else node[step]
         source = node.get("source") if isinstance(node, Map) else None
         found = source.get("status") == "stand_in" if isinstance(source, Map) else found
-        if not _has(node, step):
-            break
-        node = node[step]
     return found
-
-
-def _apart(one: Span, other: Span) -> bool:
-    return (one.source.path, one.line) != (other.source.path, other.line)
-
-
-def _follow(tree: Map, path: Path) -> int:
-    """Return how many steps of a path exist in a tree."""
-    node: Any = tree
-    for depth, step in enumerate(path):
-        if not _has(node, step):
-            return depth
-        node = node[step]
-    return len(path)
-
-
-def _has(node: Any, step: str | int) -> bool:
-    if isinstance(node, Map):
-        return step in node
-    return isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node)
 
 
 def suggest(word: str, known: Iterable[str], otherwise: str) -> str:

@@ -8,10 +8,10 @@ from itertools import product
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import FRAMES, rule
 from ..frontend.expression import ExpressionError, evaluate
-from ..frontend.tree import Path, Text
+from ..frontend.tree import Path, Text, at
 from ..model import Edge, Robot
 from ..startup import patterns
-from .case import Case, at, suggest
+from .case import Case, suggest
 
 AFTER = "signs"
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import FRAMES, rule
-from ..frontend.tree import Path
+from ..frontend.tree import Path, exists
 from ..model import Pose, Transform
-from .case import Case, exists
+from .case import Case
 from .kinematics import WORLD_FRAMES
 from .remarkable import FULL_TURN
 

@@ -9,12 +9,12 @@ from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, Check, rule
 from ..diagnostics.wording import listed
 from ..frontend.schema import subject, unit_at
-from ..frontend.tree import Path
+from ..frontend.tree import Path, at, exists
 from ..model import AXLELESS, Joint, Limit
 from ..model.geometry import norm
 from ..units import Quantity, describe, parse_unit
 from . import alike
-from .case import Case, at, exists, number
+from .case import Case, number
 
 AFTER = "frames"
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator
 from ..diagnostics import ERROR, WARNING, Diagnostic
 from ..diagnostics.letters import difference, foreign, in_words, look, unseen
 from ..diagnostics.registry import ARGUMENTS, FRAMES, rule
-from ..frontend.tree import Path
+from ..frontend.tree import Path, exists
 from ..startup.records import NamedTuple
-from .case import Case, exists
+from .case import Case
 from .remarkable import NOT_XML
 
 AFTER = "values"

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from ..diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ..diagnostics.registry import CONTROL, OUTPUTS, rule
 from ..diagnostics.wording import first_of, listed
-from ..frontend.tree import Path
+from ..frontend.tree import Path, exists
 from ..model import Output
 from ..startup import TYPE_CHECKING, patterns
-from .case import Case, exists
+from .case import Case
 
 if TYPE_CHECKING:
     from ..formats import Format

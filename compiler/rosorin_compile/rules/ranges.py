@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from ..diagnostics import NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, POSES, rule
 from ..diagnostics.wording import first_of
-from ..frontend.tree import Path
+from ..frontend.tree import Path, at
 from ..model import Joint, Limit, ServoGroup
-from ..units import Quantity
-from .case import Case, at, number
+from ..units import has_unit
+from .case import Case, number
 
 AFTER = "lacking"
 
@@ -93,7 +93,7 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
         if joint.type != "revolute" or velocity is None or not FAST <= velocity <= FASTEST or velocity % STEP:
             continue
         place = case.joint(joint, "limit", "velocity")
-        if isinstance(at(case.tree, place), Quantity):
+        if has_unit(at(case.tree, place)):
             continue
         turns = number(round(velocity / (2 * math.pi), 1))
         message = (

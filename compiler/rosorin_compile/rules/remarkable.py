@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 
+from ..frontend.expression.syntax import NUMERIC
 from ..frontend.tree import Map, Path, Seq
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
+from ..units import has_unit
 
 if TYPE_CHECKING:
     from typing import Any
@@ -71,8 +73,8 @@ class _Collector:
                     self.path.append(key)
                     self.visit(item)
                     self.path.pop()
-            elif kind is float or kind is int:
-                if not -FULL_TURN <= item <= FULL_TURN and not self._is_large(key):
+            elif kind in NUMERIC:
+                if not (-FULL_TURN <= item <= FULL_TURN or self._is_large(key) or has_unit(item)):
                     self.mark(self.found.numbers, (*self.path, key), item)
             elif kind is str and item.isascii() and item.isprintable():
                 continue

@@ -8,9 +8,10 @@ from functools import partial
 from ..diagnostics import NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, rule
 from ..diagnostics.wording import first_of
+from ..frontend.tree import exists
 from ..model import Cylinder, Joint
 from . import alike
-from .case import Case, exists, number
+from .case import Case, number
 
 AFTER = "ranges"
 

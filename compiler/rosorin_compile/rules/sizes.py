@@ -8,14 +8,14 @@ from functools import partial
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.tree import Path, Seq
+from ..frontend.tree import Path, Seq, at, exists
 from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Robot, Shape, Sphere, Vector
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..model.robot import of_robot
 from ..startup import TYPE_CHECKING
-from ..units import Quantity
+from ..units import has_unit
 from . import alike
-from .case import Case, at, exists, number
+from .case import Case, number
 
 if TYPE_CHECKING:
     from typing import Any
@@ -199,7 +199,7 @@ def _by_bare_numbers(case: Case, message: str, size: str, path: Path, xyz: Vecto
     """Yield a warning about a position that its numbers, without units, put far away; ``size`` is that of the robot."""
     written = at(case.tree, path)
     values = list(written) if isinstance(written, Seq) else list(xyz)
-    if any(isinstance(value, Quantity) for value in values):
+    if any(has_unit(value) for value in values):
         return
     meant = (f"[{', '.join(f'{number(v)} {unit}' if v else '0' for v in values)}]" for unit in ("mm", "m"))
     millimetres, metres = meant

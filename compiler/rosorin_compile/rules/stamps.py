@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import FRAMES, rule
-from ..frontend.tree import Path
+from ..frontend.tree import Path, exists
 from ..startup.records import NamedTuple
 from . import conditions
-from .case import Case, exists
+from .case import Case
 from .tf_tree import Step, active_in, is_tree, legal_steps, silences
 
 AFTER = "tf_tree"

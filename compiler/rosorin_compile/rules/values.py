@@ -9,12 +9,12 @@ from functools import partial
 from ..diagnostics import ERROR, WARNING, Diagnostic, Span
 from ..diagnostics.registry import NUMBERS, Check, rule
 from ..frontend.schema import subject, unit_at
-from ..frontend.tree import Path
+from ..frontend.tree import Path, at, written
 from ..model import Link, Vector
 from ..startup import TYPE_CHECKING
-from ..units import Quantity
+from ..units import has_unit
 from . import alike
-from .case import Case, at, number, written
+from .case import Case, number
 from .remarkable import FULL_TURN, NOT_XML
 
 if TYPE_CHECKING:
@@ -89,11 +89,7 @@ def _turns_of(case: Case, link: Link) -> Iterator[Diagnostic]:
 
 def _turn(case: Case, rpy: Vector, path: Path) -> Iterator[Diagnostic]:
     for index, angle in enumerate(rpy):
-        if (
-            not HALF_TURN < abs(angle) <= FULL_TURN
-            or angle * 2 % 1
-            or isinstance(at(case.tree, (*path, "rpy", index)), Quantity)
-        ):
+        if not HALF_TURN < abs(angle) <= FULL_TURN or angle * 2 % 1 or has_unit(at(case.tree, (*path, "rpy", index))):
             continue
         place = (*path, "rpy", index)
         message = f"{subject(list(place))} is {number(angle)} rad, more than half a turn: this looks like degrees"

@@ -8,10 +8,10 @@ from functools import partial
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import first_of
-from ...frontend.tree import Path, Seq
+from ...frontend.tree import Path, Seq, at
 from ...model import Edge, Output, Robot
 from ...model.control import POSITION, VELOCITY
-from ...rules.case import Case, at
+from ...rules.case import Case
 from ...rules.tf_tree import is_tree
 from ...startup import TYPE_CHECKING
 from ..distributions import known

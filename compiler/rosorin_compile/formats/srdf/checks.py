@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import OUTPUTS, Rule
 from ...diagnostics.wording import counted, first_of, quoted
-from ...frontend.tree import Path
+from ...frontend.tree import Path, exists
 from ...model import Joint, Output
 from ...model.moveit import EndEffector, Group
-from ...rules.case import Case, exists, suggest
+from ...rules.case import Case, suggest
 from ...rules.tf_tree import is_tree
 from .planning import URDF, Planning, planning_of
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from ...diagnostics import ERROR, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import counted, quoted
-from ...frontend.tree import Path
+from ...frontend.tree import Path, at
 from ...model import Joint, Output, Robot
 from ...model.control import (
     ACCELERATION,
@@ -26,7 +26,7 @@ from ...model.control import (
     Interface,
     Words,
 )
-from ...rules.case import Case, at, number
+from ...rules.case import Case, number
 from ...units import Quantity, describe, parse_unit
 from ..distributions import HUMBLE, title
 from .control import OPTION, asked, follows, limits_of

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from ...diagnostics import Diagnostic, did_you_mean, error
+from ...diagnostics import Diagnostic, MadeSpan, Related, Span, did_you_mean, error
 from ...project import Resolved, data_folder
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
+MAX_SHOWN = 40  # letters of an argument
 _TAKEN_APART = tuple(_FORMS)
 _NOT_EVALUATED = ("args", *_TAKEN_APART, "modes")
 
@@ -182,9 +183,16 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
             continue
         if value == "" and type(value) is str and _type(declared[name]) != "text":
             continue  # a launch file cannot leave an argument out: name:= is not given, as xacro has it
-        places[name] = Place(values.get(name, declared.key_spans[name]), None)
+        places[name] = Place(values.get(name) or _said_outside(name, value, declared.key_spans[name]), None)
         given[name] = _given(value, declared[name], places[name])
     declare(scope, declared, given, places, "the description", "-a {}=VALUE")
+
+
+def _said_outside(name: str, value: Any, declared: Span) -> Span:
+    """Return the place of an argument that no file gives, the command line or Python: where it is declared."""
+    made = MadeSpan(*declared)
+    made.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
+    return made
 
 
 def _type(declaration: Any) -> Any:

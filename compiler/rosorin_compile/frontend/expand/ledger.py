@@ -69,6 +69,8 @@ class Ledger:
         self.bodies: dict[int, Any] = {}
         self.plans: dict[int, tuple[Step, ...]] = {}
         self.parameters: dict[int, Any] = {}
+        self.blamed: set[Any] = set()  # the arguments that a mistake in an expression has been told of
+        self.root: Any = None  # the scope of the description, the first one that is made
         # The scope of each part and each round of a loop, by the identity of its Instance: what ``explain`` asks.
         self.scopes: dict[int, Any] = _Scopes()
         # What is left out, and what finds a part by its name: for whoever misses it.
@@ -80,6 +82,7 @@ class Ledger:
         self.scopes.clear()
         self.left_out.clear()
         self.find = None
+        self.root = None
 
     @property
     def work(self) -> int:

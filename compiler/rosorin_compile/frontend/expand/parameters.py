@@ -13,7 +13,7 @@ from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import quoted
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
-from ...units import DIMENSIONS, NUMBER, Quantity
+from ...units import DIMENSIONS, NUMBER, Quantity, in_si
 from ..expression.functions import kind_of
 from ..tree import Map, Place, locate
 from .ledger import Failed
@@ -69,6 +69,18 @@ class Parameter(NamedTuple):
     place: Place
     sound: bool = True
 
+    def fits(self, value: Any) -> bool:
+        """Say whether a value is of the kind that is asked for: that of the type, or of the default.
+
+        Of what stands in a list or a table nobody has asked anything.
+        """
+        if isinstance(value, (list, dict)):
+            return False
+        if self.type not in ("", "any"):
+            return _fits(value, self.type)
+        written = self.has_default and not (isinstance(self.default, str) and "$" in self.default)
+        return written and kind_of(value) == kind_of(self.default)
+
 
 def declare(
     scope: Scope,
@@ -86,7 +98,7 @@ def declare(
     Values of the wrong type, unknown names and missing values are reported; a name without a value stays broken, so
     that what uses it adds no further message.
     """
-    known = _parameters(scope, declared)
+    known = scope.declared = _parameters(scope, declared)
     for name in given:
         if name not in known:
             help = did_you_mean(name, known) or "it has none"
@@ -194,10 +206,12 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         message = f'{told} is not a value of the argument "{name}"'
         help = f"allowed: {', '.join(map(str, allowed))}" + (f"; {parameter.help}" if parameter.help else "")
     else:
+        scope.values[name] = _of_type(value, wanted)
         return
     scope.broken.add(name)
     scope.values.pop(name, None)
-    scope.report("bad-argument", message, place, help)
+    misfit = not isinstance(allowed, list)
+    scope.report("bad-argument", message, place, help, of_kinds=misfit)
 
 
 def _fits(value: Any, wanted: str) -> bool:
@@ -211,6 +225,13 @@ def _fits(value: Any, wanted: str) -> bool:
     if dimension is None or isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     return not isinstance(value, Quantity) or value.dimension == dimension
+
+
+def _of_type(value: Any, wanted: str) -> Any:
+    """Return a value that fits a type: a bare number as the quantity in SI units that it is, a plain one as a float."""
+    if wanted in DIMENSIONS and not isinstance(value, Quantity):
+        return in_si(value, DIMENSIONS[wanted])
+    return float(value) if wanted == "number" and isinstance(value, Quantity) else value
 
 
 def _way_out(value: Any, wanted: str) -> str:

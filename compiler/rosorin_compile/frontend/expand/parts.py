@@ -29,6 +29,7 @@ from .ledger import Failed, Ledger
 from .parameters import declare
 from .placing import AXES, MOUNT, Names, names_of, placed
 from .scope import Scope
+from .tracing import given_by
 
 if TYPE_CHECKING:
     from typing import Any
@@ -114,8 +115,7 @@ class Parts:
             scope.count(made.nodes, where.span, where.via)
             EFFORT.total += made.work
             return self._placed(name, made.fragment.by(via), made.names, entry, scope, where)
-        inner = Scope(self.ledger, definition.scope, via)
-        inner.prefix = prefix
+        inner = _scope(self.ledger, definition, via, prefix, entry)
         made = self._evaluated(definition, name, inner, entry, depth)
         if key is not None:
             self.made[key] = made._replace(fragment=_of_nobody(made.fragment, definition.body))
@@ -153,8 +153,7 @@ class Parts:
 
     def _again(self, made: _Made, definition: Definition, via: Instance, name: str, prefix: str, entry: Map) -> Scope:
         """Return the scope of a part that came to the same before."""
-        inner = Scope(self.ledger, definition.scope, via)
-        inner.prefix = prefix
+        inner = _scope(self.ledger, definition, via, prefix, entry)
         place = Place(entry.span, entry.via)
         own = {"name": name, "prefix": prefix}
         given = entry.get("with")
@@ -166,7 +165,7 @@ class Parts:
         if isinstance(given, Map):
             inner.values |= given
             inner.places |= {key: Place(given.value_spans[key], given.via) for key in given}
-        inner.said = made.scope.said
+        inner.said, inner.declared = made.scope.said, made.scope.declared
         return inner
 
     def body(self, name: str) -> Map | None:
@@ -203,7 +202,8 @@ class Parts:
         """Bind the parameters and the named values of a part."""
         given = entry.get("with")
         given = Map(entry.span, entry.via) if given is None else given
-        places = {key: Place(given.value_spans[key], given.via) for key in given}
+        known = definition.body.get("params") or ()
+        places = {key: Place((given.value_spans if key in known else given.key_spans)[key], given.via) for key in given}
         before = len(self.ledger.diagnostics)
         inner.bind("name", name, Place(entry.span, entry.via))
         inner.bind("mirrored", entry.get("mirror") is not None, Place(entry.span, entry.via))
@@ -345,6 +345,15 @@ class Parts:
             home.define_all(tree.get("let"))
             self.files[path] = (tree, home)
         return self.files[path]
+
+
+def _scope(ledger: Ledger, definition: Definition, via: Instance, prefix: str, entry: Map) -> Scope:
+    """Return the scope of a part that a ``use`` entry makes, without any names yet."""
+    inner = Scope(ledger, definition.scope, via)
+    inner.prefix = prefix
+    if entry.get("parent") is not None:
+        inner.mount = Place(entry.value_spans["parent"], entry.via)
+    return inner
 
 
 # What a part knows of its use: an expression that speaks of it comes to something else each time.
@@ -520,7 +529,7 @@ def _taken(section: str, name: str, have: Map, more: Map, scope: Scope) -> None:
     message, help = f'{section.rstrip("s")} "{name}" is defined twice', "rename one, or give the part another prefix"
     if more.get(section) is not None:  # what cannot be joined, and has no name
         message, help = f'"{name}" is said twice', "remove one"
-    scope.report("duplicate-name", message, place, help, related)
+    scope.report_traced("duplicate-name", message, place, help, related, given_by(scope.ledger.root, place))
 
 
 def _said_twice(section: str, have: Map, more: Map, scope: Scope) -> None:

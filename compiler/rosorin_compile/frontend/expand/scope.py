@@ -8,7 +8,7 @@ expression is wrong, and ``short`` tells a value in a few letters.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error
 from ...diagnostics.progress import step
@@ -17,14 +17,25 @@ from ...diagnostics.wording import first_of
 from ...startup import TYPE_CHECKING, patterns
 from ...units import UNITS
 from ...xml.elements import fitted
-from ..expression import Piece, evaluate, names_in, pieces
-from ..expression.functions import BUILT_IN, CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, functions, kind_of
+from ..expression import Piece, compiled, evaluate, names_in, pieces
+from ..expression.functions import (
+    BUILT_IN,
+    CONSTANTS,
+    FUNCTIONS,
+    OF_DESCRIPTIONS,
+    ExpressionError,
+    KindError,
+    functions,
+    kind_of,
+)
 from ..expression.syntax import weight
 from ..tree import Instance, Kept, Map, Place, Seq
 from .ledger import Failed, Ledger, LeftOut
 
 if TYPE_CHECKING:
     from typing import Any, NoReturn
+
+    from .tracing import Traced
 
 RULES = (
     Rule(
@@ -47,6 +58,8 @@ _OF_XACRO = patterns.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)
 MAX_CALLED = 30
 # Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
 MAX_WORK = 20_000_000
+# Rules that speak of an entry and not of its name, though they are told there.
+_OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
 
 
 class Scope:
@@ -63,12 +76,17 @@ class Scope:
         self.places: dict[str, Place] = {}
         # Where the values stand that were written here, not given from outside: named values and defaults.
         self.said: dict[str, Place] = {}
+        # The parameters of a part, of a type of sensors, or of the description, by name.
+        self.declared: Mapping[str, Any] = {}
+        self.mount: Place | None = None  # where a part was told the frame that it is attached to
         self.pending: dict[str, tuple[Any, Place]] = {}
         self.broken: set[str] = set()
         self.running: list[str] = parent.running if parent else []
         self.prefix: str = parent.prefix if parent else ""
         if via is not None:
             ledger.scopes[id(via)] = self
+        if ledger.root is None:
+            ledger.root = self
 
     def inner(self, via: Instance) -> Scope:
         """Return a scope within this one, for a round of a loop."""
@@ -118,10 +136,38 @@ class Scope:
         self.places[name] = place
         self.values[name] = value
 
-    def report(self, rule: str, message: str, place: Place, help: str = "", related: Sequence[Related] = ()) -> None:
-        """Add an error at a place, with the includes and parts that led to it."""
+    def report(
+        self,
+        rule: str,
+        message: str,
+        place: Place,
+        help: str = "",
+        related: Sequence[Related] = (),
+        of_kinds: bool | None = None,
+    ) -> None:
+        """Add an error at a place, or at the argument behind it, with the includes and parts that led to it.
+
+        ``of_kinds`` says whether it is a mistake of kinds, where the rule does not.
+        """
+        from .tracing import OF_KINDS, given_at
+
+        kinds = rule in OF_KINDS if of_kinds is None else of_kinds
+        trace = None if rule in _OF_ENTRIES else given_at(self, place.span, kinds)
+        self.report_traced(rule, message, place, help, related, trace)
+
+    def report_traced(
+        self, rule: str, message: str, place: Place, help: str, related: Iterable[Related], trace: Traced | None
+    ) -> None:
+        """Add an error at a place, or at the argument that the value there comes of: there one for all expressions."""
         stack = tuple(self.via.stack()) if self.via else place.stack()
-        self.ledger.diagnostics.append(error(rule, message, place.span, help, [*related, *stack]))
+        uses = trace.related(place.span) if trace else ()
+        span = trace.span if trace else place.span
+        if trace and rule == "expression":
+            outermost = (span, stack[-1:])
+            if outermost in self.ledger.blamed:
+                return
+            self.ledger.blamed.add(outermost)
+        self.ledger.diagnostics.append(error(rule, message, span, help, [*related, *uses, *stack]))
 
     def lookup(self, name: str) -> Any:
         """Return the value of a name. Raises KeyError if there is none, Failed if its own expression is wrong."""
@@ -305,9 +351,11 @@ class Scope:
             return resolved
         what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
         from ..meant import flag_meant
+        from .tracing import given_at
 
         help = flag_meant(resolved) or "compare it: ${n > 0}"
-        if help.startswith("write") and isinstance(value, str) and "$" in value:
+        elsewhere = isinstance(value, str) and "$" in value and given_at(self, place.span, of_kinds=True) is None
+        if help.startswith("write") and elsewhere:
             help = f"where the value comes from, {help}"
         self.report("wrong-type", f"a condition is true or false, not {what}", place, help)
         raise Failed
@@ -365,14 +413,23 @@ class Scope:
         names = [] if problem.unknown else [name for name in names_in(piece.text) if self.place_of(name)]
         if not help:
             values = self._had(names)
-            text_for = next((name for name, value in values.items() if _is_like_a_number(value)), "")
+            text_for = next((name for name, value in values.items() if is_like_a_number(value)), "")
             if text_for:  # a mistake in what the name stands for: told there, once for all that use it
                 self._tell_text(text_for, values[text_for], where)
                 return
             empty = [name for name, value in values.items() if value is None]
             help = f'"{empty[0]}" has no value: write one behind its name, or ask: != none' if empty else ""
-        related = [Related(f'"{name}" comes from here', self.place_of(name)) for name in names[:3]]
-        self.report("expression", problem.message, where, help, related)
+        from .tracing import given
+
+        of_kinds = isinstance(problem, KindError)
+        trace = given(self, names, of_kinds) if _is_allowed(piece.text) else None
+        told = (trace.span, *trace.others) if trace else ()
+        related = [
+            Related(f'"{name}" comes from here', span)
+            for name in names[:3]
+            if (span := self.place_of(name)) not in told
+        ]
+        self.report_traced("expression", problem.message, where, help, related, trace)
 
     def _had(self, names: Sequence[str]) -> dict[str, Any]:
         """Return the values of those names that have one by now; nothing is evaluated for a message."""
@@ -388,10 +445,11 @@ class Scope:
     def _tell_text(self, name: str, text: str, used: Place) -> None:
         """Report a name that stands for a text which was to be a number, at its own place."""
         from ..meant import number_meant
+        from .tracing import Traced, given
 
-        place = Place(self.place_of(name) or used.span, None)
+        trace = given(self, [name]) or Traced(self.place_of(name) or used.span)
         message = f'"{name}" is the text "{text}", and a number is calculated with it'
-        self.report("expression", message, place, number_meant(text, []), [Related("used here", used.span)])
+        self.report_traced("expression", message, used, number_meant(text, []), (), trace)
 
     def place_of(self, name: str) -> Span | None:
         """Return where a name in scope was given its value."""
@@ -479,7 +537,17 @@ def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, k
     return where, help
 
 
-def _is_like_a_number(value: Any) -> bool:
+def _is_allowed(text: str) -> bool:
+    """Say whether an expression can be read, whatever its names stand for."""
+    try:
+        compiled(text)
+    except ExpressionError:
+        return False
+    return True
+
+
+def is_like_a_number(value: Any) -> bool:
+    """Say whether a value is a text that begins like a number: 15 rda/s."""
     return isinstance(value, str) and bool(re.match(r"[-+~]?\.?\d", value))
 
 

@@ -18,7 +18,7 @@ from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...startup.remembering import remembered
 from ...units import Quantity
-from .functions import CONSTANTS, FUNCTIONS, ExpressionError, functions
+from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
 from .literals import Literal, masked, mistake
 from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node, names, nodes
 
@@ -57,7 +57,8 @@ def run(code: Code, text: str, lookup: Lookup) -> Any:
             problem.column = _blame(text, lookup)
         raise
     except _MISHAPS as problem:
-        raise ExpressionError(_reason(problem), _blame(text, lookup)) from None
+        kind = KindError if isinstance(problem, (TypeError, AttributeError)) else ExpressionError
+        raise kind(_reason(problem), _blame(text, lookup)) from None
     finally:
         EFFORT.total += EFFORT.done
         EFFORT.done = before

@@ -34,6 +34,10 @@ class ExpressionError(Exception):
         self.unknown = unknown
 
 
+class KindError(ExpressionError):
+    """Values of kinds that do not go together, whatever the values."""
+
+
 class Function(NamedTuple):
     """A function of the language: its name, what the reference says of it, and what gives its value.
 
@@ -81,12 +85,12 @@ def common_dimension(values: list[Any]) -> Dimension | None:
     common: Dimension | None = None
     for value in values:
         if not isinstance(value, (int, float)):
-            raise ExpressionError(f"expected a number, got {kind_of(value)}")
+            raise KindError(f"expected a number, got {kind_of(value)}")
         dimension = dimension_of(value)
         if common is not None and dimension not in (None, common):
             help = "what is added, compared or chosen from is of one kind; a product or a quotient may mix"
             message = f"{describe(common)} and {describe(dimension or NUMBER)} do not go together"
-            raise ExpressionError(message, help=help)
+            raise KindError(message, help=help)
         common = common or dimension
     return common
 
@@ -97,7 +101,7 @@ def _of_angle(function: Callable[[float], float]) -> Callable[[Any], float]:
     def apply(angle: Any) -> float:
         dimension = dimension_of(angle)
         if dimension not in (None, ANGLE, NUMBER):
-            raise ExpressionError(f"expected {describe(ANGLE)}, got {kind_of(angle)}")
+            raise KindError(f"expected {describe(ANGLE)}, got {kind_of(angle)}")
         return function(float(angle))
 
     return apply
@@ -130,7 +134,7 @@ def _plain(function: Callable[..., Any]) -> Callable[..., Any]:
     def apply(*values: Any) -> Any:
         for value in values:
             if isinstance(value, Quantity) and value.dimension != NUMBER:
-                raise ExpressionError(f"expected a plain number, got {kind_of(value)}")
+                raise KindError(f"expected a plain number, got {kind_of(value)}")
         return function(*values)
 
     return apply
@@ -141,7 +145,7 @@ def _sqrt(value: Any) -> Any:
     if dimension is None:
         return math.sqrt(value)
     if any(n % 2 for n in dimension):
-        raise ExpressionError(f"there is no square root of {describe(dimension)}")
+        raise KindError(f"there is no square root of {describe(dimension)}")
     a, b, c, d = (n // 2 for n in dimension)
     return Quantity(math.sqrt(value), (a, b, c, d))
 
@@ -181,7 +185,7 @@ def _text(value: Any) -> str:
         return repr(float(value)) if not float(value).is_integer() else str(int(value))
     if isinstance(value, (str, int)):
         return str(value)
-    raise ExpressionError(f"{kind_of(value)} cannot stand inside text", help="use it as the whole value")
+    raise KindError(f"{kind_of(value)} cannot stand inside text", help="use it as the whole value")
 
 
 def _numbers(text: Any) -> list[Any]:

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 from ...startup import TYPE_CHECKING
 from ...units import NUMBER, UNITS, Dimension, Quantity, add
-from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, common_dimension, functions, kind_of
+from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, KindError, common_dimension, functions, kind_of
 from .literals import Literal
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def _join(kind: type[ast.operator], left: Any, right: Any) -> Any:
             raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
         EFFORT.spend(left, right)
         return left + right if texts else [*left, *right]
-    raise ExpressionError(f"cannot combine {kind_of(left)} and {kind_of(right)} with this operator")
+    raise KindError(f"cannot combine {kind_of(left)} and {kind_of(right)} with this operator")
 
 
 def _power(base: Any, exponent: Any) -> Any:
@@ -91,7 +91,7 @@ def _power(base: Any, exponent: Any) -> Any:
         raise ExpressionError("the power is too large")
     dimension = getattr(base, "dimension", None)
     if isinstance(exponent, Quantity) and exponent.dimension != NUMBER:
-        raise ExpressionError(f"an exponent is a plain number, not {kind_of(exponent)}")
+        raise KindError(f"an exponent is a plain number, not {kind_of(exponent)}")
     if dimension is None:
         return bounded(base**exponent)
     if int(exponent) != exponent:
@@ -107,16 +107,16 @@ def _raised(dimension: Dimension, exponent: int) -> Dimension:
 def entry(container: Any, key: Any) -> Any:
     """Return an entry of a table, a list or a text. Raises ExpressionError if it has none of that name."""
     if not isinstance(key, (str, int, float)):
-        raise ExpressionError(f"an entry is named by text or a number, not {kind_of(key)}")
+        raise KindError(f"an entry is named by text or a number, not {kind_of(key)}")
     if isinstance(container, Mapping):
         if key not in container:
             known = ", ".join(map(str, container)) or "it is empty"
             raise ExpressionError(f'the table has no entry "{key}"', help=f"entries: {known}")
         return container[key]
     if not isinstance(container, (list, str)):
-        raise ExpressionError(f"{kind_of(container)} has no entries")
+        raise KindError(f"{kind_of(container)} has no entries")
     if not isinstance(key, int):
-        raise ExpressionError(f"an item is named by its number, not {kind_of(key)}")
+        raise KindError(f"an item is named by its number, not {kind_of(key)}")
     return container[key]
 
 
@@ -128,13 +128,13 @@ def holds(function: Callable[[Any, Any], bool] | None, left: Any, right: Any) ->
     try:
         return function is not None and bool(function(left, right))
     except TypeError:
-        raise ExpressionError(f"{kind_of(left)} and {kind_of(right)} cannot be compared") from None
+        raise KindError(f"{kind_of(left)} and {kind_of(right)} cannot be compared") from None
 
 
 def sliced(container: Any, ends: list[Any]) -> Any:
     """Return the part of a list or a text from one end to another, by steps. Raises ExpressionError."""
     if not isinstance(container, (list, str)):
-        raise ExpressionError(f"{kind_of(container)} has no items in order")
+        raise KindError(f"{kind_of(container)} has no items in order")
     EFFORT.spend(container)
     return container[slice(*ends)]
 
@@ -146,7 +146,7 @@ def called(name: str, function: Callable[..., Any], values: list[Any]) -> Any:
         result = bounded(function(*values))
     except (TypeError, AttributeError):
         given = ", ".join(map(kind_of, values)) or "nothing"
-        raise ExpressionError(f"{name}() does not take {given}") from None
+        raise KindError(f"{name}() does not take {given}") from None
     except (ValueError, ArithmeticError, LookupError):
         raise ExpressionError(f"{name}() has no value for this") from None
     if isinstance(result, (list, str)):
@@ -388,7 +388,7 @@ def _unaryop(node: ast.UnaryOp, within: Within) -> Code:
     def apply(lookup: Lookup) -> Any:
         value = operand(lookup)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ExpressionError(f"expected a number, got {kind_of(value)}")
+            raise KindError(f"expected a number, got {kind_of(value)}")
         return Quantity(sign * value, value.dimension) if isinstance(value, Quantity) else sign * value
 
     return apply
@@ -463,7 +463,7 @@ def _attribute(node: ast.Attribute, within: Within) -> Code:
     def apply(lookup: Lookup) -> Any:
         value = container(lookup)
         if not isinstance(value, Mapping):
-            raise ExpressionError(f"{kind_of(value)} has no entries; only a table has")
+            raise KindError(f"{kind_of(value)} has no entries; only a table has")
         return entry(value, key)
 
     return apply
@@ -507,7 +507,7 @@ def _loop(generator: ast.comprehension, within: Within) -> tuple[list[str], Code
 
 def _bind(lookup: Lookup, names: list[str], item: Any) -> Lookup:
     if len(names) > 1 and (not isinstance(item, list) or len(item) != len(names)):
-        raise ExpressionError(f"cannot give {kind_of(item)} to {len(names)} names")
+        raise KindError(f"cannot give {kind_of(item)} to {len(names)} names")
     bound = dict(zip(names, item, strict=True)) if len(names) > 1 else {names[0]: item}
     return lambda name: bound[name] if name in bound else lookup(name)
 

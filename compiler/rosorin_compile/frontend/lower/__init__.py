@@ -42,6 +42,8 @@ from ...model import (
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple, replace
 from ..accepting import accepted, names_at
+from ..expand.scope import Scope
+from ..expand.tracing import problem_at
 from ..schema import backend_of
 from ..tree import Map, Path, locate
 from .entries import (
@@ -106,9 +108,12 @@ class Lowered(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def lower(tree: Map) -> Lowered:
-    """Return the model of a tree that ``validate`` found nothing wrong with."""
-    lowering = _Lowering(tree)
+def lower(tree: Map, scope: Scope | None = None) -> Lowered:
+    """Return the model of a tree that ``validate`` found nothing wrong with.
+
+    ``scope`` is what the names in its expressions stood for; None if nobody knows.
+    """
+    lowering = _Lowering(tree, scope)
     robot = lowering.robot()
     refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem, _ACCEPTABLE)]
     return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
@@ -117,8 +122,9 @@ def lower(tree: Map) -> Lowered:
 class _Lowering:
     """Reads one tree; collects what is wrong."""
 
-    def __init__(self, tree: Map) -> None:
+    def __init__(self, tree: Map, scope: Scope | None) -> None:
         self.tree = tree
+        self.scope = scope
         self.places: dict[tuple[str, str], Path] = {}
         self.frames: dict[str, tuple[str, Path]] = {}
         self.diagnostics: list[Diagnostic] = []
@@ -134,8 +140,7 @@ class _Lowering:
     def problem(
         self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = (), key: bool = False
     ) -> None:
-        place = locate(self.tree, path, key)
-        diagnostic = error(rule, message, place.span, help, [*related, *place.stack()])
+        diagnostic = problem_at(self.scope, self.tree, path, rule, message, help, related, key)
         self.diagnostics.append(diagnostic._replace(of=names_at(self.tree, path)))
 
     def misfit(self, problem: ShapeProblem, path: Path, where: str = "") -> None:

@@ -13,9 +13,9 @@ from typing import Any
 from ...diagnostics import NOTE, WARNING, Diagnostic, Related
 from ...diagnostics.registry import PHYSICS, Rule
 from ...diagnostics.wording import and_more, counted, first_of, listed, quoted
-from ...frontend.tree import Path
+from ...frontend.tree import Path, at
 from ...model import Joint, Mesh
-from ...rules.case import Case, at
+from ...rules.case import Case
 from ...startup.records import NamedTuple
 from .accepted import apart, is_accepted
 from .scene import Overlap, Pair, Scene, Solid

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import SIMULATION, Rule
 from ...diagnostics.wording import and_more
-from ...frontend.tree import Path
+from ...frontend.tree import Path, exists
 from ...model import Joint
-from ...rules.case import Case, exists, number
+from ...rules.case import Case, number
 from ...startup.records import NamedTuple
 from .trials import Driven, Held, Stop, Swept, Swung, Trials
 from .world import Touch, World

@@ -1,0 +1,165 @@
+"""A bare number for a typed parameter is in SI units: the robot is that of the number with its unit, or the same error.
+
+Held for parameters of parts, of sensor types and arguments of a description, given or by default, as a literal, an
+expression, a named value, on the command line and from Python.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.diagnostics import Diagnostic
+from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.units import DIMENSIONS, has_unit, in_si, parse_quantity
+
+UNITS = {
+    "length": ["m", "mm", "inch"],
+    "mass": ["kg", "g", "lb"],
+    "time": ["s", "ms", "min"],
+    "angle": ["rad", "deg"],
+    "force": ["N", "kgf"],
+    "torque": ["N*m", "Nm"],
+    "inertia": ["kg*m^2", "g*mm^2"],
+    "speed": ["m/s", "km/h"],
+    "angular_speed": ["rad/s", "rpm", "deg/s"],
+    "frequency": ["Hz", "kHz"],
+    "density": ["kg/m^3", "g/cm^3"],
+}
+# What a part may do with a value: right for one dimension, wrong for others, or right for any.
+USES = {
+    "length": "xyz: [0, 0, '${value}']",
+    "angle": "rpy: [0, 0, '${value}']",
+    "volume": "xyz: [0, 0, '${value**3 / (1 m**2)}']",
+    "density": "xyz: [0, 0, '${value * (2 m)**4 / (1 kg)}']",
+    "ratio": "xyz: [0, 0, '${1 m * (value / (2 * value))}']",
+    "compared": "xyz: [0, 0, '${1 m if value > 3 mm else 2 m}']",
+    "added": "xyz: [0, 0, '${value + 1}']",
+    "chosen": "xyz: [0, 0, '${max(value, 2 mm)}']",
+    "listed": "xyz: '${[0, 0, value]}'",
+    "text": "source: {note: 'as ${value}'}",
+}
+# Beyond half a turn a bare angle looks like degrees, which is told.
+NUMBERS = st.floats(-3, 3).map(lambda one: round(one, 6)).filter(bool)
+
+
+def test_every_dimension_has_its_units() -> None:
+    assert UNITS.keys() == DIMENSIONS.keys()
+    for kind, units in UNITS.items():
+        for unit in units:
+            quantity = parse_quantity(f"1 {unit}")
+            assert quantity is not None, unit
+            assert quantity.dimension == DIMENSIONS[kind], unit
+
+
+WAYS = ("given", "computed", "named", "default", "passed on", "argument", "command line", "Python")
+
+
+def described(kind: str, written: str, way: str, use: str) -> tuple[str, dict[str, Any]]:
+    """Return a description in which a value reaches the use of it by some way, and the arguments that it is given."""
+    typed, rest, given = f"{{type: {kind}}}", "", written
+    arguments: dict[str, Any] = {}
+    if way == "computed":
+        given = f"${{({written}) * 1}}"
+    elif way == "named":
+        rest, given = f"let: {{v: {written}}}\n", "${v}"
+    elif way == "default":
+        typed = f"{{type: {kind}, default: {written}}}"
+    elif way == "passed on":
+        rest, given = f"let: {{v: '${{{written}}}'}}\n", "${v}"
+    elif way == "argument":
+        rest, given = f"args: {{v: {{type: {kind}, default: {written}}}}}\n", "${v}"
+    elif way in ("command line", "Python"):
+        rest, given = f"args: {{v: {{type: {kind}}}}}\n", "${v}"
+        bare = re.fullmatch(r"[-\d.e]+", written)
+        arguments = {"v": float(written) if way == "Python" and bare else written}
+    inside = (
+        "" if way == "default" else f", with: {{value: '{given}'}}" if "$" in given else f", with: {{value: {given}}}"
+    )
+    if way in ("argument", "command line", "Python"):
+        typed = "{}"  # of any type: it is the argument that has one
+    text = (
+        f"robot: r\n{rest}links: {{base_link: {{}}}}\n"
+        f"parts:\n  p:\n    params: {{value: {typed}}}\n    links: {{tip: {{}}}}\n"
+        f"    joints: {{tip: {{type: fixed, parent: mount, child: tip, {use}}}}}\n"
+        f"use: {{one: {{part: p, parent: base_link{inside}}}}}\noutputs: {{urdf: {{file: r.urdf}}}}\n"
+    )
+    return text, arguments
+
+
+def outcome(folder: Path, text: str, arguments: dict[str, Any]) -> tuple[Compiled, list[tuple[str, str, str]]]:
+    """Return what a description comes to, and what is said of it but for the numbers as they were written."""
+    path = folder / "robot.yaml"
+    path.write_text(text)
+    compiled = compile_robot(path, arguments)
+    return compiled, [(one.rule, one.severity, _plain(one)) for one in compiled.diagnostics]
+
+
+def _plain(one: Diagnostic) -> str:
+    return re.sub(r"(but|is|not) \S+( \S+)? is", r"\1 it is", one.message)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("typed")
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_a_bare_number_is_that_number_with_its_unit_of_si(folder: Path, data: st.DataObject) -> None:
+    kind = data.draw(st.sampled_from(sorted(UNITS)))
+    number, way, use = data.draw(NUMBERS), data.draw(st.sampled_from(WAYS)), data.draw(st.sampled_from(sorted(USES)))
+    number = data.draw(st.sampled_from([number, int(number) or 1]))
+    bare, said_of_bare = outcome(folder, *described(kind, str(number), way, USES[use]))
+    whole, said_of_whole = outcome(folder, *described(kind, f"{number} {UNITS[kind][0]}", way, USES[use]))
+    assert [one for one in said_of_bare if one[1] == "error"] == [one for one in said_of_whole if one[1] == "error"]
+    assert [one.text for one in bare.artifacts] == [one.text for one in whole.artifacts]
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_any_unit_gives_what_the_number_in_si_gives(folder: Path, data: st.DataObject) -> None:
+    kind = data.draw(st.sampled_from(sorted(UNITS)))
+    unit = data.draw(st.sampled_from(UNITS[kind]))
+    number, way, use = data.draw(NUMBERS), data.draw(st.sampled_from(WAYS)), data.draw(st.sampled_from(sorted(USES)))
+    quantity = parse_quantity(f"{number} {unit}")
+    assert quantity is not None
+    bare, said_of_bare = outcome(folder, *described(kind, repr(float(quantity)), way, USES[use]))
+    whole, said_of_whole = outcome(folder, *described(kind, f"{number} {unit}", way, USES[use]))
+    assert [one for one in said_of_bare if one[1] == "error"] == [one for one in said_of_whole if one[1] == "error"]
+    assert [one.text for one in bare.artifacts] == [one.text for one in whole.artifacts]
+
+
+def test_a_ratio_is_a_plain_number(folder: Path) -> None:
+    """A number that was worked out of two lengths is what it is where a number is asked for: it goes with any kind."""
+    use = USES["added"].replace("+ 1", "+ 1 m")
+    worked_out, said = outcome(folder, *described("number", "${10 mm / 20 mm}", "given", use))
+    literal, _ = outcome(folder, *described("number", "0.5", "given", use))
+    assert said == [] or all(one[1] != "error" for one in said), said
+    assert [one.text for one in worked_out.artifacts] == [one.text for one in literal.artifacts]
+
+
+@pytest.mark.parametrize("value", [0.1, 3, 1e-7, -2.5])
+def test_a_bare_number_is_known_to_have_had_no_unit(value: float) -> None:
+    """What looks like degrees, or like millimetres, is asked of numbers that somebody wrote without a unit."""
+    assert not has_unit(in_si(value, DIMENSIONS["angle"]))
+    assert not has_unit(value)
+    assert has_unit(parse_quantity("3 deg"))
+
+
+def test_a_whole_number_of_any_length_is_no_traceback(folder: Path) -> None:
+    text, _ = described("length", "1", "Python", USES["length"])
+    _, said = outcome(folder, text, {"v": 10**400})
+    assert "error" in {severity for _, severity, _ in said}
+
+
+def test_a_bare_number_in_degrees_is_still_suspected(folder: Path) -> None:
+    _, said = outcome(folder, *described("angle", "270", "given", USES["angle"]))
+    assert "angle-looks-like-degrees" in {rule for rule, _, _ in said}
+    _, said = outcome(folder, *described("angle", "270 rad", "given", USES["angle"]))
+    assert "angle-looks-like-degrees" not in {rule for rule, _, _ in said}

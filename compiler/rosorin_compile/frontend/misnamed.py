@@ -10,9 +10,11 @@ from typing import Any
 from ..diagnostics import did_you_mean, nearest
 from ..startup.records import NamedTuple
 from ..units import parse_unit
+from .expand.placing import MOUNT
+from .expand.tracing import text_at
 from .schema import resolve
 from .synonyms import KEYS, OTHERS, VALUES, synonym, way_out
-from .tree import Map, Path, prefix_at
+from .tree import Map, Path, locate, prefix_at
 
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
@@ -115,7 +117,8 @@ def name_meant(tree: Map, path: Path, word: str, known: Iterable[str], more: Seq
 
     In a part its own names go first, without the prefix, as it calls them; ``more`` are further names of its own.
     """
-    names, prefix = list(known), prefix_at(tree, path)
+    given = text_at(locate(tree, path).span) == MOUNT  # by the use: it speaks of what is around the part
+    names, prefix = list(known), prefix_at(tree, path, outside=given)
     own = [name.removeprefix(prefix) for name in names if prefix and name.startswith(prefix)]
     if not own:
         return did_you_mean(word, names)

@@ -179,11 +179,14 @@ def maker(tree: Map, path: Path) -> Instance | None:
     return near if outer is None else own
 
 
-def prefix_at(tree: Map, path: Path) -> str:
-    """Return what stands before the names of the part that the value at a path was written in; "" outside of parts."""
+def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
+    """Return what stands before the names of the part that the value at a path was written in; "" outside of parts.
+
+    With ``outside`` that of the part around it.
+    """
     via = locate(tree, path).via
-    while via is not None and not via.prefix:
-        via = via.parent
+    while via is not None and (outside or not via.prefix):
+        outside, via = outside and not via.prefix, via.parent
     return via.prefix if via else ""
 
 

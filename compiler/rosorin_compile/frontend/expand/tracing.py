@@ -211,14 +211,14 @@ def _one_of(arguments: Iterable[tuple[Span, Any]]) -> Traced | None:
     return Traced(spans[0], tuple(spans[1:])) if spans else None
 
 
-def _text_at(span: Span) -> str:
+def text_at(span: Span) -> str:
     """Return the scalar that is written at a place; what runs over several lines is cut."""
     return span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length].strip("\"'")
 
 
 def _alone(span: Span) -> tuple[str, str]:
     """Return the name that is all that is written at a place, and the keys behind it; else nothing."""
-    text = _text_at(span)
+    text = text_at(span)
     found = pieces(text)
     match = _ONE.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
     return (match[1], match[2]) if match else (_MOUNT if text == MOUNT else "", "")
@@ -226,7 +226,7 @@ def _alone(span: Span) -> tuple[str, str]:
 
 def _names_at(span: Span) -> list[str]:
     """Return the names in the expressions of the scalar that is written at a place."""
-    text = _text_at(span)
+    text = text_at(span)
     if text == MOUNT:
         return [_MOUNT]
     found = pieces(text) if not text.startswith(("{", "[")) else ()

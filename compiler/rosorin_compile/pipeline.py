@@ -184,7 +184,11 @@ def judged(
             diagnostics += check(lowered.robot, tree, lowered.places, FORMATS, expanded.scope, wanted)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
-    if not has_errors(diagnostics):  # else what is wrong may be the use
+    if has_errors(diagnostics):
+        from .rules.misspelt import once
+
+        diagnostics = once(diagnostics, tree, lowered.places)
+    else:  # with errors, what is wrong may be the use
         diagnostics += expanded.unused
     left = settled(tree, diagnostics, acceptable())
     return Understood(expanded, lowered, arrange(_by_cause(expanded, left.diagnostics)), left.used)

@@ -193,7 +193,7 @@ def test_a_github_annotation_carries_the_stack(capsys: pytest.CaptureFixture[str
     assert message[0].startswith('the mass of link "wheel_1_link" is -1 kg')
     assert message[1:] == [
         'descriptions/my cart#1/robot.yaml:5:3: part "wheel" used here as "wheel_1"',
-        "descriptions/my cart#1/robot.yaml:6:14: i = 1",
+        "descriptions/my cart#1/robot.yaml:6:15: i = 1",
         'descriptions/my cart#1/robot.yaml:5:3: part "wheel" used here as "wheel_2"',
     ]
 
@@ -223,7 +223,7 @@ def test_text_shows_the_stack_of_an_expression_in_a_part(project: Path, capsys: 
         r"      \| .*\n"
         r"(      and 1 more .*\n)?"
         r'      descriptions/my cart#1/robot\.yaml:5:3: part "wheel" used here as "wheel_1"\n'
-        r"      descriptions/my cart#1/robot\.yaml:6:14: i = 1\n",
+        r"      descriptions/my cart#1/robot\.yaml:6:15: i = 1\n",
         told,
     ), told
 

@@ -48,7 +48,7 @@ TYPOS: dict[str, tuple[str, str, int, str]] = {
     "key of a link in content": (_use("content: {links: {m: {visaul: []}}}"), "unknown-key", 3, "visual"),
     "key of an unused part": (_unused("linsk: {m: {}}"), "unknown-key", 2, "links"),
     "key of a file of a package": ("links: {b: {}}\nuse: {x: {part: wrong/p}}\n", "unknown-part", 2, "wrong"),
-    "key for of an entry": ('links: {b: {}, "c${i}": {fro: {i: [1]}}}\n', "expression", 1, '"i"'),
+    "key for of an entry": ('links: {b: {}, "c${i}": {fro: {i: [1]}}}\n', "unknown-key", 1, '"for"'),
     # kinds of values
     "list for a mapping of parts": ("links: {b: {}}\nparts: [p]\n", "wrong-type", 2, "parts"),
     "list for a mapping of uses": (f"{_PART}links: {{b: {{}}}}\nuse: [p]\n", "wrong-type", 3, "use"),
@@ -93,7 +93,7 @@ TYPOS: dict[str, tuple[str, str, int, str]] = {
     "frame of a use": (
         f"{_PART}links: {{base: {{}}}}\nuse: {{x: {{part: p, parent: bsae}}}}\n",
         "unknown-link",
-        1,
+        3,
         "base",
     ),
     "named value": (_LINK.replace("RADIUS", '"${raduis}"') + "let: {radius: 1}\n", "expression", 1, "radius"),

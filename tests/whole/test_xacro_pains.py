@@ -79,6 +79,7 @@ parts:
     assert told(errors(made), "robot.yaml") == [
         '# expect: parts/joints.yaml:6:85: error[expression]: there is no value named "lenght"',
         '#   help: did you mean "length"?',
+        '#   related: parts/joints.yaml:9:87: "length" comes from here',
         '#   related: parts/joints.yaml:9:7: part "segment" used here as "s0"',
         "#   related: parts/joints.yaml:9:26: i = 0",
         '#   related: arm.yaml:3:3: part "arm" used here as "arm"',

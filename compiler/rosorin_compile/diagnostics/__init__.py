@@ -10,7 +10,7 @@ person). ``bounded`` stands beside them: parsers of foreign JSON, Python and YAM
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 
 from ..startup import TYPE_CHECKING, patterns
@@ -128,7 +128,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     causes: dict[tuple[object, ...], list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
         causes.setdefault(_cause(diagnostic), []).append(diagnostic)
-    return sorted((_together(same) for same in causes.values()), key=_order)
+    return sorted((_together(same) for same in causes.values()), key=order)
 
 
 # Rules about a value as it is written, whatever entry it belongs to.
@@ -219,7 +219,8 @@ def _is_other_use(related: Related, first: Diagnostic) -> bool:
     return isinstance(related, Use) and related not in first.related
 
 
-def _order(d: Diagnostic) -> tuple[object, ...]:
+def order(d: Diagnostic) -> tuple[object, ...]:
+    """Return what diagnostics are ordered by: file, line and column, the worst first; those without a place last."""
     place = (0, d.span.source.path, d.span.line, d.span.column) if d.span else (1, "", 0, 0)
     return (*place, _ORDER[d.severity], d.rule, d.message)
 
@@ -239,6 +240,8 @@ def _alike(word: str, names: list[str]) -> list[str]:
 
     if not word.isascii() and (same := [name for name in names if look(name) == look(word)]):
         return same[:1]
+    if (known := set(names)) and (slips := [made for made in swaps(word) if made in known]):
+        return slips[:1]
     if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
         first = "".join(_parts(word))[:1] or word[:1]  # of /laser the l
         names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
@@ -259,6 +262,14 @@ def _alike(word: str, names: list[str]) -> list[str]:
         return sorted(within, key=lambda name: (abs(len(name) - len(word)), name))[:MAX_MEANT]
     alike = difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.75 if len(word) > 3 else 0.66)
     return [lower[one] for one in alike]
+
+
+def swaps(word: str) -> Iterator[str]:
+    """Yield what a word may have been before two letters side by side changed places."""
+    for at in range(1, len(word)):
+        one, other = word[at - 1], word[at]
+        if one != other:
+            yield f"{word[: at - 1]}{other}{one}{word[at + 1 :]}"
 
 
 def _parts(name: str) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ..diagnostics import Diagnostic
+from ..diagnostics import Diagnostic, swaps
 from ..diagnostics.letters import in_words, unseen
 from ..diagnostics.registry import ARGUMENTS, SHAPE, Rule
 from ..diagnostics.wording import counted
@@ -119,9 +119,14 @@ class Complaint:
     def _required(self) -> list[Diagnostic]:
         key = self.kind.property
         legal = self._fragment(1).get("properties", {})
-        closed = self.path[:1] != ["outputs"]  # the keys of those are judged when their format is known
-        if closed and any(is_meant(other, key, self._kind(), legal) for other in self.value if other not in legal):
+        meant = [other for other in self.value if other not in legal and is_meant(other, key, self._kind(), legal)]
+        if key == "inertia" and any("of" in swaps(other) for other in self.value):
+            return []  # which is in the place of it, and reported
+        if meant and self.path[:1] != ["outputs"]:
             return []  # it is there, under a name that is reported
+        if meant and key in swaps(meant[0]):  # other keys of outputs are judged when their format is known
+            message = f'{self.where} has no key "{meant[0]}"'
+            return [self._make("unknown-key", message, f'did you mean "{key}"?', [*self.path, meant[0]], True)]
         wanted = schema_at([*self.schema_path[:-1], "properties", key], self.schema)
         meaning = wanted.get("description") or resolve(wanted).get("description", "")
         help = _sentence(meaning)

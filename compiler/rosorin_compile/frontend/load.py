@@ -11,7 +11,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..diagnostics import Diagnostic, Related, Source, Span, error
+from ..diagnostics import Diagnostic, Related, Source, Span, error, nearest
 from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
 from ..startup import TYPE_CHECKING, patterns
@@ -212,7 +212,7 @@ class _Composer:
     def __init__(self, source: Source, via: Instance | None) -> None:
         self.source = source
         self.via = via
-        self.anchors: dict[str, tuple[Any, int]] = {}
+        self.anchors: dict[str, tuple[Any, int, Span]] = {}
         self.nodes = 0
         # libyaml counts columns in code points of the text that it was given; NUL and the like raise ReaderError.
         loader = getattr(yaml, "CLoader", yaml.Loader)
@@ -281,7 +281,7 @@ class _Composer:
         else:
             made = self.sequence(event, events, depth)
         if event.anchor:
-            self.anchors[event.anchor] = (made, self.nodes - before + 1)
+            self.anchors[event.anchor] = (made, self.nodes - before + 1, self.span(event))
         return made
 
     def check_tag(self, event: Any) -> None:
@@ -295,8 +295,12 @@ class _Composer:
     def alias(self, event: Any) -> Any:
         if event.anchor not in self.anchors:
             help = "define it above, name a value in let, or put the text in quotes"
-            raise self.fail("yaml-alias", f'no anchor "&{event.anchor}" stands before this alias', event, help)
-        value, size = self.anchors[event.anchor]
+            meant = nearest(event.anchor, self.anchors)
+            near = [Related("what may be meant stands here", self.anchors[meant][2])] if meant else []
+            help = f'did you mean "*{meant}"? else {help}' if meant else help
+            message = f'no anchor "&{event.anchor}" stands before this alias'
+            raise LoadError(error("yaml-alias", message, self.span(event), help, near))
+        value, size, _ = self.anchors[event.anchor]
         self.nodes += size
         if self.nodes > MAX_NODES:
             raise self.fail("yaml-too-large", f"aliases multiply to more than {MAX_NODES:,} values", event, "")

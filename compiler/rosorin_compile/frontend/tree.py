@@ -145,11 +145,11 @@ def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Pla
         else:
             break
         node = node[step]
-        via = _nearer(via, getattr(node, "via", None))
+        via = nearer(via, getattr(node, "via", None))
     return Place(span, via)
 
 
-def _nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
+def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
     """Return how a piece came here, given how what holds it came.
 
     A piece without expressions is shared by all instances of a part: it does not know of them, what holds it does.

@@ -224,9 +224,17 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         carrying, alone = (alone, []) if len(alone) > 1 else ([], [])
     if len(carrying) > 1:
         yield _several_roots(case, carrying)
+    frames = {sensor.frame for sensor in robot.sensors} - set(case.tree.get("links") or ())
     for name in alone:
         help = f'add a joint with "child: {name}", or remove the link'
-        yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), help, key=True)
+        meant, related = nearest(name, frames), []
+        if meant:
+            help = f'did you mean "{meant}"? else {help}'
+            path = case.link(meant)
+            path = (*path, "frame") if path[-1] != "frame" else path
+            related = [case.related("a frame without a link of its own", path)]
+        message = f'no joint reaches link "{name}"'
+        yield case.problem("unreached-link", message, case.link(name), help, related=related, key=True)
 
 
 MAX_NAMED = 20

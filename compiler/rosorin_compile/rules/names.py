@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 
-from ..diagnostics import ERROR, WARNING, Diagnostic
+from ..diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
 from ..diagnostics.letters import difference, foreign, in_words, look, unseen
+from ..diagnostics.misspelt import Offer, placed
 from ..diagnostics.registry import ARGUMENTS, FRAMES, rule
-from ..frontend.tree import Path, exists
+from ..frontend.tree import Map, Path, exists
+from ..model import STATIC_TRANSFORM_PUBLISHER
+from ..startup import patterns
 from ..startup.records import NamedTuple
 from .case import Case
 from .remarkable import NOT_XML
@@ -26,6 +30,16 @@ _SECTIONS = {
     "materials": "material",
     "outputs": "output",
 }
+_WORDS = patterns.compile(r"[^\W\d_]+")
+# Words of which names of robots, files and packages are made; none is another word with two letters swapped.
+_USUAL_WORDS = """
+amcl back base broadcaster calf camera caster chassis color components contact control controller controllers depth
+drive driver effector elbow finger fixed flange floating foot footprint force forearm frame frames front GenericSystem
+gripper hand height infra joint json laser launch left lidar link localization lower mapping mecanum mock model motor
+mount odom optical pan pose position rear right robot roller scan scene sensor servo shoulder slam state static
+steering system thigh tool toolbox torque trajectory trunk upper urdf velocity wheel wrist yaml
+"""
+_USUAL = frozenset(_USUAL_WORDS.split())
 # Where names that differ in case alone are nothing to speak of, as with the colours of a bought robot.
 _BY_CASE = ("material", "output")
 
@@ -81,6 +95,15 @@ def names(case: Case) -> Iterator[Name]:
     imported="always",
 )
 @rule(
+    "letters-swapped",
+    "A warning: a word of a name, or the ending of a file, is a usual one with two letters swapped, or one of several "
+    "other names here.",
+    "Correct it; every other program takes a name as it is written.",
+    ARGUMENTS,
+    accept="link or joint",
+    imported="always",
+)
+@rule(
     "leading-slash",
     "A warning: a name begins with `/`. tf2 drops the slash of a frame that is published, and refuses to look one up "
     "that has it.",
@@ -92,7 +115,9 @@ def names(case: Case) -> Iterator[Name]:
 def letters(case: Case) -> Iterator[Diagnostic]:
     """Names that are not what they look like."""
     kinds: dict[str, list[Name]] = {}
-    for name in names(case):
+    named = list(names(case))
+    yield from _misspelt(case, [*named, *_further(case)])
+    for name in named:
         kinds.setdefault("link" if name.kind == "frame" else name.kind, []).append(name)
     for kind, group in kinds.items():
         text = "".join(one.name for one in group)
@@ -103,6 +128,72 @@ def letters(case: Case) -> Iterator[Diagnostic]:
             yield from _alike(case, group, by_case=kind not in _BY_CASE)
         if kind in ("link", "joint") and "/" in text:
             yield from _slashes(case, group)
+
+
+def _further(case: Case) -> Iterator[Name]:
+    """Yield names that nothing else of the description has to know: of files, plugins, packages, topics, groups."""
+    for key in (case.tree.get("moveit") or {}).get("groups") or ():
+        yield Name(key, "planning group", ("moveit", "groups", key), True)
+    for name, entry in (case.tree.get("outputs") or {}).items():
+        if isinstance(entry, Map):
+            yield from _texts(entry, ("outputs", name))
+    for section, key in (("control", "plugin"), ("publishers", "package")):
+        for name, entry in (case.tree.get(section) or {}).items():
+            if entry and key in entry:
+                yield Name(entry[key], key, (section, name, key), False)
+    for joint in case.robot.joints:
+        if joint.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+            path = (*case.publisher(joint), STATIC_TRANSFORM_PUBLISHER)
+            if exists(case.tree, path):
+                yield Name(joint.publisher.name, "node", path, False)
+
+
+def _texts(entry: Map, path: Path) -> Iterator[Name]:
+    """Yield the file of an output, the topics that it names, and what it calls frames."""
+    for key, value in entry.items():
+        if isinstance(value, Map):
+            yield from _texts(value, (*path, key))
+        elif isinstance(value, str) and (key in ("file", "topic") or path[-1] == "rename"):
+            yield Name(value, "frame" if path[-1] == "rename" else key, (*path, key), False)
+
+
+def _misspelt(case: Case, named: list[Name]) -> Iterator[Diagnostic]:
+    """Yield a warning for each word that stands once, and is another one with two letters swapped."""
+    counts = Counter(_WORDS.findall("\n".join(one.name for one in named)))
+    usual = _USUAL.union(word for word, count in counts.items() if count > 1)
+    slips = {}
+    for word, count in counts.items():
+        if len(word) > 3 and word not in _USUAL:
+            # A word that stands several times, and is no slip of a usual one, was chosen.
+            meant = next((one for one in swaps(word) if one in (usual if count == 1 else _USUAL)), None)
+            if meant is not None:
+                slips[word] = meant
+    told: set[Span | None] = set()
+    for one in named:
+        words = _WORDS.findall(one.name) if slips else ()
+        slip = next(((word, slips[word]) for word in words if word in slips), None) or _ending(case, one)
+        if slip is not None:
+            message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
+            help = f'did you mean "{one.name.replace(*slip)}"?'
+            found = case.problem("letters-swapped", message, one.path, help, severity=WARNING, key=one.key)
+            found = placed(found, Offer(one.name, one.name.replace(*slip)))
+            if found.span not in told:  # of one use of a part come several names
+                told.add(found.span)
+                yield found
+
+
+def _ending(case: Case, one: Name) -> tuple[str, str] | None:
+    """Return the ending of the file of an output, and the one that it should have, if two letters are swapped."""
+    if one.kind != "file":
+        return None
+    output = next((output for output in case.robot.outputs if output.name == one.path[1]), None)
+    format = case.formats.get(output.backend) if output else None
+    ending = one.name.rpartition(".")[2]
+    endings = (
+        [] if format is None else [format.file.rpartition(".")[2], *(known.lstrip(".") for known in format.endings)]
+    )
+    meant = next((known for known in swaps(ending) if known in endings), None)
+    return (f".{ending}", f".{meant}") if meant and ending not in endings else None
 
 
 def _unseen(case: Case, group: Iterable[Name]) -> Iterator[Diagnostic]:

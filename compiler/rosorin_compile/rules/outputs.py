@@ -5,7 +5,7 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Iterator
 
-from ..diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
+from ..diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, swaps
 from ..diagnostics.registry import CONTROL, OUTPUTS, rule
 from ..diagnostics.wording import first_of, listed
 from ..frontend.tree import Path, exists
@@ -83,6 +83,10 @@ def hardware(case: Case) -> Iterator[Diagnostic]:
 
 def _unknown(case: Case, output: Output) -> Diagnostic:
     path: Path = ("outputs", output.name)
+    for option in output.options:
+        if "backend" in swaps(option):
+            message, help = f'output "{output.name}" has no key "{option}"', 'did you mean "backend"?'
+            return case.problem("unknown-key", message, (*path, option), help, key=True)
     known = [name for name, format in case.formats.items() if format.write is not None]
     named = (*path, "backend")
     at, key = (named, False) if exists(case.tree, named) else (path, True)

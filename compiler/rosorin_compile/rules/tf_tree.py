@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from ..diagnostics import WARNING, Diagnostic, nearest
+from ..diagnostics import WARNING, Diagnostic, nearest, swaps
 from ..diagnostics.registry import FRAMES, Check, rule
 from ..diagnostics.wording import listed, quoted
 from ..frontend.tree import Path
@@ -63,8 +63,10 @@ def silences(case: Case) -> list[Step]:
 def known_frames(case: Case) -> Iterator[Diagnostic]:
     """Edges that hang neither on a link nor over one: one of their names is not what was meant."""
     robot = case.robot
+    misspelt = list(_misspelt(case))
+    yield from misspelt
     pairs = [(joint.parent, joint.child) for joint in robot.joints] + [(e.parent, e.child) for e in robot.edges]
-    for piece in pieces(pairs) if robot.edges else ():
+    for piece in pieces(pairs) if robot.edges and not misspelt else ():
         inside = [(index, edge) for index, edge in enumerate(robot.edges) if edge.parent in piece]
         if not inside or not piece.isdisjoint(robot.link):
             continue
@@ -77,6 +79,23 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
         edges = listed(dict.fromkeys(f"{edge.parent} -> {edge.child}" for _, edge in inside))
         message = f'there is no frame "{name}" to hang {edges} on'
         yield case.problem("unknown-link", message, path, case.suggest(path, name, known, "name a link of the robot"))
+
+
+def _misspelt(case: Case) -> Iterator[Diagnostic]:
+    """Yield the ends of edges that are the name of a frame of the world with two letters swapped.
+
+    A frame that hangs on the robot, or on what leads to it, may have any name.
+    """
+    led_to = {edge.child for edge in case.robot.edges}
+    named = {name for edge in case.robot.edges for name in (edge.parent, edge.child)}
+    for index, edge in enumerate(case.robot.edges):
+        for key, name in (("parent", edge.parent), ("child", edge.child)):
+            meant = next((one for one in swaps(name) if one in WORLD_FRAMES), None)
+            if meant is None or name in case.robot.link or (key == "parent" and name in led_to):
+                continue
+            if key == "parent" or (edge.parent in WORLD_FRAMES and meant in named):
+                help = f'did you mean "{meant}"?'
+                yield case.problem("unknown-link", f'there is no frame "{name}"', case.edge(index, key), help)
 
 
 @rule(

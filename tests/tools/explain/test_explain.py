@@ -79,12 +79,14 @@ def test_a_number_of_a_part_in_a_loop_in_a_part_in_a_loop() -> None:
         "i = 1",
         'part "hand" used here as "left", parent: base_link, xyz: [0.1, "${sides[side] * cal[side].offset[1]}", 0]',
         "side = left",
+        "which is written here",
     ]
     assert [place(step.where).partition(": ")[0] for step in x.stack] == [
         "parts.yaml:21:7",
         "parts.yaml:22:18",
         "robot.yaml:14:3",
         "robot.yaml:15:17",
+        "robot.yaml:7:11",
     ]
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error
+from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error, swaps
 from ...diagnostics.registry import NAVIGATION, Rule
 from ...diagnostics.wording import listed, quoted
 from ...model import Output, Robot
@@ -45,6 +45,7 @@ RULES = (
     ),
 )
 
+_PACKAGE = "robot_localization"
 _USUAL = "ekf_filter_node"
 _NAME = patterns.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
 _POSE, _TWIST, _ACCELERATION = STATES[:6], STATES[6:12], STATES[12:]
@@ -78,6 +79,11 @@ def filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[Filter | No
     if named is not None and named not in filters and (filters or named in {one.name for one in robot.publishers}):
         message = f'"{named}" is no filter of robot_localization'
         way_out = did_you_mean(named, filters) or "its publisher says package: robot_localization"
+        package = next((one.package for one in robot.publishers if one.name == named), "")
+        if _PACKAGE in swaps(package):
+            way_out = f'did you mean "{_PACKAGE}"?'
+            path = ("publishers", named, "package")
+            return None, [Found("filter-unclear", f'there is no package "{package}"', path, way_out, absolute=True)]
         return None, [Found("filter-unclear", message, ("node",), way_out)]
     name = named or next(iter(filters), _USUAL)
     owned = frames.owned(filters[name]) if name in filters else []

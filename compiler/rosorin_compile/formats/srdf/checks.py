@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import OUTPUTS, Rule
 from ...diagnostics.wording import counted, first_of, quoted
-from ...frontend.tree import Path, exists
+from ...frontend.tree import Path, at, exists
 from ...model import Joint, Output
 from ...model.moveit import EndEffector, Group
 from ...rules.case import Case, suggest
@@ -311,3 +311,16 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
         help = "rosorin-compile collisions computes it anew"
         path = (_TOP, "collision_matrix", "of")
         yield case.problem("collisions-stale", message, path, help, severity=WARNING)
+    elif matrix is not None:  # of a stale one nothing is written
+        yield from _unknown_in_pairs(case, (_TOP, "collision_matrix", "pairs"))
+
+
+def _unknown_in_pairs(case: Case, within: Path) -> Iterator[Diagnostic]:
+    """Yield the links of pairs that the robot does not have: somebody has changed what was computed."""
+    for index, pair in enumerate(at(case.tree, within) or ()):
+        for side, name in enumerate(pair["links"]):
+            if name not in case.robot.link:
+                path: Path = (*within, index, "links", side)
+                help = suggest(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
+                message = f'there is no link "{name}", one of two links of the collision matrix'
+                yield case.problem("unknown-link", message, path, help)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from ...diagnostics import ERROR, WARNING, Diagnostic, did_you_mean
+from ...diagnostics import ERROR, WARNING, Diagnostic, did_you_mean, nearest, swaps
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import counted, quoted
 from ...frontend.tree import Path, at
@@ -115,6 +115,8 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         for block in case.robot.control:
             yield from _block(case, block)
         yield from _shared(case)
+    if not case.robot.is_tree:  # what is said of that is the cause of the rest, and no output of bodies knows its links
+        return
     carried = {joint.name for joint in joints_of(case.robot, output)}
     for block in case.robot.control:
         yield from _joints(case, block, output, carried)
@@ -181,6 +183,8 @@ def _component(case: Case, block: Block, section: str, one: Component, of: str) 
         way = "say what it can be told and what it says: command, state"
         if section == "sensors":
             way = "say what it says: state; or call it as a sensor of the description: imu, range_finder, force_torque"
+            meant = nearest(one.name, [sensor.name for sensor in case.robot.sensors])
+            way = f'did you mean "{meant}"? else {way}' if meant else way
         yield case.problem("control-interface", f"{of} has no interface", path, way, severity=severity, key=True)
     known = _known(case.robot, section, one.name)
     for key, interfaces in (("command", one.command), ("state", one.state)):
@@ -191,7 +195,8 @@ def _component(case: Case, block: Block, section: str, one: Component, of: str) 
                 message = f'{of} has the {key} "{interface.name}", which no controller asks for'
                 way = f'did you mean "{meant}"?'
                 by_key = place[-1] == interface.name
-                yield case.problem("control-interface", message, place, way, severity=WARNING, key=by_key)
+                severity = ERROR if meant in swaps(interface.name) else WARNING  # two letters swapped are no other word
+                yield case.problem("control-interface", message, place, way, severity=severity, key=by_key)
             yield from _params(case, interface.params, f'the {key} "{interface.name}" of {of}', (*place, "params"))
 
 

@@ -11,11 +11,11 @@ is what one expansion shares.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from ...diagnostics import Diagnostic, MadeSpan, Related, Span, did_you_mean, error
+from ...diagnostics import Diagnostic, MadeSpan, Related, Span, did_you_mean, error, has_errors, swaps
 from ...project import Resolved, data_folder
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
@@ -97,7 +97,32 @@ def expand(
     led = tuple(dict.fromkeys(reader.resolved))
     idle = unused(root, reader, scope) if tree is not None else []
     told = ledger.diagnostics if tree is not None else _without_misnamed(root, ledger.diagnostics)
-    return Expanded(tree, reader.diagnostics + told, tuple(reader.files), scope, led, tuple(idle))
+    if reader.unread:  # what a file would have defined is not missed
+        told = [one for one in told if not _is_missing(one)]
+    told = [*told, *_of_sources(reader)]
+    return Expanded(tree, reader.diagnostics + _once(told), tuple(reader.files), scope, led, tuple(idle))
+
+
+def _of_sources(reader: Reader) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the sources of included files, which no entry may take over."""
+    from ..validate import validate
+
+    for source, key, span in reader.described:
+        if isinstance(source, Map) and all(isinstance(value, str) and "$" not in value for value in source.values()):
+            top = Map(span)
+            top.put("robot", "any", span, span)
+            top.put("source", source, key, span)
+            yield from validate(top, {})
+
+
+def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Return what is wrong, with every name that there is not told once, where it was written."""
+    if not has_errors(diagnostics):
+        return diagnostics
+    from ...diagnostics.misspelt import offer, placed, told_once
+
+    offers = [offer(one) for one in diagnostics]
+    return told_once(placed(one, of) if of else one for one, of in zip(diagnostics, offers, strict=True))
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
@@ -111,7 +136,22 @@ def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnost
         if key not in known:
             sections.put(key, value, root.key_spans[key], root.value_spans[key])
     misnamed = [one for one in validate(sections, {}) if one.rule == "unknown-key"] if sections else []
+    misnamed += _misnamed_loops(root)
     return [*misnamed, *(one for one in diagnostics if not (misnamed and _is_missing(one)))]
+
+
+def _misnamed_loops(root: Map) -> Iterator[Diagnostic]:
+    """Yield the keys that are ``for`` with two letters swapped, so that nothing gives its names a value."""
+    waiting: list[Any] = [root]
+    while waiting:
+        node = waiting.pop()
+        for key, value in node.items() if isinstance(node, Map) else enumerate(node):
+            if isinstance(value, (Map, Seq)):
+                waiting.append(value)
+            if isinstance(value, Map) and isinstance(key, str) and "for" in swaps(key):
+                message, help = f'an entry has no key "{key}"', 'did you mean "for"?'
+                place = Place(node.key_spans[key], node.via)
+                yield error("unknown-key", message, place.span, help, place.stack())
 
 
 def _is_missing(diagnostic: Diagnostic) -> bool:

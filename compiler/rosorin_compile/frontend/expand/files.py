@@ -168,6 +168,8 @@ class Reader:
         self.offered: list[Any] = []
         self.diagnostics: list[Diagnostic] = []
         self.robots: list[Asked] = []
+        self.unread = False
+        self.described: list[tuple[Any, Span, Span]] = []
 
     def whole(self) -> Map | None:
         """Return the description, joined; None if its first file cannot be read."""
@@ -210,6 +212,7 @@ class Reader:
             # Where the file cannot be read, the diagnostic points at the include itself: that needs no note.
             led_here = stack[1:] if diagnostic.span == asked else stack
             self.diagnostics.append(diagnostic._replace(related=diagnostic.related + led_here))
+            self.unread = True
             return None
         self.sources.append((path, file.span.source))
         made = Map(file.span, via)
@@ -384,6 +387,8 @@ class Reader:
     def _own(self, file: Map, root: bool) -> Map:
         """Return the file without what was dealt with already, its source given to each entry that has none."""
         made = Map(file.span, file.via)
+        if not root and "source" in file:
+            self.described.append((file["source"], file.key_spans["source"], file.value_spans["source"]))
         for key, value in file.items():
             if key in _PRIVATE and not (root and key in ("source", "rosorin_compile")):
                 continue

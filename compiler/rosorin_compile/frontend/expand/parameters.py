@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...diagnostics import Related, did_you_mean, error
+from ...diagnostics import Related, did_you_mean, error, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import quoted
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...units import DIMENSIONS, NUMBER, Quantity, in_si
 from ..expression.functions import kind_of
-from ..tree import Map, Place, locate
+from ..tree import Map, Place, Seq, locate
 from .ledger import Failed
 from .scope import Scope
 
@@ -99,14 +99,18 @@ def declare(
     that what uses it adds no further message.
     """
     known = scope.declared = _parameters(scope, declared)
+    meant: set[str | None] = set()
     for name in given:
         if name not in known:
             help = did_you_mean(name, known) or "it has none"
-            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help)
+            close = nearest(name, known)
+            meant.add(close)
+            near = [Related("what may be meant stands here", known[close].place.span)] if close else []
+            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help, near)
     missing = [parameter for name, parameter in known.items() if name not in given and not parameter.has_default]
     scope.broken.update(parameter.name for parameter in missing)
-    # Of others the default may be there under a misspelt key, which is reported.
-    sound = [parameter for parameter in missing if parameter.sound]
+    # Of others the default, or the argument, may be there under a misspelt key, which is reported.
+    sound = [parameter for parameter in missing if parameter.sound and parameter.name not in meant]
     for together in [sound] if asked and sound else [[parameter] for parameter in sound]:
         _missing(scope, together, owner, way, asked)
     for name, parameter in known.items():
@@ -198,6 +202,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         return
     if value is None and parameter.has_default:  # an optional argument, passed on as a key that is left out
         return
+    near: list[Related] = []
     if wanted and not _fits(value, wanted):
         message = f'"{name}" of {owner} is {_article(wanted)}, not {_shown(value)}'
         help = parameter.help or _way_out(value, wanted)
@@ -205,13 +210,17 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         told = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
         message = f'{told} is not a value of the argument "{name}"'
         help = f"allowed: {', '.join(map(str, allowed))}" + (f"; {parameter.help}" if parameter.help else "")
+        meant = nearest(value, [one for one in allowed if isinstance(one, str)]) if isinstance(value, str) else None
+        if meant and isinstance(allowed, Seq):
+            help = f'did you mean "{meant}"? ({help})'
+            near = [Related("what may be meant stands here", allowed.value_spans[allowed.index(meant)])]
     else:
         scope.values[name] = _of_type(value, wanted)
         return
     scope.broken.add(name)
     scope.values.pop(name, None)
     misfit = not isinstance(allowed, list)
-    scope.report("bad-argument", message, place, help, of_kinds=misfit)
+    scope.report("bad-argument", message, place, help, near, of_kinds=misfit)
 
 
 def _fits(value: Any, wanted: str) -> bool:

@@ -310,7 +310,9 @@ class Parts:
             folder = name.removesuffix(short)
             help = did_you_mean(name, [f"{folder}{part}" for part in known])
             help = help if help.startswith("did") else self._near(short) or help or "define it under parts"
-            scope.report("unknown-part", f'there is no part "{name}"', place, help)
+            meant = nearest(short, known)
+            near = [Related("what may be meant stands here", known.key_spans[meant])] if meant else []
+            scope.report("unknown-part", f'there is no part "{name}"', place, help, near)
             raise Failed
         body = known[short]
         if id(body) not in self.sound:

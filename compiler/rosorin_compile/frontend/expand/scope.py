@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error
+from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
 from ...diagnostics.progress import step
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import first_of
@@ -54,6 +54,7 @@ RULES = (
 _XML = ("urdf_elements", "mjcf_elements")
 MAX_NODES = 1_500_000
 _OF_XACRO = patterns.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
+_NO_LOOP: Mapping[str, Span] = {}
 # How often a named value that takes values may stand in itself.
 MAX_CALLED = 30
 # Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
@@ -81,6 +82,8 @@ class Scope:
         self.mount: Place | None = None  # where a part was told the frame that it is attached to
         self.pending: dict[str, tuple[Any, Place]] = {}
         self.broken: set[str] = set()
+        # Where the names of a loop stand, whose places are those of their values.
+        self.looped: Mapping[str, Span] = _NO_LOOP
         self.running: list[str] = parent.running if parent else []
         self.prefix: str = parent.prefix if parent else ""
         if via is not None:
@@ -274,7 +277,10 @@ class Scope:
                 message = f'the key "{name}" stands twice in one mapping'
                 self.report("duplicate-key", message, Place(key_span, via), help, related)
                 raise Failed
-            made.put(name, scope.resolve(entry, Place(span, via)), key_span, span)
+            entry = scope.resolve(entry, Place(span, via))
+            if "$" in key and isinstance(entry, Map) and scope is not self:
+                entry = entry.by(scope.via)  # what is the same in every round does not know which one gave its name
+            made.put(name, entry, key_span, span)
 
     def name(self, key: str, span: Span, via: Instance | None) -> str:
         """Return a key with its expressions evaluated; it has to be text or a number."""
@@ -429,6 +435,13 @@ class Scope:
             for name in names[:3]
             if (span := self.place_of(name)) not in told
         ]
+        meant = nearest(problem.unknown, self.known_names()) if problem.unknown else None
+        if meant:
+            near = self.named_at(meant)
+            is_name = near is not None and near.source.line(near.line).startswith(meant, near.column - 1)
+            related = [Related(f'"{meant}" {"is named" if is_name else "comes from"} here', near)]
+        if problem.near is not None:
+            related.insert(0, Related("what may be meant stands here", problem.near))
         self.report_traced("expression", problem.message, where, help, related, trace)
 
     def _had(self, names: Sequence[str]) -> dict[str, Any]:
@@ -450,6 +463,17 @@ class Scope:
         trace = given(self, [name]) or Traced(self.place_of(name) or used.span)
         message = f'"{name}" is the text "{text}", and a number is calculated with it'
         self.report_traced("expression", message, used, number_meant(text, []), (), trace)
+
+    def named_at(self, name: str) -> Span | None:
+        """Return where a name in scope stands itself: that of a loop in its ``for``, and not with its value."""
+        scope: Scope | None = self
+        while scope is not None:
+            if name in scope.looped:
+                return scope.looped[name]
+            if name in scope.places:
+                return scope.places[name].span
+            scope = scope.parent
+        return None
 
     def place_of(self, name: str) -> Span | None:
         """Return where a name in scope was given its value."""
@@ -479,29 +503,38 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
     scopes = [outer]
     for name, values in loops.items():
         where = Place(loops.value_spans[name], via)
+        looped = dict.fromkeys(map(str.strip, name.split(",")), loops.key_spans[name])
         inner_scopes: list[Scope] = []
         counted = 0
         for scope in scopes:
-            given = _values(scope, values, where)
+            given, spans = _values(scope, values, where)
             if len(given) > counted:  # as if every round had as many, so that a huge product is refused at once
                 outer.count((len(given) - counted) * len(scopes), where.span, where.via)
                 counted = len(given)
-            for value in given:
-                made = Instance(f"{name} = {short(value)}", where.span, scope.via or via, made=True)
+            in_place = isinstance(values, Seq)  # else they come from elsewhere, and the loop says from where
+            for value, span in zip(given, spans, strict=True):
+                outer_via, at = scope.via or via, span if in_place else where.span
+                if at != span:
+                    outer_via = Instance("which is written here", span, outer_via)
+                made = Instance(f"{name} = {short(value)}", at, outer_via, made=True)
                 inner = scope.inner(made)
-                _bind(inner, name, value, where)
+                _bind(inner, name, value, Place(at, where.via))
+                inner.looped = looped
                 inner_scopes.append(inner)
         scopes = inner_scopes
     yield from scopes
 
 
-def _values(scope: Scope, values: Any, place: Place) -> Sequence[Any]:
-    """Return what a loop runs over: a list; for a table its keys."""
+def _values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any], Sequence[Span]]:
+    """Return what a loop runs over, a list or the keys of a table, and where each of it was written."""
     resolved = scope.resolve(values, place)
     if isinstance(resolved, Mapping):
-        return list(resolved)
+        keys = list(resolved)
+        known = resolved.key_spans if isinstance(resolved, Map) else {}
+        return keys, [known.get(key, place.span) for key in keys]
     if isinstance(resolved, list):
-        return resolved
+        spans = resolved.value_spans if isinstance(resolved, Seq) else [place.span] * len(resolved)
+        return resolved, spans
     scope.report("wrong-type", "a loop runs over a list or a table", place, "write a list, or ${range(4)}")
     raise Failed
 

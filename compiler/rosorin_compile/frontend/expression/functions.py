@@ -20,18 +20,26 @@ from ...units import ANGLE, NUMBER, UNITS, Dimension, Quantity, describe, dimens
 if TYPE_CHECKING:
     from typing import Any
 
+    from ...diagnostics import Span
+
 MAX_ITEMS = 100_000
 
 
 class ExpressionError(Exception):
-    """An expression that has no value; ``column`` counts from 0 within the expression, -1 where it is not known."""
+    """An expression that has no value; ``column`` counts from 0 within the expression, -1 where it is not known.
 
-    def __init__(self, message: str, column: int = -1, help: str = "", unknown: str = "") -> None:
+    ``unknown`` is a name that there is not, ``near`` the place of what may be meant instead.
+    """
+
+    def __init__(
+        self, message: str, column: int = -1, help: str = "", unknown: str = "", near: Span | None = None
+    ) -> None:
         super().__init__(message)
         self.message = message
         self.column = column
         self.help = help
         self.unknown = unknown
+        self.near = near
 
 
 class KindError(ExpressionError):

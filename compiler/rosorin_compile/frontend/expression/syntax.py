@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import lru_cache
 
+from ...diagnostics import nearest
 from ...startup import TYPE_CHECKING
 from ...units import NUMBER, UNITS, Dimension, Quantity, add
 from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, KindError, common_dimension, functions, kind_of
@@ -110,8 +111,13 @@ def entry(container: Any, key: Any) -> Any:
         raise KindError(f"an entry is named by text or a number, not {kind_of(key)}")
     if isinstance(container, Mapping):
         if key not in container:
-            known = ", ".join(map(str, container)) or "it is empty"
-            raise ExpressionError(f'the table has no entry "{key}"', help=f"entries: {known}")
+            entries = f"entries: {', '.join(map(str, container)) or 'it is empty'}"
+            meant = (
+                nearest(key, [name for name in container if isinstance(name, str)]) if isinstance(key, str) else None
+            )
+            help = f'did you mean "{meant}"? ({entries})' if meant else entries
+            near = getattr(container, "key_spans", {}).get(meant)
+            raise ExpressionError(f'the table has no entry "{key}"', help=help, near=near)
         return container[key]
     if not isinstance(container, (list, str)):
         raise KindError(f"{kind_of(container)} has no entries")

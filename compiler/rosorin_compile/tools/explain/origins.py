@@ -214,14 +214,14 @@ class Meanings:
 
     def _given_by(self, name: str, path: tuple[str | int, ...], owner: Scope) -> tuple[str, Scope]:
         """Return what gave a name its value, in words, and the scope of the expression that did."""
+        if name in owner.looped:
+            return "loop", owner.parent or self.root
         if path[:1] == ("args",):
             return "argument, its default", owner
         if path[:1] == ("include",) and "for" not in path:
             return "argument, set by the include", owner
         if len(path) == 1 and name in self.given:
             return "argument, set by the file", owner
-        if path[-2:-1] == ("for",):
-            return "loop", owner.parent or self.root
         if "with" in path:
             return "given where it is used", self._outside(owner)
         if "params" in path:

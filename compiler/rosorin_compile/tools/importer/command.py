@@ -260,19 +260,24 @@ def _put_into(
 ) -> int:
     """Put a description into a package, and say what is left to be done there."""
     from ...output import OutputError, Written
+    from .description import tree_of
     from .into import in_the_end, put_into, to_do, told
 
+    package = target.package
     try:
-        put = put_into(target.package, target.source, target.given, folder.name, trip.files, imported.tree or {})
+        put = put_into(package, target.source, target.given, folder.name, trip.files, tree_of(imported))
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return PROBLEMS
     _show(console, put.finished)
+    if put.taken is not None:
+        _show(console, [put.taken])
+        return _refused(console, package.folder / target.source, 1)
     if any(file.startswith(f"{DESCRIPTIONS}/") for file in put.written):
         _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), lines)
-    for line in told(target.package, put):
+    for line in told(package, put):
         console.say(line)
-    for line in to_do(target.package, put):
+    for line in to_do(package, put):
         console.say(line, needed=True)
     for line in in_the_end(target.source, put):
         console.say(line)

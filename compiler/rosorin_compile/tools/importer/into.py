@@ -6,14 +6,18 @@ CMakeLists.txt, setup.py, package.xml and launch files are told, and written by 
 
 from __future__ import annotations
 
+import ast
 import os
 import re
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-from ...diagnostics import Diagnostic
+from ...diagnostics import Diagnostic, error
+from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import listed
+from ...frontend.load import LoadError, load_mapping
+from ...frontend.tree import Map
 from ...output.placing import alone
 from ...project import DESCRIPTIONS, ROOT_FILE
 from ...startup.records import NamedTuple
@@ -22,9 +26,21 @@ from ..package.installing import missing
 from ..usage import WrongUsage
 from .switching import Line, lines_to_change
 
+RULES = (
+    Rule(
+        "import-name-taken",
+        "The package has a description or a test of this name that was imported from another source, with other "
+        "arguments, or does not say from what; nothing is written.",
+        "`--name` gives this robot a name of its own. To import the other one anew, remove its description and test.",
+        READING,
+    ),
+)
+
 CMAKE, PYTHON = "ament_cmake", "ament_python"
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
 _NO_WORD = re.compile(r"\W+")
+_NAME = re.compile(r"[\w-]+")
+_SAID = ("SOURCE", "OF_THE_SOURCE", "DESCRIPTION")  # what the test calls them
 
 
 class Package(NamedTuple):
@@ -43,8 +59,8 @@ class Package(NamedTuple):
 class Put(NamedTuple):
     """What was put into a package: the files that are new, those that were there and are other ones, and what to do.
 
-    ``add`` are lines by the file that they belong to, ``change`` lines of launch files. ``finished`` is what is to be
-    said of a run before.
+    ``add`` are lines by the file that they belong to, ``change`` lines of launch files. ``holds`` says whether the test
+    is one of this source. ``finished`` is what is to be said of a run before, ``taken`` is why nothing was put.
     """
 
     written: tuple[str, ...]
@@ -53,6 +69,21 @@ class Put(NamedTuple):
     change: Sequence[Line]
     test: str
     finished: list[Diagnostic]
+    holds: bool = True
+    taken: Diagnostic | None = None
+
+
+class Said(NamedTuple):
+    """What a test says of itself: the file that a description was imported from, with what, and that description."""
+
+    source: str
+    given: Mapping[str, str]
+    description: str
+
+    @property
+    def words(self) -> str:
+        """The source as it was named on the command line."""
+        return " ".join([self.source, *(f"{name}:={value}" for name, value in self.given.items())])
 
 
 def package_at(folder: Path) -> Package:
@@ -85,24 +116,100 @@ def inside(source: Path, package: Package) -> str:
         raise WrongUsage(f"{message}{way}") from None
 
 
+def _places(name: str) -> tuple[str, str]:
+    """Return the folder of a description in its package, and its test."""
+    return f"{DESCRIPTIONS}/{name}", f"test/test_{_NO_WORD.sub('_', name).lower()}_description.py"
+
+
+def _taken(package: Package, wanted: Said, name: str, files: Mapping[str, str], tree: Map) -> Diagnostic | None:
+    """Return the error that a name is that of another robot of a package; None where it is free, or this robot's."""
+    description, test = _places(name)
+    why = _why_taken(package.folder, wanted, test, files, (tree.get("source") or {}).get("note"))
+    if not why:
+        return None
+    own = Path(wanted.source).name.partition(".")[0]
+    own = own if _NAME.fullmatch(own) and own != name else "NAME"
+    there = " and ".join(one for one in (description, test) if os.path.lexists(package.folder / one))
+    help = f"give this robot a name of its own, such as --name {own}; to import it under this one, remove {there}"
+    span = tree.value_spans.get("robot", tree.span)
+    return error("import-name-taken", f'"{name}" is taken in {package.name}: {why}', span, help)
+
+
+def _why_taken(folder: Path, wanted: Said, test: str, files: Mapping[str, str], note: str | None) -> str:
+    """Return why a description is not to be taken for that of a source; empty if it is, or is not there.
+
+    Where no test says what it was imported from, it is the same one where it stands as it would be written, or where
+    it has the same ``note`` of its source and that takes no arguments.
+    """
+    said, root = _said(folder / test), folder / wanted.description
+    description = f"{DESCRIPTIONS}/{root.parent.name}"
+    if said is not None and said != wanted:
+        return f"{test} says that {said.description} was imported from {said.words}, and this is {wanted.words}"
+    if not root.parent.is_dir() or not any(root.parent.iterdir()):
+        return ""
+    if not root.is_file():
+        return f"{description} is there, without a {root.name}"
+    if said is not None or not any(_differs(root.parent / file, text.encode()) for file, text in files.items()):
+        return ""
+    own = _note(root)
+    if own != note:
+        what = f"says that it is {own}" if own else "does not say what it was imported from"
+        return f"{description} {what}, and this is {wanted.words}"
+    return f"no test says that {description} was imported from {wanted.words}" if wanted.given else ""
+
+
+def _said(test: Path) -> Said | None:
+    """Return what a test says that it holds against each other; None if it is not there, or says nothing of it."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of whoever wrote it
+            body = ast.parse(_text(test)).body
+        found = {
+            node.targets[0].id: ast.literal_eval(_in_package(node.value))
+            for node in body
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id in _SAID
+        }
+        source, given, description = (found[name] for name in _SAID)
+        return Said(str(source), {str(name): str(value) for name, value in given.items()}, str(description))
+    except (SyntaxError, ValueError, TypeError, LookupError, AttributeError, RecursionError, MemoryError):
+        return None
+
+
+def _in_package(value: ast.expr) -> ast.expr:
+    """Return the path of ``PACKAGE / path``; another value as it is."""
+    return value.right if isinstance(value, ast.BinOp) and isinstance(value.left, ast.Name) else value
+
+
+def _note(root: Path) -> str | None:
+    """Return what a description says that it is from."""
+    try:
+        source = load_mapping(root, root.name).get("source")
+    except LoadError:
+        return None
+    note = source.get("note") if isinstance(source, Map) else None
+    return note if isinstance(note, str) else None
+
+
 def put_into(
     package: Package,
     source: str,
     given: Mapping[str, str],
     name: str,
     files: Mapping[str, str],
-    tree: Mapping[str, Any],
+    tree: Map,
 ) -> Put:
     """Put the files of a description into a package, all or nothing; what is there stays. Raises OutputError.
 
     ``source`` is the file that it was imported from, seen from the package, with what it was ``given``; ``tree`` is
-    that of the description.
+    that of the description. Nothing is put where the name is that of another robot there.
     """
-    description = f"{DESCRIPTIONS}/{name}"
-    test = f"test/test_{_NO_WORD.sub('_', name).lower()}_description.py"
+    description, test = _places(name)
     wanted = {f"{description}/{file}": text.encode() for file, text in files.items()}
     there = package.folder / description
     with alone(package.folder) as held:
+        taken = _taken(package, Said(source, dict(given), f"{description}/{ROOT_FILE}"), name, files, tree)
+        if taken is not None:
+            return Put((), (), {}, (), test, held.finished.told(), taken=taken)
         if there.exists() and any(there.iterdir()):
             wanted = {}
         wanted[test] = _test(package, source, f"{description}/{ROOT_FILE}", given).encode()
@@ -113,7 +220,7 @@ def put_into(
         kept.insert(0, description)
     change = lines_to_change(package.folder, source, description, frozenset(tree.get("args") or ()))
     add = {file: found for file, found in _to_add(package, description, test, files).items() if found}
-    return Put(fresh, tuple(kept), add, change, test, held.finished.told())
+    return Put(fresh, tuple(kept), add, change, test, held.finished.told(), _said(package.folder / test) is not None)
 
 
 def _differs(path: Path, data: bytes) -> bool:
@@ -204,4 +311,7 @@ def in_the_end(source: str, put: Put) -> Iterator[str]:
     """Yield the lines about how the source and its description go on together."""
     if not put.change:
         yield f"no launch file here names {Path(source).name}: where it is expanded, take rosorin-compile print urdf"
-    yield f"{listed([source])} stays; {put.test} holds both against each other: colcon test, or pytest"
+    if put.holds:
+        yield f"{listed([source])} stays; {put.test} holds both against each other: colcon test, or pytest"
+    else:
+        yield f"{listed([source])} stays; {put.test} is not the test that import writes: see what it holds against what"

@@ -70,7 +70,8 @@ class Imported(NamedTuple):
     ``files`` are the files that were read, the source first. ``left_out`` is what a warning ``import-cannot-carry``
     was given for. ``version`` is that of the format, as written (``version`` of a URDF), empty if it is not said.
     ``format`` is the name of the format that was read; of a xacro that of what it expands to. ``takes_arguments`` says
-    that the file was told arguments. ``names`` are the names that
+    that the file was told arguments; ``unexpanded``, that a file with elements of xacro was read as the URDF that it is
+    called, without xacro. ``names`` are the names that
     objects of the source got, by kind and index, for the proof in its engine.
     """
 
@@ -82,6 +83,7 @@ class Imported(NamedTuple):
     version: str = ""
     format: str = ""
     takes_arguments: bool = False
+    unexpanded: bool = False
     names: Mapping[str, Mapping[int, str]] = {}
 
 

@@ -178,7 +178,8 @@ def _read(format: Format, opened: Opened) -> Imported:
         read = imported(format.read(opened), opened)
     except MarkupError as problem:
         return _refused(problem.diagnostic, opened.path)
-    return read._replace(format=format.becomes or format.name, takes_arguments=format.takes_arguments)
+    asked = format.takes_arguments and not read.unexpanded
+    return read._replace(format=format.becomes or format.name, takes_arguments=asked)
 
 
 def _parsed(source: Source, options: ReadOptions) -> Document:

@@ -236,3 +236,15 @@ def test_what_xacro_left_over_comes_through():
     made = compile_robot(Path("left/robot.yaml"))
     text = next(one.text for one in made.artifacts if one.file.endswith(".urdf"))
     assert [text.count(f'"{name}"') for name in names] == [1] * len(names)
+
+
+@pytest.mark.usefixtures("home")
+def test_nothing_is_said_of_xacro_where_a_urdf_is_read_without_it(capsys: pytest.CaptureFixture[str]) -> None:
+    left = '<xacro:include filename="$(find nowhere)/a.xacro"/><gazebo><a>$(find nowhere)</a></gazebo>'
+    text = f'<robot name="left" xmlns:xacro="http://www.ros.org/wiki/xacro">{left}<link name="base"/></robot>'
+    Path("left.urdf").write_text(text, "utf-8")
+    assert main(["import", "left.urdf", "-o", "left"]) == 0
+    said = "".join(capsys.readouterr())
+    assert "<xacro:include>" in said
+    assert "as xacro" not in said
+    assert "$(find nowhere)" in Path("left/robot.yaml").read_text("utf-8")

@@ -34,7 +34,7 @@ def _read(opened: Opened) -> Imported:
 
         read = read_urdf(opened.xml, opened.path, opened.options)
         if read.tree is not None:
-            return read
+            return read._replace(unexpanded=True)
     return read_xacro(opened.xml, opened.path, opened.options)
 
 

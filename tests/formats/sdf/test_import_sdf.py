@@ -271,7 +271,7 @@ def test_import_writes_a_description(home, capsys):
 
 
 @pytest.mark.parametrize(
-    "case", ["corners/world", "told/two-pieces", "told/universal", "corners/shapes", "corners/kept"]
+    "case", ["corners/world", "corners/classic", "told/two-pieces", "told/universal", "corners/shapes", "corners/kept"]
 )
 def test_what_is_imported_compiles_and_agrees(case, home, capsys):
     (home / "source.sdf").write_text((SDF / f"{case}.sdf").read_text("utf-8"), "utf-8")

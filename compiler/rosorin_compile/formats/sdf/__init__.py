@@ -125,9 +125,10 @@ FORMAT = Format(
             "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
         },
         "gazebo": {
-            "enum": [True, False, "harmonic", "fortress"],
+            "enum": [True, False, "harmonic", "fortress", "classic"],
             "description": "The sensors, and who reads them: true or harmonic, fortress, with the frame of their"
-            " messages in its word, which Drake refuses; false: none. Default: sensors in the words of SDF alone.",
+            " messages in its word, which Drake refuses; classic: by its names; false: none. Default: sensors in the"
+            " words of SDF alone.",
         },
     },
     file="{}.sdf",

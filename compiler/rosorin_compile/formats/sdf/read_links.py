@@ -251,7 +251,7 @@ class Links:
     def _solid(self, geometry: Element, made: dict[str, Any], link: Node) -> Element | None:
         """Set the shape of an entry and return its element; None after an error."""
         children = [child for child in geometry.children if child.tag != "empty"]
-        if len(children) > 1:
+        if len(children) > 1 and {child.tag for child in children} != {_OUTLINE}:
             message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in children)}; it takes one"
             self.reading.error("duplicate-element", message, children[1].span, "make a second shape of it")
             return None
@@ -319,7 +319,8 @@ _SOLIDS: dict[str, tuple[str, ...]] = {
     "ellipsoid": ("radii",),
     "mesh": ("uri", "scale"),
 }
-_OTHER_SHAPES = ("plane", "polyline", "heightmap", "image", "empty", "cone")
+_OUTLINE = "polyline"  # a geometry may have several: one within another is a hole in it
+_OTHER_SHAPES = ("plane", _OUTLINE, "heightmap", "image", "empty", "cone")
 
 
 def _only_image(pbr: Element) -> Element | None:

@@ -38,7 +38,7 @@ from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...xml.escaping import escape
-from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
+from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, distribution, in_classic, sensor_lines
 from ..templating import Templates, attributes, comment
 from .bodies import LEAST, Bodies, bodies_of
 from .kept import Kept, at, kept, own
@@ -101,7 +101,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
     Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12; default the first that says all),
     ``height_maps`` (the form of their boxes), ``visuals`` (from_collision, where a link has none), ``gazebo`` (false,
-    or which Gazebo; by default sensors in the words of SDF alone).
+    or which Gazebo: harmonic, fortress or classic; by default sensors in the words of SDF alone).
     """
     number = number_format(output.options)
     form = _Form(number, version_of(robot, output), str(output.options.get("height_maps", ROWS)))
@@ -138,7 +138,9 @@ class _Writer:
         self.unseen: dict[str, list[str]] = {}
         self.sensors: dict[str, list[str]] = {}
         if gazebo is not False:
-            self._sensors(_FRAME_ID if form.version == NEWEST else DISTRIBUTIONS.get(distribution(gazebo), ""))
+            asked = distribution(gazebo)
+            frame_id = _FRAME_ID if form.version == NEWEST else DISTRIBUTIONS.get(asked, "")
+            self._sensors(frame_id, asked == CLASSIC)
 
     def _named(self, purpose: str) -> dict[str, list[tuple[str, Shape]]]:
         """Return the solids of each link, every one with a name that no other on the same body has."""
@@ -253,8 +255,8 @@ class _Writer:
         limits_of = _pairs(limits, kept.get("axis/limit", ()))
         return vector(joint.axis, number), limits_of, dynamics_of, follows, at(kept.get("axis", ()), "        ")
 
-    def _sensors(self, frame_id: str) -> None:
-        """Make what Gazebo has of the sensors, by the link or joint that they stand in."""
+    def _sensors(self, frame_id: str, classic: bool) -> None:
+        """Make what Gazebo has of the sensors, by the link or joint that they stand in; ``classic``: by its names."""
         for sensor in self.robot.sensors:
             for one in sensor.gazebo:
                 where = self._where(sensor, one)
@@ -264,7 +266,8 @@ class _Writer:
                 link = one.feels or one.link
                 seen = "" if one.at_joint or self.bodies.carrier[link] == link else link
                 pose = self.form.pose(IDENTITY if one.at_joint or one.feels else one.pose, seen)
-                lines = sensor_lines(one, frame_id, self.form.number, "      ", pose, names)
+                said = in_classic(one) if classic else one
+                lines = sensor_lines(said, frame_id, self.form.number, "      ", pose, names)
                 self.sensors.setdefault(where, []).append("\n".join(lines))
 
     def _where(self, sensor: Sensor, one: GazeboSensor) -> str:

@@ -10,7 +10,7 @@ from ..diagnostics import ERROR, WARNING, Diagnostic, Span
 from ..diagnostics.registry import NUMBERS, Check, rule
 from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path, at, written
-from ..model import Link, Vector
+from ..model import Joint, Link, Vector
 from ..startup import TYPE_CHECKING
 from ..units import has_unit
 from . import alike
@@ -27,6 +27,8 @@ FAR = 20.0  # m
 # What is turned farther is turned the other way, unless it is an angle of a circle (3/2 pi), which is no round number.
 HALF_TURN = math.pi + 1e-2  # rad
 _STRAIGHT = (0.0, 0.0, 0.0)
+# Actuators whose control is a position, where their gear is 1; that of all others is a torque, a speed or anything.
+_OF_POSITIONS = ("position", "intvelocity", "pid")
 
 
 @rule(
@@ -106,11 +108,19 @@ def _suspect(case: Case, path: Path, value: float) -> str:
         # A wheel may be told to stand at any angle.
         if joint is None or joint.type not in ("revolute", "prismatic"):
             return ""
+        if path[2] == "actuator" and not _asks_for_positions(joint):
+            return ""
         unit = unit[1 if joint.type == "prismatic" else 0]
     if unit == "rad":
         return "rad"
     # Other nodes place the robot in the world, and the world is large.
     return "m" if unit == "m" and path[0] != "edges" and abs(value) > FAR else ""
+
+
+def _asks_for_positions(joint: Joint) -> bool:
+    """Say whether the control of a joint's actuator is where the joint is to stand, in its own unit."""
+    actuator = joint.actuator
+    return actuator is not None and actuator.type in _OF_POSITIONS and actuator.gear in ((), (1.0,))
 
 
 @rule("control-character", "A text has a character that no XML file can carry.", "Remove it.", NUMBERS)

@@ -34,6 +34,8 @@ _ATTRIBUTES: Mapping[str, str] = {
     **dict.fromkeys(("class", "childclass"), CLASS),
     **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
 }
+# Sections of numbers, some of which are called as what elsewhere names something: <scale camera="0.1">.
+_OF_SETTINGS = ("option", "size", "statistic", "visual")
 _OF_MANY = ("flex", "flexcomp")  # elements whose attributes name several things, space between
 _KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
 # What the elements of a section are, where it is not said by their tag.
@@ -69,6 +71,8 @@ def given(found: Found, top: bool) -> Iterator[Reference]:
 def used(found: Found, top: bool) -> Iterator[Reference]:
     """Yield the names in an element that are those of something else."""
     tag, attributes = found.tags[-1], found.attributes
+    if top and found.tags[0] in _OF_SETTINGS:
+        return
     inside = f" in <{found.tags[0]}>" if len(found.tags) > 1 else ""
     for attribute, value in attributes.items():
         kind = _kind_of_name(attribute, attributes)

@@ -217,7 +217,7 @@ def _limits(
     moved = shift if kind == "position" else 0.0
     cut = tidy if joint is None or joint["type"] == SLIDE or kind != "position" else tidy_position
     asked = [cut(value - moved) for value in fact["control"]]
-    if "inheritrange" in said and (kind == "position" or (kind == "general" and not shift)):
+    if float(said.get("inheritrange", 0)) and (kind == "position" or (kind == "general" and not shift)):
         pass
     elif fact["controlled"] or "ctrlrange" in said:
         if kind != "position" or not fact["controlled"] or not _has_range_of(joint, fact):

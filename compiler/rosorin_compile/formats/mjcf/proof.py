@@ -39,6 +39,7 @@ LISTED: tuple[Listed, ...] = (
         rf"{_GONE}|^body world and .* may touch in the source alone$",
     ),
     Listed("that no geom has", ("shapes",), _GONE),
+    Listed("that no material has", ("textures",), _GONE),
     Listed("becomes the link", ("names",), _RENAMED),
     Listed('is called "', ("names",), _RENAMED),
     Listed("no range limit", ("ranges of joints",)),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...diagnostics import arrange, error
+from ...diagnostics import Diagnostic, arrange, error
 from ...diagnostics.registry import READING, Rule
 from ...frontend.tree import Map
 from ...frontend.tree import Path as TreePath
@@ -57,15 +57,25 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     for message in answer.warnings:
         reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
     if not reading.tops:
-        message = "the file has no body: it is a scene without a robot"
-        help = "name the file that has the robot"
-        return Imported(None, [error("mjcf-no-body", message, markup.root.span, help)], files=files)
+        return Imported(None, [_no_body(markup)], files=files)
     _read(reading, path)
     tree, about_meaning = accept(reading.tree, options.lenient)
     if tree is not None:
         put(tree, "outputs", _outputs(reading))
     diagnostics = arrange([*reading.diagnostics, *about_meaning])
     return Imported(tree, diagnostics, comments_of(reading), files, tuple(reading.left_out), names=_names(reading))
+
+
+def _no_body(markup: Markup) -> Diagnostic:
+    """Return the error about a file of which MuJoCo makes no body."""
+    outside = [element for element in markup.everything() if element.tag == "body"]
+    if outside:
+        count = "its body stands" if len(outside) == 1 else f"its {len(outside)} bodies stand"
+        message = f"{count} outside of <worldbody>, where MuJoCo passes over them: this is a part of an MJCF"
+        help = "name the MJCF that includes it, or put them into a <worldbody>"
+        return error("mjcf-no-body", message, outside[0].span, help)
+    message = "the file has no body: it is a scene without a robot"
+    return error("mjcf-no-body", message, markup.root.span, "name the file that has the robot")
 
 
 def _read(reading: Reading, path: Path) -> None:

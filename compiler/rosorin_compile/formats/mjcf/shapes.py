@@ -202,8 +202,7 @@ def keep_assets(reading: Reading, node: Node, span: Span) -> None:
 def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     """Keep a mesh, a height field or a texture that something names which is kept as it is; once."""
     for node in reading.facts["elements"][f"{kind}_assets"]:
-        said = node["attributes"]
-        called = said.get("name") or PurePosixPath(said.get("file", "")).stem
+        said, called = node["attributes"], _called(node)
         if not name or called != name or (kind, name) in reading.of_scene:
             continue
         reading.of_scene.add((kind, name))
@@ -289,10 +288,15 @@ def _of_mesh(reading: Reading, mesh: Mapping[str, Any]) -> dict[str, str]:
 def _asset(reading: Reading, kind: str, name: str) -> Node:
     """Return the element of a mesh, a texture or a material by its name, which may be that of its file."""
     for node in reading.facts["elements"][f"{kind}_assets"]:
-        said = node["attributes"]
-        if name and (said.get("name") or PurePosixPath(said.get("file", "")).stem) == name:
+        if name and _called(node) == name:
             return cast("Node", node)
     return {"tag": kind, "attributes": {}, "inner": []}
+
+
+def _called(asset: Node) -> str:
+    """Return the name of a mesh, a texture or a material, which may be that of its file."""
+    said = asset["attributes"]
+    return said.get("name") or PurePosixPath(said.get("file", "")).stem
 
 
 def _sizes(kind: int, size: list[float], element: Element) -> Map:
@@ -427,8 +431,24 @@ class Looks:
             element = self.reading.markup.sections("asset")[:1] or [self.reading.markup.root]
             message = f"{counted(len(scene - own - {-1}), 'material')} of the world: the scene is no part of the robot"
             self.reading.ignored(message, element[0].span)
+        _tell_of_textures(self.reading)
         if self.materials:
             put(self.reading.tree, "materials", self.materials)
+
+
+def _tell_of_textures(reading: Reading) -> None:
+    """Say which textures are not carried, for nothing has them but the scene, such as its sky."""
+    assets = reading.facts["elements"]
+    used = {name for kind, name in reading.of_scene if kind == "texture"}
+    for material in assets["material_assets"]:
+        used |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
+    names = [_called(texture) for texture in assets["texture_assets"]]
+    unused = [name for name in names if not name or name not in used]
+    if unused:
+        elements = reading.markup.listed("asset", "texture") or [reading.markup.root]
+        element = next((one for one in elements if one.get("name") == unused[0]), elements[0])
+        message = f"{counted(len(unused), 'texture')} that no material has: the scene is no part of the robot"
+        reading.ignored(message, element.span)
 
 
 def _tell(reading: Reading) -> None:

@@ -568,3 +568,184 @@ def test_a_package_is_as_it_was_or_whole_after_a_kill(package: Path) -> None:
         assert {name: now[name] for name in before} == before
         seen.add(process.returncode)
     assert -signal.SIGKILL in seen
+
+
+# Robots of one package that include the same file.
+
+SHARED = """\
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="box" params="name size">
+    <link name="${name}"><collision><geometry><box size="${size} ${size} ${size}"/></geometry></collision></link>
+  </xacro:macro>
+  <xacro:macro name="pole" params="name">
+    <link name="${name}"><collision><geometry><cylinder radius="0.1" length="2"/></geometry></collision></link>
+  </xacro:macro>
+</robot>
+"""
+INCLUDE = '<xacro:include filename="$(find cart_description)/urdf/body.xacro"/>'
+BOX = '<xacro:box name="base_link" size="0.3"/>'
+WHEEL = """\
+<xacro:box name="wheel" size="0.1"/>
+<joint name="j" type="fixed"><parent link="base_link"/><child link="wheel"/><origin xyz="1 0 0"/></joint>
+"""
+POLE = WHEEL.replace('<xacro:box name="wheel" size="0.1"/>', '<xacro:pole name="wheel"/>')
+
+
+def robots(package: Path, shared: str = SHARED, **bodies: str) -> None:
+    """Write xacros that include one file, by the name of the robot."""
+    (package / "urdf" / "body.xacro").write_text(shared)
+    for name, body in bodies.items():
+        text = f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">{body}</robot>'
+        (package / "urdf" / f"{name}.urdf.xacro").write_text(text)
+
+
+def brought(package: Path, name: str) -> str:
+    """Import one of them; return what its description includes."""
+    pytest.importorskip("xacro")
+    assert run(package / "urdf" / f"{name}.urdf.xacro", "--into", package, "--trust") == 0
+    text = (package / "descriptions" / name / "robot.yaml").read_text()
+    return text.partition("include: [")[2].partition("]")[0]
+
+
+def described(package: Path) -> list[str]:
+    """Return the files of all descriptions but their first."""
+    return sorted(one for one in files(package / "descriptions") if not one.endswith("robot.yaml"))
+
+
+@pytest.mark.parametrize(
+    "include", [INCLUDE, '<xacro:include filename="${"body"}.xacro"/>', '<include filename="all.xacro"/>']
+)
+def test_what_robots_of_a_package_include_is_imported_once(
+    package: Path, capsys: pytest.CaptureFixture[str], include: str
+) -> None:
+    robots(
+        package,
+        two=INCLUDE + BOX,
+        four=include.replace('${"body"}', "./body").replace("<include", "<xacro:include") + BOX + WHEEL,
+    )
+    (package / "urdf" / "all.xacro").write_text(f'<robot xmlns:xacro="http://www.ros.org/wiki/xacro">{INCLUDE}</robot>')
+    assert brought(package, "two") == "../common/body.yaml"
+    assert "written: descriptions/common, descriptions/two, test/test_two_description.py\n" in capsys.readouterr().out
+    before = files(package)
+    assert brought(package, "four") == "../common/body.yaml"
+    after = files(package)
+    assert {name: after[name] for name in before} == before
+    assert described(package) == ["common/body.yaml"]
+    assert "written: descriptions/four, test/test_four_description.py\n" in capsys.readouterr().out
+    for name in ("two", "four"):
+        brought(package, name)
+        assert "cart_description: unchanged" in capsys.readouterr().out
+    assert main(["all", str(package / "descriptions" / "two"), "--outputs", str(package.parent / "outputs")]) == 0
+    tried(package)
+
+
+def test_what_stands_in_folders_is_shared_in_folders(package: Path) -> None:
+    (package / "urdf" / "common" / "arms").mkdir(parents=True)
+    (package / "urdf" / "common" / "arms" / "arm.urdf.xacro").write_text(ARM)
+    (package / "urdf" / "common" / "all.xacro").write_text(TOP)
+    include = '<xacro:include filename="common/all.xacro"/><link name="base_link"/><xacro:arm mass="MASS"/>'
+    robots(package, two=include.replace("MASS", "2"), four=include.replace("MASS", "4"))
+    for name in ("two", "four"):
+        assert brought(package, name) == "../common/all.yaml, ../common/arms/arm.yaml"
+    assert described(package) == ["common/all.yaml", "common/arms/arm.yaml"]
+    tried(package)
+
+
+TOP = """\
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="arms/arm.urdf.xacro"/>
+  <xacro:arg name="high" default="false"/>
+  <xacro:property name="height" value="0.2"/>
+  <link name="mast"/>
+  <joint name="m" type="fixed">
+    <parent link="base_link"/><child link="mast"/>
+    <xacro:if value="$(arg high)"><origin xyz="0 0 ${2 * height}"/></xacro:if>
+  </joint>
+</robot>
+"""
+
+
+def test_what_one_robot_alone_includes_is_its_own(package: Path) -> None:
+    robots(package, two=INCLUDE + BOX)
+    assert brought(package, "two") == "body.yaml"
+    assert described(package) == ["two/body.yaml"]
+
+
+def test_what_the_first_robot_has_of_its_own_is_included_from_there_by_the_second(package: Path) -> None:
+    robots(package, two=INCLUDE + BOX)
+    assert brought(package, "two") == "body.yaml"
+    robots(package, four=INCLUDE + BOX + WHEEL)
+    assert brought(package, "four") == "../two/body.yaml"
+    assert brought(package, "two") == "body.yaml"
+    assert described(package) == ["two/body.yaml"]
+    tried(package)
+
+
+@pytest.mark.parametrize(
+    ("second", "shared", "why"),
+    [
+        (BOX + POLE, SHARED, 'this robot uses "pole", too'),
+        (BOX, SHARED.replace('length="2"', 'length="${3 - 1}"'), 'this robot does not use "pole"'),
+        (
+            BOX + POLE,
+            SHARED.replace('length="2"', 'length="3"'),
+            'line 14 there is "- {cylinder: {radius: 0.1, length: 2}}", '
+            'and here "- {cylinder: {radius: 0.1, length: 3}}"',
+        ),
+    ],
+)
+def test_why_a_robot_does_not_share_a_file_is_told(
+    package: Path, capsys: pytest.CaptureFixture[str], second: str, shared: str, why: str
+) -> None:
+    first = BOX if "uses" in why else BOX + POLE
+    robots(package, two=INCLUDE + first, four=INCLUDE + second)
+    assert brought(package, "two") == "../common/body.yaml"
+    robots(package, shared)
+    (package / TEST.replace("cart", "two")).unlink()
+    capsys.readouterr()
+    assert brought(package, "four") == "body.yaml"
+    told = capsys.readouterr().out
+    assert f"\nbody.yaml is of this robot alone, since descriptions/common/body.yaml is another: {why}" in told
+    assert described(package) == ["common/body.yaml", "four/body.yaml"]
+    tried(package)
+
+
+def test_a_package_of_python_installs_what_its_robots_share(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (package / "CMakeLists.txt").unlink()
+    (package / "setup.py").write_text(SETUP)
+    (package / "package.xml").write_text(MANIFEST.replace("BUILD", "ament_python"))
+    robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + WHEEL)
+    brought(package, "two")
+    told = capsys.readouterr().out
+    assert "  ('share/cart_description/descriptions/two', ['descriptions/two/robot.yaml']),\n" in told
+    assert "  ('share/cart_description/descriptions/common', ['descriptions/common/body.yaml']),\n" in told
+
+
+def test_a_robot_that_is_called_as_the_folder_of_what_is_shared_has_files_of_its_own(package: Path) -> None:
+    robots(package, common=INCLUDE + BOX, two=INCLUDE + BOX)
+    assert brought(package, "common") == "body.yaml"
+    assert brought(package, "two") == "body.yaml"
+    assert described(package) == ["common/body.yaml", "two/body.yaml"]
+
+
+ARM = """\
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="arm" params="mass:=2">
+    <link name="arm">
+      <inertial><mass value="${mass}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    </link>
+    <joint name="a" type="fixed"><parent link="base_link"/><child link="arm"/></joint>
+  </xacro:macro>
+</robot>
+"""
+
+
+def test_files_of_one_name_in_other_folders_are_told_apart(package: Path) -> None:
+    in_arm = INCLUDE.replace("body", "arm/body")
+    robots(package, two=f"{INCLUDE}{in_arm}{BOX}<xacro:arm/>", four=INCLUDE + BOX)
+    (package / "urdf" / "arm").mkdir()
+    (package / "urdf" / "arm" / "body.xacro").write_text(ARM)
+    assert brought(package, "two") == "../common/body.yaml, arm/body.yaml"
+    robots(package, six=f'{in_arm}<link name="base_link"/><xacro:arm/>')
+    assert brought(package, "six") == "../two/arm/body.yaml"
+    tried(package)

@@ -238,7 +238,7 @@ def _describe(
     if errors:
         return _refused(console, source, errors)
     lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
-    translation = _translated(options, source, read._replace(tree=named.tree), trip, folder, how)
+    translation = _translated(options, source, read._replace(tree=named.tree), trip, folder, how, target)
     if translation is not None and translation.files:  # it has words of its own: those of all combinations
         imported, lines = read._replace(tree=translation.plain or named.tree), list(translation.words)
         trip = trip._replace(files=translation.files)
@@ -292,7 +292,13 @@ def _worded(options: argparse.Namespace, imported: Imported) -> Worded:
 
 
 def _translated(
-    options: argparse.Namespace, source: Path, imported: Imported, trip: RoundTrip, folder: Path, how: ReadOptions
+    options: argparse.Namespace,
+    source: Path,
+    imported: Imported,
+    trip: RoundTrip,
+    folder: Path,
+    how: ReadOptions,
+    target: _Target | None,
 ) -> Translation | None:
     """Return what a xacro says with its macros and arguments; None for what is none, or is asked for flat."""
     from ...project import ON_STDIN
@@ -301,9 +307,12 @@ def _translated(
         return None
     from .round_trip import schema_beside
     from .translating import Changed, translate
+    from .translating.sharing import Sharing
 
-    changed = Changed(folder, schema_beside(folder), options.name, options.meshes, options.verbatim)
-    return translate(source, how, imported, trip.outputs, changed)
+    sharing = Sharing(target.package.folder, folder) if target is not None else None
+    changed = Changed(folder, schema_beside(folder), options.name, options.meshes, options.verbatim, sharing)
+    made = translate(source, how, imported, trip.outputs, changed)
+    return made._replace(apart=tuple(sharing.apart(made.files))) if sharing is not None else made
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:

@@ -204,7 +204,7 @@ def put_into(
     that of the description. Nothing is put where the name is that of another robot there.
     """
     description, test = _places(name)
-    wanted = {f"{description}/{file}": text.encode() for file, text in files.items()}
+    wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in files.items()}
     there = package.folder / description
     with alone(package.folder) as held:
         taken = _taken(package, Said(source, dict(given), f"{description}/{ROOT_FILE}"), name, files, tree)
@@ -249,12 +249,14 @@ def _test(package: Package, source: str, description: str, given: Mapping[str, s
 
 def _to_add(package: Package, description: str, test: str, files: Mapping[str, str]) -> dict[str, list[str]]:
     """Return the lines that the files of a package lack, by file."""
-    names = [f"{description}/{file}" for file in files]
+    names = [os.path.normpath(f"{description}/{file}") for file in files]
     absent = [file for file, _ in missing(package.folder, package.name, names)]
     manifest = _text(package.folder / "package.xml")
     if package.build_type == PYTHON:
-        row = ", ".join(map(repr, absent))
-        install = [f"('share/{package.name}/{description}', [{row}]),"] if absent else []
+        rows: dict[str, list[str]] = {}
+        for file in absent:
+            rows.setdefault(file.rpartition("/")[0], []).append(file)
+        install = [f"('share/{package.name}/{folder}', {files})," for folder, files in rows.items()]
         if "pytest" not in _text(package.folder / "setup.py"):  # colcon asks that before it runs pytest
             install.append("extras_require={'test': ['pytest']},")
         depends = "python3-pytest"

@@ -50,7 +50,8 @@ class Translation(NamedTuple):
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
     that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here, ``environment`` those
     that were variables of the environment. ``reason`` says why there are no files. ``words`` are the lines about
-    elements that became words, ``plain`` is the robot without those.
+    elements that became words, ``plain`` is the robot without those. ``apart`` are the lines about files that other
+    robots share.
     """
 
     files: dict[str, str]
@@ -68,6 +69,7 @@ class Translation(NamedTuple):
     span: Span | None = None
     words: tuple[str, ...] = ()
     plain: Map | None = None
+    apart: tuple[str, ...] = ()
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:

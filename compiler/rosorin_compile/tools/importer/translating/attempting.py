@@ -17,11 +17,12 @@ from .expressions import written as spelt
 from .fixing import pins
 from .flattened import Place
 from .naming import name_parts
-from .pieces import Macro
+from .pieces import File, Macro
 from .program import Program
 from .proving import PROBE, Source, choices_of
 from .rendering import Renderer
 from .scopes import Variable
+from .sharing import Sharing
 from .values import Documents
 from .walking import Walker
 from .wording import Found, any_of, wishes
@@ -33,7 +34,8 @@ class Changed(NamedTuple):
     """Where a description is going to stand, and what of it is to be otherwise than in the xacro.
 
     ``schema`` is where editors find the schema; ``name`` another name of the robot; ``meshes`` is put before relative
-    names of meshes. ``verbatim`` keeps elements that there are words for as they stand.
+    names of meshes. ``verbatim`` keeps elements that there are words for as they stand. ``sharing`` is what it has
+    together with other robots.
     """
 
     folder: Path
@@ -41,6 +43,7 @@ class Changed(NamedTuple):
     name: str | None = None
     meshes: str | None = None
     verbatim: bool = False
+    sharing: Sharing | None = None
 
 
 class Attempt(NamedTuple):
@@ -133,8 +136,12 @@ def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, 
         if file.name != root and sections:
             text = _text_of(sections, program, documents, file.name, how)
             address = data.address_of(file, text)
-            included.append(address or file.name)
-            beside |= {} if address else {file.name: text}
+            name = _shared(program, file, text, how, data) or file.name
+            documents.elements |= {
+                (name, *key[1:]): at for key, at in documents.elements.items() if key[0] == file.name
+            }
+            included.append(address or name)
+            beside |= {} if address else {name: text}
     head: dict[str, Any] = {
         "rosorin_compile": Verbatim("1"),
         "robot": how.changed.name or documents.name or str(tree["robot"]),
@@ -145,6 +152,14 @@ def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, 
         head["include"] = included
     sections = {**head, **(documents.files.get(root) or {}), **tail}
     return {root: _text_of(sections, program, documents, root, how), **beside}
+
+
+def _shared(program: Program, file: File, text: str, how: How, data: Data) -> str:
+    """Return where other robots have what a file becomes; empty if it is this robot's own."""
+    sharing = how.changed.sharing
+    if sharing is None or data.files:  # tables are named as seen from the file
+        return ""
+    return sharing.address_of(program, file, text)
 
 
 def _text_of(sections: Mapping[str, Any], program: Program, documents: Documents, name: str, how: How) -> str:

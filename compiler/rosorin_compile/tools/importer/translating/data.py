@@ -53,7 +53,7 @@ class Data:
             return ""
         package = package_name(folders[0])
         there = sorted((folders[0] / DESCRIPTIONS).rglob(Path(file.name).name))
-        same = next((one for one in there if _is_text(one, text)), None)
+        same = next((one for one in there if is_text(one, text)), None)
         if same is None or not self.finds(package):
             return ""
         return f"{_ADDRESS}{package}/{same.relative_to(folders[0]).as_posix()}"
@@ -98,7 +98,8 @@ class Data:
                 raise Unsupported(f"{one.name} cannot be read: {problem}") from None
 
 
-def _is_text(path: Path, text: str) -> bool:
+def is_text(path: Path, text: str) -> bool:
+    """Say whether a file has a text, to the letter."""
     try:
         return path.stat().st_size <= _BYTES and path.read_text("utf-8") == text
     except (OSError, ValueError):

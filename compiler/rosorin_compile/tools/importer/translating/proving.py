@@ -29,7 +29,7 @@ from ....meaning.elements import asks_for_humble, context_of, differently_meant
 from ....meaning.sameness import different
 from ....model import Robot
 from ....pipeline import compile_robot
-from ....project import ROOT_FILE
+from ....project import DESCRIPTIONS, ROOT_FILE
 from ....startup.records import NamedTuple, replace
 from ....xml.elements import canonical, tree_of
 from ..round_trip import Unrounded
@@ -178,7 +178,8 @@ def faults(
     """
     refused: list[Combination] = []
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        stage = Path(name)
+        stage = Path(name, DESCRIPTIONS, "robot")  # files of other robots are beside
+        stage.mkdir(parents=True)
         for file, text in files.items():
             (stage / file).parent.mkdir(parents=True, exist_ok=True)
             (stage / file).write_text(text, "utf-8")
@@ -258,14 +259,16 @@ def _parts_at(diagnostic: Diagnostic, stage: Path, files: Mapping[str, str]) -> 
     for span in spans:
         if span is None:
             continue
-        try:
-            name = Path(span.source.path).resolve().relative_to(stage.resolve()).as_posix()
-        except ValueError:
-            continue
+        name = _name_of(span, stage)
         if name in files:
             found += _part_at(files[name], span.line)
     found += re.findall(r'part "(\w+)"', " ".join(related.message for related in diagnostic.related))
     return tuple(dict.fromkeys(found))
+
+
+def _name_of(span: Span, stage: Path) -> str:
+    """Return the name of the file of a span as seen from the folder of the robot."""
+    return Path(os.path.relpath(Path(span.source.path).resolve(), stage.resolve())).as_posix()
 
 
 def _elements_at(
@@ -279,7 +282,7 @@ def _elements_at(
         if span is None:
             continue
         try:
-            name = Path(span.source.path).resolve().relative_to(stage.resolve()).as_posix()
+            name = _name_of(span, stage)
             tree = parse_yaml(Text("", files[name]))
         except (ValueError, KeyError, LoadError):
             continue

@@ -225,6 +225,7 @@ def refused(package: Path, capsys: pytest.CaptureFixture[str], *words: object) -
 OTHER = URDF.replace("0 0 0.2", "0 0 0.4")  # a robot of the same name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["urdf/other.urdf", "urdf/other/cart.urdf"])
 def test_a_second_robot_of_the_same_name_is_refused_until_it_has_a_name_of_its_own(
     package: Path, capsys: pytest.CaptureFixture[str], place: str
@@ -254,6 +255,7 @@ def test_a_second_robot_whose_test_would_be_that_of_another_is_refused(
     assert f'"Cart" is taken in cart_description: {TEST} says that ' in refused(package, capsys, other)
 
 
+@pytest.mark.slow
 def test_a_source_with_other_arguments_is_another_robot(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("xacro")
     xacro = package / "urdf" / "cart.urdf.xacro"
@@ -612,6 +614,7 @@ def described(package: Path) -> list[str]:
     return sorted(one for one in files(package / "descriptions") if not one.endswith("robot.yaml"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "include", [INCLUDE, '<xacro:include filename="${"body"}.xacro"/>', '<include filename="all.xacro"/>']
 )
@@ -639,6 +642,7 @@ def test_what_robots_of_a_package_include_is_imported_once(
     tried(package)
 
 
+@pytest.mark.slow
 def test_what_stands_in_folders_is_shared_in_folders(package: Path) -> None:
     (package / "urdf" / "common" / "arms").mkdir(parents=True)
     (package / "urdf" / "common" / "arms" / "arm.urdf.xacro").write_text(ARM)
@@ -665,12 +669,14 @@ TOP = """\
 """
 
 
+@pytest.mark.slow
 def test_what_one_robot_alone_includes_is_its_own(package: Path) -> None:
     robots(package, two=INCLUDE + BOX)
     assert brought(package, "two") == "body.yaml"
     assert described(package) == ["two/body.yaml"]
 
 
+@pytest.mark.slow
 def test_what_the_first_robot_has_of_its_own_is_included_from_there_by_the_second(package: Path) -> None:
     robots(package, two=INCLUDE + BOX)
     assert brought(package, "two") == "body.yaml"
@@ -681,6 +687,7 @@ def test_what_the_first_robot_has_of_its_own_is_included_from_there_by_the_secon
     tried(package)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("second", "shared", "why"),
     [
@@ -710,6 +717,7 @@ def test_why_a_robot_does_not_share_a_file_is_told(
     tried(package)
 
 
+@pytest.mark.slow
 def test_a_package_of_python_installs_what_its_robots_share(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (package / "CMakeLists.txt").unlink()
     (package / "setup.py").write_text(SETUP)
@@ -721,6 +729,7 @@ def test_a_package_of_python_installs_what_its_robots_share(package: Path, capsy
     assert "  ('share/cart_description/descriptions/common', ['descriptions/common/body.yaml']),\n" in told
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_called_as_the_folder_of_what_is_shared_has_files_of_its_own(package: Path) -> None:
     robots(package, common=INCLUDE + BOX, two=INCLUDE + BOX)
     assert brought(package, "common") == "body.yaml"
@@ -740,6 +749,7 @@ ARM = """\
 """
 
 
+@pytest.mark.slow
 def test_files_of_one_name_in_other_folders_are_told_apart(package: Path) -> None:
     in_arm = INCLUDE.replace("body", "arm/body")
     robots(package, two=f"{INCLUDE}{in_arm}{BOX}<xacro:arm/>", four=INCLUDE + BOX)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from ..model import Pose
 from ..startup.records import NamedTuple
 from ..xml.elements import canonical, tree_of
+from ..xml.imu import with_noise
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -65,7 +66,7 @@ def said(texts: Iterable[str], context: Context) -> Counter[Key]:
     found: Counter[Key] = Counter()
     for text in texts:
         try:
-            root = tree_of(f"<all>{text}</all>")
+            root = tree_of(with_noise(f"<all>{text}</all>"))
         except ValueError:
             found["text", " ".join(text.split())] += 1
             continue

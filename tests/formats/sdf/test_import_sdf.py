@@ -280,6 +280,21 @@ def test_what_is_imported_compiles_and_agrees(case, home, capsys):
         assert code == 0, out + err
 
 
+@pytest.mark.parametrize("words", [(), ("--verbatim",)])
+def test_the_noise_of_an_imu_of_gazebo_classic_is_written_for_each_axis(words, home, capsys):
+    noise = "<noise><rate><stddev>0.1</stddev></rate><accel><stddev>0.2</stddev></accel></noise>"
+    text = (SDF / "corners" / "classic.sdf").read_text("utf-8")
+    imu = f'<sensor name="turning" type="imu"><imu>{noise}</imu></sensor>'
+    (home / "source.sdf").write_text(text.replace("</link>", f"{imu}</link>"), "utf-8")
+    for line in (("import", "source.sdf", "-o", "made", *words), ("all", "made")):
+        code, out, err = asked(capsys, *line)
+        assert code == 0, out + err
+    made = "outputs/made/classic.sdf"
+    assert Path(made).read_text("utf-8").count("<stddev>0.2</stddev></noise>") == 3
+    code, out, err = asked(capsys, "diff", "source.sdf", made)
+    assert code == 0, out + err
+
+
 def test_a_description_includes_an_sdf(home, capsys):
     (home / "whole").mkdir()
     (home / "whole" / "part.sdf").write_text((SDF / "corners" / "kept.sdf").read_text("utf-8"), "utf-8")

@@ -88,3 +88,55 @@ def test_a_shape_of_its_own_kind_is_a_fact():
 
 
 PLANE = '<collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>'
+
+
+OF_CLASSIC = """robot: classic
+links:
+  base: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 0.1}}, {box: {size: [0.1, 0.2, 0.3]}}]}
+  foot:
+    collision:
+      - sphere: {radius: 0.1}
+        urdf_elements: [<sdf><surface><bounce/></surface></sdf>]
+  mark: {}
+joints:
+  foot_joint: {type: fixed, parent: base, child: foot, xyz: [0, 0, -0.1]}
+  mark_joint: {type: fixed, parent: base, child: mark}
+sensors:
+  words:
+    type: imu
+    frame: mark
+    gazebo: {elements: {imu: {noise: {type: gaussian, rate: {mean: 0, stddev: 0.1}, accel: {stddev: 0.2}}}}}
+urdf_elements:
+  - <gazebo reference="base"><mu1>0.4</mu1><mu2 value="0.6"/><kp>1e6</kp><minDepth>0.001</minDepth></gazebo>
+  - <gazebo reference="base"><mu1>0.5</mu1><kd>much</kd><maxContacts>4</maxContacts><fdir1>1 0 0</fdir1></gazebo>
+  - <gazebo reference="foot"><mu1>0.7</mu1><laserRetro>2</laserRetro></gazebo>
+  - <gazebo reference="mark"><mu1>0.8</mu1></gazebo>
+  - >-
+    <gazebo reference="base"><sensor name="kept" type="imu"><imu><noise><rate><stddev>0.1</stddev></rate>
+    <accel><stddev>0.2</stddev></accel></noise></imu></sensor></gazebo>
+outputs: {sdf: {file: robot.sdf, version: "1.10"}}
+"""
+
+
+def test_words_of_gazebo_classic_become_those_of_sdf(tmp_path: Path):
+    """As libsdformat 12 makes them of a URDF: the last one holds, for each collision; the noise of an IMU by axis."""
+    compiled = compiled_text(tmp_path, OF_CLASSIC)
+    (text,) = [artifact.text for artifact in compiled.artifacts if artifact.backend == "sdf"]
+    base, foot = (re.findall(rf'<collision name="{link}_.*?</collision>', text, re.DOTALL) for link in ("base", "foot"))
+    friction = "<friction><ode><mu>0.5</mu><mu2>0.6</mu2><fdir1>1 0 0</fdir1></ode></friction>"
+    contact = "<contact><ode><kp>1e6</kp><min_depth>0.001</min_depth></ode></contact>"
+    for one in base:
+        assert f"<surface>{friction}{contact}</surface>" in one
+        assert "<max_contacts>4</max_contacts>" in one
+    assert len(base) == 2
+    assert "<laser_retro>2</laser_retro>" in foot[0]
+    assert foot[0].count("<surface>") == 1
+    assert "<mu>" not in foot[0]  # its own surface holds
+    for name in ("words", "kept"):
+        sensor = text.partition(f'<sensor name="{name}"')[2].partition("</sensor>")[0]
+        assert "<rate>" not in sensor
+        for what, stddev in (("angular_velocity", "0.1"), ("linear_acceleration", "0.2")):
+            inner = sensor.partition(f"<{what}>")[2].partition(f"</{what}>")[0]
+            assert len(re.findall(f'<noise type="gaussian">.*?<stddev>{stddev}</stddev></noise>', inner)) == 3
+    (told,) = [one.message for one in compiled.diagnostics if one.rule == "sdf-cannot-say"]
+    assert told == "not in the SDF, for the reader of URDF alone knows it: <kd> of base, <mu1> of mark"

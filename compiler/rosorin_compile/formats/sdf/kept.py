@@ -1,9 +1,10 @@
 """Kept: what a description has for Gazebo in ``urdf_elements``, as the SDF has it.
 
 Gazebo takes a ``<gazebo>`` of a URDF apart in the same way: what stands in it goes into the model, or into the link or
-joint that it refers to (``gazebosim/sdformat@sdf12:src/parser_urdf.cc``). Words that mean something to that reader
-alone (mu1, kp, material, ...) have no place here. What stands in an ``<sdf>`` belongs to what that stands in: the
-robot, a link, a joint, its axis, a shape, its material.
+joint that it refers to (``gazebosim/sdformat@sdf12:src/parser_urdf.cc``); what it says of the collisions of a link
+(mu1, kp, ...) goes there, by other names (``classic``). Words that mean something to that reader alone (material, ...)
+have no place here. What stands in an ``<sdf>`` belongs to what that stands in: the robot, a link, a joint, its axis, a
+shape, its material.
 """
 
 from __future__ import annotations
@@ -11,10 +12,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from ...diagnostics import Source
-from ...model import Robot
+from ...model import Link, Robot
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...xml.elements import indented
+from ...xml.imu import with_noise
+from .classic import OF_COLLISIONS, numbers_of
 from .words import OF_JOINT, OF_LINK, OF_MODEL
 
 if TYPE_CHECKING:
@@ -26,10 +29,14 @@ _OF_URDF = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumpi
 
 
 class Kept(NamedTuple):
-    """Elements as text: those of the model, of links and of joints by name; what has no place here, by its words."""
+    """Elements as text: those of the model, of links and of joints by name; what has no place here, by its words.
+
+    ``collisions`` is what is said of all collisions of a link, by the words of Gazebo classic.
+    """
 
     model: Sequence[str]
     links: Mapping[str, Sequence[str]]
+    collisions: Mapping[str, Mapping[str, str]]
     joints: Mapping[str, Sequence[str]]
     left_out: Collection[str]
 
@@ -39,6 +46,7 @@ def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> K
     model = [element.verbatim for element in own(robot.urdf_elements).elements]
     links: dict[str, list[str]] = {}
     of_joints: dict[str, list[str]] = {}
+    collisions: dict[str, dict[str, str]] = {}
     left: dict[str, None] = {}
     for link in robot.links:
         for element in own(link.urdf_elements).elements:
@@ -54,12 +62,19 @@ def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> K
             model.append(element.verbatim)
         elif reference in carrier and element.tag in OF_LINK:
             text = element.verbatim if carrier[reference] == reference else _placed(element, reference)
-            links.setdefault(carrier[reference], []).append(text)
+            links.setdefault(carrier[reference], []).append(with_noise(text))
+        elif element.tag in OF_COLLISIONS and reference in carrier and _says(robot.link[reference], element):
+            collisions.setdefault(reference, {})[element.tag] = numbers_of(element)
         elif reference in joints and element.tag in OF_JOINT:
             of_joints.setdefault(reference, []).append(element.verbatim)
         else:
             left[f"<{element.tag}>{f' of {reference}' if reference else ''}"] = None
-    return Kept(model, links, of_joints, left)
+    return Kept(model, links, collisions, of_joints, left)
+
+
+def _says(link: Link, element: Element) -> bool:
+    """Say whether a word for collisions says something of a link: it has some, and the word has its numbers."""
+    return bool(link.collision and numbers_of(element))
 
 
 def _blocks(robot: Robot) -> Iterator[tuple[str, Element]]:

@@ -38,9 +38,11 @@ from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...xml.escaping import escape
+from ...xml.imu import with_noise
 from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, distribution, in_classic, sensor_lines
 from ..templating import Templates, attributes, comment
 from .bodies import LEAST, Bodies, bodies_of
+from .classic import of_collision
 from .kept import Kept, at, kept, own
 from .names import WORLD, world_of
 
@@ -209,7 +211,10 @@ class _Writer:
         kept = own(solid.urdf_elements, "material", "mesh")
         look = self._look(solid, kept.inner.get("material", ())) if purpose == "visual" else ""
         geometry = _geometry(solid, self.form, kept.inner.get("mesh", ()))
-        more = at([element.verbatim for element in kept.elements], "        ")
+        texts = [element.verbatim for element in kept.elements]
+        if purpose == "collision" and link in self.kept.collisions:
+            texts += of_collision(self.kept.collisions[link], {element.tag for element in kept.elements})
+        more = at(texts, "        ")
         return attributes(name=name), self.form.pose(solid.origin(), seen), geometry, look, more
 
     def _look(self, visual: Shape, kept: Sequence[str]) -> str:
@@ -268,7 +273,7 @@ class _Writer:
                 pose = self.form.pose(IDENTITY if one.at_joint or one.feels else one.pose, seen)
                 said = in_classic(one) if classic else one
                 lines = sensor_lines(said, frame_id, self.form.number, "      ", pose, names)
-                self.sensors.setdefault(where, []).append("\n".join(lines))
+                self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
 
     def _where(self, sensor: Sensor, one: GazeboSensor) -> str:
         """Return the link, or "joint NAME", that a sensor stands in; empty where it cannot, after telling."""

@@ -149,3 +149,12 @@ def test_actuators_are_called_by_what_they_are() -> None:
     assert tree["mjcf_sensors"]["arm_framepos"]["object"] == {"link": "arm"}
     assert tree["links"]["base"]["gravity_compensation"] == 0.5
     assert tree["joints"]["k"]["mjcf"]["stiffness"] == [1, 2]
+
+
+def test_keys_of_the_source_stand_before_the_home_of_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulators begin at the first key."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["import", str(DATA / "mjcf" / "kept" / "hovering.xml")]) == 0
+    assert main(["all"]) == 0
+    ours = mujoco.MjModel.from_xml_path("outputs/hovering/hovering.xml")
+    assert [ours.key(index).name for index in range(ours.nkey)] == ["hover", "stretched", "home"]

@@ -24,6 +24,7 @@ _SIDE = ("axis", "range", "ctrlrange", "forcerange")
 # The kinds of actuators whose attributes all may stand in a class, and what an actuator acts on.
 _KINDS = ("position", "velocity", "motor", "general")
 _TARGETS = ("name", "class", "joint", "jointinparent", "tendon", "site", "refsite", "body", "slidersite", "cranksite")
+_OF_ACTUATOR = (*_TARGETS, "lengthrange")  # MuJoCo takes it in no class
 
 _WORD = patterns.compile(r"[^\W\d_]+")
 _CLASS = patterns.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
@@ -195,13 +196,13 @@ class Classes:
 
 def _alike(element: Named, without: Sequence[str]) -> Iterable[tuple[str, str]]:
     """Return the attributes by which elements share a class."""
-    others = (*(_OWN if element.tag == "joint" else _TARGETS), *without)
+    others = (*(_OWN if element.tag == "joint" else _OF_ACTUATOR), *without)
     return [(key, text) for key, text in element.values.items() if key not in others]
 
 
 def _common(members: Sequence[Named]) -> Texts:
     """Return the attributes that all elements have, in the order of the first one."""
-    first, own = members[0], _OWN if members[0].tag == "joint" else _TARGETS
+    first, own = members[0], _OWN if members[0].tag == "joint" else _OF_ACTUATOR
     every = {id(member.values): member.values for member in members}.values()
     return {
         key: text

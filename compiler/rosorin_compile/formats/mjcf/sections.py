@@ -103,7 +103,7 @@ def add_poses(reading: Reading) -> None:
             for name, value in _positions(reading, index, joint, key["qpos"]):
                 if value and "mimic" not in reading.joints[name]:
                     put_number(positions, name, value, element)
-        if number == 0 and key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
+        if key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
             continue
         pose = Map(element.span)
         put(pose, "positions", positions)

@@ -106,11 +106,17 @@ def keys(
 ) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
     """Return name, qpos, ctrl and the rest of each pose: where the base ``stands`` if it is free, then the joints.
 
-    The first key is home. A robot without that pose has it all the same, if anything of it can move.
+    The first key is home. A robot without that pose has it all the same, if anything of it can move. One that was
+    imported has its poses in the order of its source, and what is made up behind them: simulators begin at the first.
     """
     made: list[tuple[str, list[float], list[float], dict[str, Attribute]]] = []
     more = [0.0] * kept_controls(robot)
-    for pose in (home_of(robot), *(pose for pose in robot.poses if pose.name != HOME)):
+    home = home_of(robot)
+    others = [pose for pose in robot.poses if pose.name != HOME]
+    poses = (home, *others)
+    if robot.source.status == "imported":
+        poses = robot.poses if len(others) < len(robot.poses) else (*others, home)
+    for pose in poses:
         at = _positions(robot, joints, pose)
         ctrl = [number for drive in drives for number in controls_of(drive, _control(drive, pose, at))]
         qpos = [number for joint in joints for number in at(joint)]

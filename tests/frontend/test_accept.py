@@ -107,6 +107,7 @@ CASES = {
         "wrist",
         'offset="0.5"',
     ),
+    "letters-swapped": ({}, "shuolder_tip", '<link name="shuolder_tip">'),
     "names-look-alike": ({}, "Arm", '<link name="Arm">'),
     "optical-frame": ({"hand": BODY, "wrist": "type: fixed"}, "hand_optical", "hand_optical"),
     "owns-world-frame": ({}, "odom", '<link name="odom"/>'),
@@ -213,6 +214,7 @@ WARNINGS = [
     "two-in-one-place",
     "velocity-looks-like-degrees",
     "leading-slash",
+    "letters-swapped",
     "names-look-alike",
 ]
 
@@ -227,7 +229,7 @@ def written(rule: str, accept: bool) -> str:
             "joints:\n",
             "joints:\n  z: {type: revolute, mimic: {joint: shoulder}, " + LIMIT + ", parent: hand, child: more}\n",
         )
-    if rule in ("invisible-letter", "leading-slash", "names-look-alike"):
+    if rule in ("invisible-letter", "leading-slash", "letters-swapped", "names-look-alike"):
         text = text.replace("hand: {", f'"{name}": {{').replace("child: hand}", f'child: "{name}"}}')
     if rule == "two-in-one-place":
         text = text.replace("parent: arm", "parent: base")

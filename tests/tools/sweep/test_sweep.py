@@ -188,13 +188,13 @@ def test_a_variant_with_an_error_stops_no_other(capsys: Shown) -> None:
     assert files().keys() == {"r1/mast.urdf", "r1/notes.txt", "r3/mast.urdf", "r3/notes.txt"}
 
 
-def test_an_error_in_the_description_names_the_variant_too(capsys: Shown) -> None:
+def test_an_error_that_a_value_of_a_variant_makes_names_both_places(capsys: Shown) -> None:
     edit(Path("descriptions/mast/robot.yaml"), '"${height}"', '"${1 * m * m / height}"')
     edit(Path("fleet.csv"), "r2,", "r2,0")
     sweep(code=1)
     said = capsys.readouterr().err
-    assert "descriptions/mast/robot.yaml:9:95: error[expression]: r2: division by zero" in said
-    assert "fleet.csv:3:1: of the variant r2" in said
+    assert "fleet.csv:3:4: error[expression]: r2: division by zero" in said, "it was given there"
+    assert "descriptions/mast/robot.yaml:9:95: used here" in said
 
 
 def test_a_wrong_list_is_refused_before_anything_is_made(capsys: Shown) -> None:

@@ -81,7 +81,11 @@ def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert picture.read_bytes() == drawn
     capsys.readouterr()
     assert main(["verify", str(DATA / "recordings/frames.gv"), ROBOT, "--picture", str(picture)]) == 2
-    assert main(["verify", str(bag), ROBOT, "--junit", str(tmp_path / "no" / "junit.xml")]) == 2
+    assert main(["verify", str(bag), ROBOT, "--junit", str(tmp_path / "new" / "junit.xml")]) == 1
+    assert (tmp_path / "new" / "junit.xml").read_bytes() == junit.read_bytes(), (
+        "folders are made, as for each other file"
+    )
+    assert main(["verify", str(bag), ROBOT, "--junit", str(junit / "junit.xml")]) == 2
 
 
 def test_every_property_of_the_schema_is_described_with_its_unit() -> None:

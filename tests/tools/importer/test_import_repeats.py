@@ -11,11 +11,12 @@ import pytest
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
+from rosorin_compile.pipeline import Maker
 from rosorin_compile.tools.importer import round_trip
 from rosorin_compile.tools.importer.repeats import finding, names, with_parts
 from rosorin_compile.tools.importer.repeats.forms import Form, flat, mirrored, nodes_of
 from rosorin_compile.tools.importer.repeats.names import split
-from rosorin_compile.tools.importer.round_trip import RoundTrip, check_round_trip
+from rosorin_compile.tools.importer.round_trip import RoundTrip, Unrounded, check_round_trip
 from support.paths import DOCS, IMPORTED, ROOT
 from support.robots import compiled
 
@@ -181,16 +182,35 @@ EXAMPLES = {
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_description_comes_back_with_its_parts(name: str, tmp_path: Path) -> None:
     """What a person wrote, compiled to a URDF and imported, has the parts and uses that the person chose."""
-    (urdf,) = (one for one in compiled(ROOT / "examples" / name / "robot.yaml").artifacts if one.backend == "urdf")
-    path = tmp_path / "robot.urdf"
-    path.write_text(urdf.text, "utf-8")
-    trip = trip_of(path)
+    trip = trip_of(urdf_of(name, Maker(), tmp_path))
     assert (trip.diagnostics, trip.largest) == ([], 0)
-    tree = trip.shown.tree or {}
-    uses = {part: [use for use, entry in tree["use"].items() if entry["part"] == part] for part in tree["parts"]}
-    assert uses == EXAMPLES[name]
+    assert uses_of(trip) == EXAMPLES[name]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_with_all_digits_a_description_comes_back_as_it_was_written(name: str, tmp_path: Path) -> None:
+    """Of the number that a short one leaves of it, no ``90 deg`` is made: an import never rounds."""
+    trip = trip_of(urdf_of(name, Unrounded(), tmp_path))
+    assert (trip.diagnostics, trip.largest) == ([], 0)
+    assert uses_of(trip) == EXAMPLES[name]
     shown = "\n".join(trip.files.values())
     assert sum(block in shown for block in fragments()) == 2
+
+
+def urdf_of(name: str, maker: Maker, folder: Path) -> Path:
+    """Return the URDF of an example as a maker prints it."""
+    made = compiled(ROOT / "examples" / name / "robot.yaml", maker=maker)
+    (urdf,) = (one for one in made.artifacts if one.backend == "urdf")
+    path = folder / "robot.urdf"
+    path.write_text(urdf.text, "utf-8")
+    return path
+
+
+def uses_of(trip: RoundTrip) -> dict[str, list[str]]:
+    """Return the names of the uses of each part."""
+    tree = trip.shown.tree or {}
+    return {part: [use for use, entry in tree["use"].items() if entry["part"] == part] for part in tree["parts"]}
 
 
 def test_the_page_shows_what_the_hand_becomes() -> None:

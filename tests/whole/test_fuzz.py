@@ -75,6 +75,10 @@ BOMBS = {
     "brackets": (lets(("x", "[" * 5_000 + "]" * 5_000)), "yaml-too-deep"),
     "braces": (f"{ROBOT}let: {'{a: ' * 5_000}{'}' * 5_000}\n", "yaml-too-deep"),
     "chain-of-lets": (lets(*((f"a{n}", f"${{a{n + 1} + 1}}") for n in range(3_000)), ("a3000", "1")), "expression"),
+    "chain-with-a-mistake": (
+        lets(*((f"a{n}", f"${{a{n + 1} + 1}}") for n in range(3_000)), ("a3000", "${zz}")),
+        "expression",
+    ),
     "list-in-list": (lets(("a0", "[1]"), *((f"a{n + 1}", f'["${{a{n}}}"]') for n in range(3_000))), "too-large"),
     "line-of-text": (lets(("x", f'"{"a" * 10_000_000}"')), ""),
     "line-of-digits": (lets(("x", "9" * 10_000_000)), ""),

@@ -57,8 +57,15 @@ def traced(root: Scope, span: Span, via: Instance | None, of_kinds: bool = False
 
 
 def given(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> Traced | None:
-    """Return the arguments that an expression of some names depends on, seen from a scope; None if there are none."""
-    return _one_of(_Trace(scope.ledger.root, of_kinds).arguments(scope, names))
+    """Return the arguments that an expression of some names depends on, seen from a scope; None if there are none.
+
+    None, too, at the end of a chain of names so long that Python's stack has no room left: the mistake is told at its
+    own place then. An error here would be one of each name up the chain, and every one would evaluate the rest anew.
+    """
+    try:
+        return _one_of(_Trace(scope.ledger.root, of_kinds).arguments(scope, names))
+    except RecursionError:
+        return None
 
 
 def given_at(scope: Scope, span: Span, of_kinds: bool = False) -> Traced | None:

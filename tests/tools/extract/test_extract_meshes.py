@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -85,7 +86,22 @@ def test_mesh_in_millimetres_is_said(tmp_path: Path) -> None:
     assert too_large(load_mesh(export(tmp_path, "stl"))) == []
 
 
+def first_number(word: str, semantic: str = "POSITION") -> bytes:
+    """Return a DAE in which the first number of one kind is another word."""
+    text = (MESHES / "link2.dae").read_text()
+    (source,) = {*re.findall(f'semantic="{semantic}" source="#([^"]+)"', text)}
+    made, count = re.subn(
+        rf'(<source id="{source}".*?<float_array[^>]*>)\s*\S+', rf"\g<1>{word}", text, count=1, flags=re.DOTALL
+    )
+    assert count == 1
+    return made.encode()
+
+
 BROKEN = {
+    **{
+        f"{word}.dae": (first_number(word), "mesh-unreadable", "{} has corners that are not finite numbers")
+        for word in ("nan", "NaN", "INF", "-inf", "-1.#IND", "1.#QNAN", "1e39", "-1E+400", "9" * 40)
+    },
     "empty.stl": (b"", "mesh-empty", "{} is an empty file"),
     "words.stl": (b"no mesh at all", "mesh-empty", "{} has no triangle"),
     "nothing.stl": (b"solid a\nendsolid a\n", "mesh-empty", "{} has no triangle"),
@@ -127,6 +143,12 @@ def test_broken_files_say_what_is_wrong(name: str, tmp_path: Path) -> None:
     assert caught.value.diagnostic.rule == rule
     assert caught.value.diagnostic.message == message.format(path)
     assert caught.value.diagnostic.help
+
+
+def test_a_normal_that_is_no_number_is_no_fault_of_the_corners(tmp_path: Path) -> None:
+    path = tmp_path / "normal.dae"
+    path.write_bytes(first_number("nan", "NORMAL"))
+    np.testing.assert_array_equal(load_mesh(path).triangles, load_mesh(MESHES / "link2.dae").triangles)
 
 
 def test_file_that_is_not_there(tmp_path: Path) -> None:

@@ -52,6 +52,10 @@ LONGEST_PART = 20.0
 _MOST_MATERIALS = 1_000_000  # bytes
 _MAP, _WHITE = re.compile(rb"(?mi)^[ \t]*map_Kd\b[^\r\n]*"), re.compile(rb"(?mi)^[ \t]*Kd\b[^\r\n]*")
 _NAMELESS = "material_0"  # what trimesh calls a material that it made up
+_ENDLESS = "has corners that are not finite numbers"
+# Where it stands in a DAE, a number may be none, or be too large; such as nan, INF, -1.#IND and 1e+39.
+_DOUBTFUL = re.compile(rb"[nN][aA][nN]|[iI][nN][fF]|\d\.#|[eE]\+?0*[1-9]\d|\d{39}")
+_LARGEST = 3.4028234663852886e38  # of 32 bits
 _INSTALL = "pip install 'rosorin-compile[import]' brings what reads meshes"
 
 
@@ -85,6 +89,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     data = _read(path)
     if kind == "dae":
         _refuse_dtd(path, data)
+        _refuse_endless(path, data)
     parsed = [piece for piece in _parsed(path, kind, data, coloured) if len(piece[0])]
     pieces = [triangles for triangles, _ in parsed]
     if not pieces:
@@ -96,7 +101,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
         if factors.prod() < 0:  # a mirrored mesh is inside out until its corners go round the other way
             triangles = triangles[:, ::-1]
     if not np.isfinite(triangles).all():
-        raise fail("mesh-unreadable", f"{path} has corners that are not finite numbers", "export it anew")
+        raise fail("mesh-unreadable", f"{path} {_ENDLESS}", "export it anew")
     runs = groupby(parsed, lambda piece: piece[1])
     colours = tuple((sum(len(piece) for piece, _ in run), colour) for colour, run in runs)
     return Mesh(path.name, triangles, colours if coloured else ())
@@ -171,6 +176,34 @@ def _refuse_dtd(path: Path, data: bytes) -> None:
     text = data.replace(b"\0", b"")  # of UTF-16 this leaves the letters that matter
     if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise fail("mesh-unreadable", f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
+
+
+def _refuse_endless(path: Path, data: bytes) -> None:
+    """Raise ExtractProblem for a DAE with a corner that is no finite number (of 32 bits).
+
+    What reads it would not tell: pycollada 0.9 makes zeros of NaN, and trimesh leaves out triangles without end.
+    """
+    from xml.etree import ElementTree
+
+    if not _DOUBTFUL.search(data.replace(b"\0", b"")):
+        return
+    try:
+        root = ElementTree.fromstring(data)  # noqa: S314 - it has no DTD, so no entities
+    except (ElementTree.ParseError, ValueError, LookupError):
+        return  # what reads the file says what is wrong
+    inputs = (one for one in root.iterfind(".//{*}vertices/{*}input") if one.get("semantic") == "POSITION")
+    named = {one.get("source", "").removeprefix("#") for one in inputs}
+    for source in root.iterfind(".//{*}source[@id]"):
+        words = (source.findtext("{*}float_array") or "").split() if source.get("id") in named else ()
+        if not all(map(_is_finite, words)):
+            raise fail("mesh-unreadable", f"{path} {_ENDLESS}", "export it anew")
+
+
+def _is_finite(word: str) -> bool:
+    try:
+        return abs(float(word)) <= _LARGEST
+    except ValueError:
+        return False
 
 
 def _unit(data: bytes) -> float:

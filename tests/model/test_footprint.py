@@ -171,6 +171,18 @@ def test_a_box_has_its_own_corners() -> None:
     assert made.circumscribed == pytest.approx(math.hypot(0.3, 0.1))
 
 
+@pytest.mark.parametrize("more", [2e-9, 3e-8])
+def test_the_circle_holds_what_the_corners_leave_out_for_the_digits_of_a_costmap(more: float) -> None:
+    half = 1 + more
+    for shape in (
+        Shape(Box((-half, -half, 0), (half, half, 1))),
+        Shape(Cylinder(half, 2 * half), Pose(rpy=(0, math.pi / 2, 0))),
+    ):
+        made = of(shape)
+        assert set(made.corners) == {(-1, -1), (1, -1), (1, 1), (-1, 1)}
+        assert math.hypot(half, half) <= made.circumscribed < math.hypot(1, 1) + 5 * more
+
+
 def test_what_is_round_inside_of_a_box_makes_no_corner() -> None:
     assert len(of(Shape(Box((-0.2, -0.1, 0), (0.3, 0.1, 0.4))), Shape(Cylinder(0.05, 1.0))).corners) == 4
 

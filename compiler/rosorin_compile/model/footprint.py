@@ -10,7 +10,7 @@ side grow together. The corners are rounded at last, and moved outwards until no
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import count
 
@@ -35,6 +35,7 @@ _SLACK = 1e-7  # m; the numbers of a costmap have 32 bits
 _STRAIGHT = 1e-9
 # Between the normals of two sides that meet: corners are no thorns. Of five sides, one can be spared in any case.
 _WIDEST = math.radians(150)
+_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # of how far its sides move; corners that were rounded are sharper
 
 
 class Footprint(NamedTuple):
@@ -144,7 +145,7 @@ def footprint(
     sides = _fewer(sides, max(corners, LEAST_CORNERS))
     points = _rounded(placed, sides, margin)
     within = min(_offset(points, index) for index in range(len(points)))
-    around = max(math.hypot(*point) for point in points)
+    around = _around(placed, points, margin)
     return Footprint(tuple(points), within, around, lowest, highest, tuple(meshes), tuple(placed))
 
 
@@ -174,15 +175,27 @@ def outside(placed: Sequence[Placed], points: Sequence[Point], margin: float = 0
     if len(ring) < 3:
         return math.inf, placed[0].link if placed else ""
     worst, link = 0.0, ""
-    for (ax, ay), (bx, by) in zip(ring, [*ring[1:], *ring[:1]], strict=True):
-        length = math.hypot(bx - ax, by - ay)
-        normal = ((by - ay) / length, (ax - bx) / length)
-        at = normal[0] * ax + normal[1] * ay
+    for normal, at in _sides(ring):
         for one in placed:
             beyond = one.reach((*normal, 0.0)) + margin - at
             if beyond > worst + _SLACK:
                 worst, link = beyond, one.link
     return worst, link
+
+
+def _sides(ring: Sequence[Point]) -> Iterator[_Side]:
+    """Yield the sides of a convex polygon against the clock: normal, and distance from the origin along it (m)."""
+    for (ax, ay), (bx, by) in zip(ring, [*ring[1:], *ring[:1]], strict=True):
+        length = math.hypot(bx - ax, by - ay)
+        normal = ((by - ay) / length, (ax - bx) / length)
+        yield normal, normal[0] * ax + normal[1] * ay
+
+
+def _around(placed: Sequence[Placed], points: Sequence[Point], margin: float) -> float:
+    """Return the radius of the circle around the corners, and around what reaches out by less than the slack (m)."""
+    beyond = max(_reach(placed, (*normal, 0.0)) + margin - at for normal, at in _sides(points))
+    # All sides moved out by so much move no corner farther than this: corners are no thorns.
+    return max(math.hypot(*point) for point in points) + max(0.0, beyond) * _FARTHEST_CORNER
 
 
 def _normals(placed: Sequence[Placed], most: int) -> list[Point]:

@@ -159,6 +159,15 @@ def off_by_short(value: float, largest: float = 0.0) -> float:
 
 # The bound was that of the number before it was rounded.
 _ABOVE = 1 + 1e-9
+_tolerance_of_six = remembered(SIX.tolerance)
+
+
+def off_by_six(value: float, largest: float = 0.0) -> float:
+    """Return how far a number may be off where none has more digits than ``six`` prints.
+
+    ``short`` may have printed them as well: what is small beside the largest entry of its vector is 0 then.
+    """
+    return max(_tolerance_of_six(value), off_by_short(value, largest))
 
 
 def numbers(values: Iterable[float], number: NumberFormat) -> str:

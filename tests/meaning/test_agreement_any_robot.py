@@ -7,7 +7,7 @@ import random
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.meaning.agreement import agreement
@@ -83,6 +83,41 @@ def test_what_is_compiled_agrees(tmp_path_factory: pytest.TempPathFactory, seed:
     file.write_text(description(random.Random(seed)))  # noqa: S311
     compiled = compile_robot(file)
     assert compiled.robot is not None, compiled.diagnostics
+    assert [d.message for d in agreement(compiled.robot, compiled.artifacts)] == []
+
+
+# What arithmetic leaves of a zero, beside numbers as large as a scene or a large machine has.
+RESIDUES = st.floats(-1e-12, 1e-12)
+LARGE = st.integers(1, 10**6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(size=LARGE, residue=RESIDUES)
+@example(size=1000, residue=9.9e-13)
+def test_a_residue_of_a_zero_agrees_where_all_numbers_are_short(
+    tmp_path_factory: pytest.TempPathFactory, size: int, residue: float
+) -> None:
+    """No number has more than six digits, as in a file of six digits, and ``short`` prints the residue as 0."""
+    small = float(f"{size * residue:.1g}")
+    place = f"xyz: [{size} m, 0, {small} m]"
+    file = tmp_path_factory.mktemp("any") / "any.yaml"
+    file.write_text(
+        "robot: any\n"
+        "links:\n"
+        "  base: {}\n"
+        "  a:\n"
+        f"    inertial: {{mass: 2, {place}, inertia: {{ixx: {size}, iyy: {size}, izz: {size}, ixy: {small}}}}}\n"
+        f"    collision: [{{box: {{size: [1, 1, 1]}}, {place}}}]\n"
+        f"joints: {{far: {{type: fixed, parent: base, child: a, {place}}}}}\n"
+        "outputs:\n"
+        "  urdf: {file: any.urdf}\n"
+        "  sdf: {file: any.sdf}\n"
+        "  mjcf: {file: any.xml}\n"
+        "  frames: {file: frames.md}\n"
+    )
+    compiled = compile_robot(file)
+    assert compiled.robot is not None, compiled.diagnostics
+    assert {artifact.backend for artifact in compiled.artifacts} == {"urdf", "sdf", "mjcf", "frames"}
     assert [d.message for d in agreement(compiled.robot, compiled.artifacts)] == []
 
 

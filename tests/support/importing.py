@@ -142,12 +142,13 @@ DEFAULTS: dict[str, Any] = {
 
 
 def urdf_of(tree: Map) -> str:
-    """Return the URDF of an imported tree."""
+    """Return the URDF of an imported tree, with all digits of its numbers."""
     whole, outputs, output = Map(tree.span), Map(tree.span), Map(tree.span)
     for key, value in tree.items():
         whole.put(key, value, tree.span, tree.span)
     output.put("file", "robot.urdf", tree.span, tree.span)
     output.put("version", "1.2", tree.span, tree.span)
+    output.put("number_format", "exact", tree.span, tree.span)
     outputs.put("urdf", output, tree.span, tree.span)
     whole.put("outputs", outputs, tree.span, tree.span)
     robot = lower(whole).robot

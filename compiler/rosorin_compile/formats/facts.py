@@ -20,7 +20,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 
 from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
-from ..numbers import SHORT, SIX, off_by_short, six
+from ..numbers import SHORT, off_by_short, off_by_six, six
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
 from ..startup.remembering import remembered
@@ -153,9 +153,6 @@ def is_six(texts: Iterable[str]) -> bool:
     return True
 
 
-_tolerance_of_six = remembered(SIX.tolerance)
-
-
 class Sheet:
     """Collects the facts of an artifact; with what is ``known`` only those that are otherwise, and solids.
 
@@ -274,7 +271,7 @@ class FactSheet(Sheet):
 
     def tolerance(self, value: float, largest: float = 0.0) -> float:
         """Return how well a printed value is known, 0 if each digit is there; ``largest`` is that of its vector."""
-        return _tolerance_of_six(value) if self.six else off_by_short(value, largest)
+        return off_by_six(value, largest) if self.six else off_by_short(value, largest)
 
     def text(self, element: Element, attribute: str) -> str:
         """Return an attribute. Raises ValueError if it is not there."""
@@ -328,7 +325,7 @@ class FactSheet(Sheet):
             self._names.add(link)
             self._parents[link] = parent
             meant = known.place(link)
-            near = 0.0 if self.six else SHORT * _largest(transform.xyz)
+            near = SHORT * _largest(transform.xyz)
             if meant is None or (meant.parent == parent and _is_at(transform, meant.xyz, meant.rows, near)):
                 return
         self.facts[Fact("frame", link, "parent")] = Value(parent)
@@ -344,9 +341,7 @@ class FactSheet(Sheet):
         if self.known is not None:
             self._names.add(link)
             meant = self.known.mass(link)
-            if meant in (None, (mass, frame.xyz, along)) or (
-                meant and not self.six and _weighs(meant, mass, frame.xyz, along)
-            ):
+            if meant in (None, (mass, frame.xyz, along)) or (meant and _weighs(meant, mass, frame.xyz, along)):
                 return
         self.add(Fact("link", link, "mass"), mass, "kg")
         largest = _largest(frame.xyz)

@@ -10,7 +10,7 @@ from functools import lru_cache
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
-from ..numbers import SIX, NumberFormat, fixed, number_format, off_by_short, six, vector
+from ..numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
 from ..rules.proof import in_words, prove
 from ..startup import TYPE_CHECKING, patterns
 from ..startup.records import NamedTuple
@@ -295,7 +295,7 @@ def _tolerance(numbers: Iterable[float]) -> Callable[..., float]:
     """Return the function that says how well a number is known: one of many digits shows that ``six`` made none."""
     if any(float(six(number)) != number for number in numbers):
         return off_by_short
-    return lambda value, _largest=0.0: SIX.tolerance(value)
+    return off_by_six
 
 
 def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:

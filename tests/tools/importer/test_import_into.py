@@ -688,36 +688,6 @@ def test_what_the_first_robot_has_of_its_own_is_included_from_there_by_the_secon
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("second", "shared", "why"),
-    [
-        (BOX + POLE, SHARED, 'this robot uses "pole", too'),
-        (BOX, SHARED.replace('length="2"', 'length="${3 - 1}"'), 'this robot does not use "pole"'),
-        (
-            BOX + POLE,
-            SHARED.replace('length="2"', 'length="3"'),
-            'line 14 there is "- {cylinder: {radius: 0.1, length: 2}}", '
-            'and here "- {cylinder: {radius: 0.1, length: 3}}"',
-        ),
-    ],
-)
-def test_why_a_robot_does_not_share_a_file_is_told(
-    package: Path, capsys: pytest.CaptureFixture[str], second: str, shared: str, why: str
-) -> None:
-    first = BOX if "uses" in why else BOX + POLE
-    robots(package, two=INCLUDE + first, four=INCLUDE + second)
-    assert brought(package, "two") == "../common/body.yaml"
-    robots(package, shared)
-    (package / TEST.replace("cart", "two")).unlink()
-    capsys.readouterr()
-    assert brought(package, "four") == "body.yaml"
-    told = capsys.readouterr().out
-    assert f"\nbody.yaml is of this robot alone, since descriptions/common/body.yaml is another: {why}" in told
-    assert described(package) == ["common/body.yaml", "four/body.yaml"]
-    tried(package)
-
-
-@pytest.mark.slow
 def test_a_package_of_python_installs_what_its_robots_share(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (package / "CMakeLists.txt").unlink()
     (package / "setup.py").write_text(SETUP)

@@ -37,16 +37,21 @@ def box(mass: str, origin: str) -> str:
 def test_an_origin_is_handed_to_a_named_value(tmp_path: Path) -> None:
     base = f'<xacro:property name="h" value="0.4"/><link name="base">{box("1", _origin("0 0 ${h/2}"))}</link>'
     robot = of(tmp_path, INERTIAL + base + ARM.format(box("2", "<origin/>"))).files["robot.yaml"]
-    assert "  inertial_box(mass, x, y, z, xyz):\n    mass: ${mass}\n    xyz: ${xyz}\n" in robot
-    assert "    inertial: ${inertial_box(1, 0.3, 0.2, 0.1, [0, 0, h / 2])}\n" in robot
-    assert "    inertial: ${inertial_box(2, 0.3, 0.2, 0.1, [0, 0, 0])}\n" in robot
+    head = "  inertial_box(mass, x, y, z, xyz, rpy):\n    mass: ${mass}\n    xyz: ${xyz}\n    rpy: ${rpy}\n"
+    assert head in robot
+    assert "    inertial: ${inertial_box(1, 0.3, 0.2, 0.1, [0, 0, h / 2], [0, 0, 0])}\n" in robot
+    assert "    inertial: ${inertial_box(2, 0.3, 0.2, 0.1, [0, 0, 0], [0, 0, 0])}\n" in robot
 
 
-def test_an_origin_that_no_call_turns_has_no_rpy_and_one_that_is_zero_is_no_parameter(tmp_path: Path) -> None:
-    base = f'<link name="base">{box("1", _origin("0 0 0", "0 0 0"))}</link>'
-    made = of(tmp_path, INERTIAL + base)
-    assert made.kept == ("inertial_box",)
-    assert "  inertial_box(mass, x, y, z):\n" in made.files["robot.yaml"]
+@pytest.mark.parametrize("said", ['xyz="0 0 0" rpy="0 0 0"', 'xyz="0 0 1"', 'rpy="0 0 1"', ""])
+def test_an_origin_keeps_xyz_and_rpy_whatever_calls_say_of_it(tmp_path: Path, said: str) -> None:
+    made = of(tmp_path, f'{INERTIAL}{LENS}<xacro:lens prefix="a"><origin {said}/></xacro:lens>')
+    more = of(tmp_path, INERTIAL + f'<link name="base">{box("1", f"<origin {said}/>")}</link>')
+    assert (made.kept, more.kept) == (("lens",), ("inertial_box",))
+    robot = made.files["robot.yaml"]
+    assert "      xyz: {type: list, default: [0, 0, 0]}\n      rpy: {type: list, default: [0, 0, 0]}\n" in robot
+    assert 'xyz: "${xyz}", rpy: "${rpy}"' in robot
+    assert "  inertial_box(mass, x, y, z, xyz, rpy):\n" in more.files["robot.yaml"]
 
 
 def test_a_turned_origin_has_its_angles_in_degrees(tmp_path: Path) -> None:
@@ -61,14 +66,15 @@ def test_a_geometry_and_an_origin_in_several_elements(tmp_path: Path) -> None:
     made = of(tmp_path, f'{SOLID}<link name="base">{one}</link>{ARM.format(other)}')
     assert made.kept == ("solid",)
     robot = made.files["robot.yaml"]
-    assert '  solid(xyz, size):\n    visual:\n      - {box: {size: "${size}"}, xyz: "${xyz}"}\n' in robot
-    assert "  base: ${solid([1, 0, 0], [1, 2, 3])}\n" in robot
+    visual = '    visual:\n      - {box: {size: "${size}"}, xyz: "${xyz}", rpy: "${rpy}"}\n'
+    assert f"  solid(xyz, rpy, size):\n{visual}" in robot
+    assert "  base: ${solid([1, 0, 0], [0, 0, 0], [1, 2, 3])}\n" in robot
 
 
 def test_a_list_that_a_call_gives_is_taken_whole(tmp_path: Path) -> None:
     one = f'<xacro:solid>{_origin("1 0 0")}<box size="1 2 3"/></xacro:solid>'
     made = of(tmp_path, f'{SOLID}{INERTIAL}<link name="base">{one}{box("9", _origin("1 0 0"))}</link>')
-    assert "    visual: ${solid([1, 0, 0], [1, 2, 3]).visual}\n" in made.files["robot.yaml"]
+    assert "    visual: ${solid([1, 0, 0], [0, 0, 0], [1, 2, 3]).visual}\n" in made.files["robot.yaml"]
 
 
 def test_shapes_of_several_kinds_are_no_parameter_of_a_named_value(tmp_path: Path) -> None:
@@ -99,7 +105,7 @@ def test_a_block_is_handed_on(tmp_path: Path) -> None:
     lens = LENS.replace("</visual>", "</visual>" + box("1", '<xacro:insert_block name="origin"/>'))
     made = of(tmp_path, f'{INERTIAL}{lens}<xacro:lens prefix="a">{_origin("0.1 0 0")}</xacro:lens>')
     assert made.kept == ("inertial_box", "lens")
-    assert "${inertial_box(1, 0.3, 0.2, 0.1, xyz)}" in made.files["robot.yaml"]
+    assert "${inertial_box(1, 0.3, 0.2, 0.1, xyz, rpy)}" in made.files["robot.yaml"]
 
 
 def test_the_content_of_an_element_is_handed_over(tmp_path: Path) -> None:
@@ -159,7 +165,7 @@ def test_a_visual_that_a_part_is_handed_is_a_list(tmp_path: Path) -> None:
 
 def test_a_use_that_says_what_its_part_does_not_read_is_refused(tmp_path: Path) -> None:
     made = of(tmp_path, LENS + f'<xacro:lens prefix="a">{_origin("1 0 0")}</xacro:lens>')
-    text = made.files["robot.yaml"].replace("xyz: [1, 0, 0]}", "xyz: [1, 0, 0], rpy: [0, 0, 1]}")
+    text = made.files["robot.yaml"].replace("xyz: [1, 0, 0]}", "xyz: [1, 0, 0], yaw: 1}")
     (tmp_path / "robot.yaml").write_text(text, "utf-8")
     found = compile_robot(tmp_path / "robot.yaml").diagnostics
-    assert any('"rpy"' in one.message for one in found), found
+    assert any('"yaw"' in one.message for one in found), found

@@ -6,6 +6,7 @@ import argparse
 import re
 import shlex
 import stat
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -244,7 +245,8 @@ def _describe(
         trip = trip._replace(files=translation.files)
     translated = list(told_translation(translation)) if translation is not None else []
     if target is not None:
-        return _put_into(console, target, folder, imported, trip, [*lines, *translated])
+        grown = translation.grown if translation is not None else {}
+        return _put_into(console, target, folder, imported, trip, [*lines, *translated], grown)
     written = _write(console, folder, trip)
     if written is None:
         return PROBLEMS
@@ -256,7 +258,13 @@ def _describe(
 
 
 def _put_into(
-    console: Console, target: _Target, folder: Path, imported: Imported, trip: RoundTrip, lines: list[str]
+    console: Console,
+    target: _Target,
+    folder: Path,
+    imported: Imported,
+    trip: RoundTrip,
+    lines: list[str],
+    grown: Mapping[str, str],
 ) -> int:
     """Put a description into a package, and say what is left to be done there."""
     from ...output import OutputError, Written
@@ -265,7 +273,7 @@ def _put_into(
 
     package = target.package
     try:
-        put = put_into(package, target.source, target.given, folder.name, trip.files, tree_of(imported))
+        put = put_into(package, target.source, target.given, folder.name, trip.files, tree_of(imported), grown)
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return PROBLEMS
@@ -311,8 +319,7 @@ def _translated(
 
     sharing = Sharing(target.package.folder, folder) if target is not None else None
     changed = Changed(folder, schema_beside(folder), options.name, options.meshes, options.verbatim, sharing)
-    made = translate(source, how, imported, trip.outputs, changed)
-    return made._replace(apart=tuple(sharing.apart(made.files))) if sharing is not None else made
+    return translate(source, how, imported, trip.outputs, changed)
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:

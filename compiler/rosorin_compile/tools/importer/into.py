@@ -197,11 +197,13 @@ def put_into(
     name: str,
     files: Mapping[str, str],
     tree: Map,
+    grown: Mapping[str, str] = {},
 ) -> Put:
     """Put the files of a description into a package, all or nothing; what is there stays. Raises OutputError.
 
     ``source`` is the file that it was imported from, seen from the package, with what it was ``given``; ``tree`` is
-    that of the description. Nothing is put where the name is that of another robot there.
+    that of the description. Nothing is put where the name is that of another robot there. ``grown`` are files of other
+    robots that have more now, by what they were: only what is still that is replaced.
     """
     description, test = _places(name)
     wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in files.items()}
@@ -213,7 +215,13 @@ def put_into(
         if there.exists() and any(there.iterdir()):
             wanted = {}
         wanted[test] = _test(package, source, f"{description}/{ROOT_FILE}", given).encode()
-        kept = [file for file in wanted if _differs(package.folder / file, wanted[file])]
+        more = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in grown.items()}
+        kept = [
+            file
+            for file in wanted
+            if _differs(package.folder / file, wanted[file])
+            and (file not in more or _differs(package.folder / file, more[file]))
+        ]
         fresh = held.place({file: data for file, data in wanted.items() if file not in kept})
     others = {file: text.encode() for file, text in files.items()}
     if any(_differs(there / file, data) for file, data in others.items()):

@@ -2,7 +2,8 @@
 
 To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
 are), ``walking`` with ``setting`` and ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering``
-(the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording`` (elements that become words).
+(the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording`` (elements that become words),
+``sharing`` and ``uniting`` (what several robots of a package include).
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from .proving import PROBE, Combination, Fault, Source, choices_of, combinations
 from .scopes import Variable
 from .texts import Unsupported
 from .walking import AtTop, InMacro, InProperty, Walker
-from .wording import find
+from .wording import Found, find
 from .wording import told as lines
 
 MAX_ATTEMPTS = 40
@@ -50,8 +51,8 @@ class Translation(NamedTuple):
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
     that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here, ``environment`` those
     that were variables of the environment. ``reason`` says why there are no files. ``words`` are the lines about
-    elements that became words, ``plain`` is the robot without those. ``apart`` are the lines about files that other
-    robots share.
+    elements that became words, ``plain`` is the robot without those. ``shared`` are the lines about files that other
+    robots include, ``grown`` what those were that have more now, by their name.
     """
 
     files: dict[str, str]
@@ -69,7 +70,8 @@ class Translation(NamedTuple):
     span: Span | None = None
     words: tuple[str, ...] = ()
     plain: Map | None = None
-    apart: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
+    grown: Mapping[str, str] = {}
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:
@@ -93,7 +95,7 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
         for name, _ in best.made.fixed[:MOST_SWITCHES]:
             other = tried({one: text for one, text in best.made.fixed if one != name})
             best = other if other.worth() > best.worth() else best
-    return best.made if changed.verbatim else best.in_words()
+    return best.shared(best.made if changed.verbatim else best.in_words())
 
 
 def _switches(path: Path, options: ReadOptions) -> dict[str, str]:
@@ -124,6 +126,7 @@ class _Mending:
         self.changed = changed
         self.fixed = dict(fixed)
         self.proven: _Proven | None = None
+        self.words = Found()
         self.begin()
         self.made = self.translated()
 
@@ -150,9 +153,35 @@ class _Mending:
             if not wrong:
                 left = found.left_of(tree_of(how.imported))
                 said = tuple(lines(again.documents.said, told))
+                self.words = found
                 return self.made._replace(files=again.files, words=said, plain=left)
             found = found.without(wrong[0].text)
         return self.made._replace(words=tuple(lines({}, told)))
+
+    def shared(self, made: Translation) -> Translation:
+        """Return a translation with the files that it shares with other robots in their place."""
+        sharing = self.changed.sharing
+        if sharing is None or self.proven is None or not made.files:
+            return made
+        proven = self.proven
+        taken: frozenset[str] = frozenset()
+        files, wrong = self.with_shared(proven, taken)
+        while wrong and sharing.refuse(wrong[0].text):
+            files, wrong = self.with_shared(proven, taken)
+        for name in list(sharing.apart):
+            again, wrong = self.with_shared(proven, taken | {name})  # other words for the same thing may do, too
+            if not wrong and name not in sharing.apart:
+                files, taken = again, taken | {name}
+        self.with_shared(proven, taken)
+        return made._replace(files=files, shared=tuple(sharing.told(files)), grown=sharing.grown)
+
+    def with_shared(self, proven: _Proven, taken: frozenset[str]) -> tuple[dict[str, str], list[Fault]]:
+        """Return the files, of some those that others have for it, and why that is not the same robot."""
+        how = proven.how._replace(words=self.words, shares=taken)
+        again = attempt(self.source.path, self.source.options, how)
+        spots = bool(self.words.spots)
+        wrong, _ = faults(again.files, self.source, proven.rows, again.packages, again.documents.elements, spots)
+        return again.files, wrong
 
     def begin(self) -> None:
         """Forget what was found to be wrong."""

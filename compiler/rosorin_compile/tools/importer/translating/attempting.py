@@ -59,7 +59,8 @@ class Attempt(NamedTuple):
 class How(NamedTuple):
     """How one attempt is made: with which macros written out, and with which in long names.
 
-    ``texts``: vectors may be texts in tables; ``turns``: angles may be more than a full turn.
+    ``texts``: vectors may be texts in tables; ``turns``: angles may be more than a full turn. ``shares``: files are
+    shared with other robots, and of these what is there is taken for what this robot needs; None: nothing is shared.
     """
 
     imported: Imported
@@ -75,6 +76,7 @@ class How(NamedTuple):
     turns: bool
     fixed: Mapping[str, str]
     words: Found = Found()
+    shares: frozenset[str] | None = None
 
 
 def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
@@ -136,7 +138,7 @@ def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, 
         if file.name != root and sections:
             text = _text_of(sections, program, documents, file.name, how)
             address = data.address_of(file, text)
-            name = _shared(program, file, text, how, data) or file.name
+            name, text = _shared(program, file, text, how, data)
             documents.elements |= {
                 (name, *key[1:]): at for key, at in documents.elements.items() if key[0] == file.name
             }
@@ -154,12 +156,12 @@ def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, 
     return {root: _text_of(sections, program, documents, root, how), **beside}
 
 
-def _shared(program: Program, file: File, text: str, how: How, data: Data) -> str:
-    """Return where other robots have what a file becomes; empty if it is this robot's own."""
+def _shared(program: Program, file: File, text: str, how: How, data: Data) -> tuple[str, str]:
+    """Return the name of a file and its text: those of a file of other robots where they have it, too."""
     sharing = how.changed.sharing
-    if sharing is None or data.files:  # tables are named as seen from the file
-        return ""
-    return sharing.address_of(program, file, text)
+    if sharing is None or how.shares is None or data.files:  # tables are named as seen from the file
+        return file.name, text
+    return sharing.placed(program, file, text, file.name in how.shares)
 
 
 def _text_of(sections: Mapping[str, Any], program: Program, documents: Documents, name: str, how: How) -> str:

@@ -18,6 +18,7 @@ ORIGIN_LEVELS = frozenset(("inertial", "solid", "joint", "origin"))
 MAX_LEAVES = 6
 
 Path = tuple[str, ...]
+_ORIGIN: dict[Path, tuple[str, bool]] = {("xyz",): ("length3", False), ("rpy",): ("angle3", False)}
 
 
 class Leaf(NamedTuple):
@@ -86,6 +87,8 @@ def _sinks(macro: Macro, block: str, depth: int = 0) -> dict[Path, tuple[str, bo
         if (not always and path[-1] not in DEFAULTS) or any(one[0] != sink for one in others):
             return None
         made[path] = (sink, always)
+    if macro.block_levels.get(block) in ORIGIN_LEVELS and made.keys() <= _ORIGIN.keys():
+        made = dict(_ORIGIN)  # whatever the calls say of it: who writes another one may turn it
     return made if len({path[-1] for path in made}) == len(made) <= MAX_LEAVES else None
 
 

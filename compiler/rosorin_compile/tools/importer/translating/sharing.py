@@ -1,26 +1,30 @@
 """Sharing: what several robots of a package include is imported once, into ``descriptions/common``.
 
-A file is shared if a xacro of the package that is no part of this robot includes it, too, itself or by others. What it
-becomes can still be the robot's own: where it is not, to the letter, what the others have; ``apart`` says why.
+A file is shared if a xacro of the package that is no part of this robot includes it, too, itself or by others. Where a
+robot needs more of it than the others, it grows, if all of them stay what they are. What it becomes can still be the
+robot's own: where the same name stands for something else there; ``told`` says why.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import shutil
+import tempfile
 from collections.abc import Iterator, Mapping
-from itertools import zip_longest
+from itertools import islice
 from pathlib import Path
 
-from ....diagnostics import Source
-from ....diagnostics.wording import quoted
-from ....frontend.load import LoadError, parse_yaml
+from ....diagnostics import ERROR, Diagnostic, Span, has_errors
+from ....diagnostics.wording import listed
 from ....frontend.packages import package_name
-from ....frontend.tree import Map
+from ....meaning.sameness import different
+from ....model import Robot
 from ....project import DESCRIPTIONS, ROOT_FILE
-from .data import is_text
-from .pieces import File
+from .pieces import File, Macro
 from .program import Program
+from .proving import MAX_COMBINATIONS, TOLERANCE
+from .uniting import Apart, united
 
 COMMON = "common"
 _MOST, _BYTES = 2000, 2_000_000
@@ -31,38 +35,97 @@ _FIND = re.compile(r"\$\(find\s+([^)\s]+)\)|^package://([^/]+)")
 class Sharing:
     """What the robot in a folder of the descriptions of a package shares with others of that package.
 
-    ``places`` says where the shared ones of its files go, by their name here.
+    ``shared`` says where the shared ones of its files are, by their name here; ``apart`` why others are not shared;
+    ``refused`` are those that cannot be; ``grown`` is what files of others were, by their address.
     """
 
     def __init__(self, package: Path, folder: Path) -> None:
         self.package = Path(os.path.abspath(package))
         self.folder = folder
-        self.places: dict[str, str] = {}
+        self.shared: dict[str, str] = {}
+        self.grown: dict[str, str] = {}
+        self.refused: set[str] = set()
+        self.apart: dict[str, str] = {}
+        self._disturbances: dict[tuple[Path, str], str] = {}
         self._includes: dict[str, set[str]] | None = None
 
-    def address_of(self, program: Program, file: File, text: str) -> str:
-        """Return where others have what a file becomes, as seen from the robot; empty for a file of its own."""
-        if not self._is_shared(program, file) or is_text(self.folder / file.name, text):
-            return ""
-        place = self._place(file)
-        self.places[file.name] = place
-        name = Path(file.name).name
-        others = [os.path.relpath(one, self.folder) for one in sorted(self.folder.parent.glob(f"*/**/{name}"))]
-        same = next((one for one in (place, *others) if is_text(self._at(one), text)), None)
-        return same or ("" if os.path.lexists(self._at(place)) else place)
+    def placed(self, program: Program, file: File, text: str, theirs: bool) -> tuple[str, str]:
+        """Return where others have what a file becomes, as seen from the robot, and what is there then.
 
-    def apart(self, files: Mapping[str, str]) -> Iterator[str]:
-        """Yield why shared files are written for this robot alone, a line each."""
-        for name, place in self.places.items():
-            there = self._at(place)
-            if name in files and there.is_file() and not is_text(there, files[name]):
-                why = _difference(there.read_text("utf-8", "replace"), files[name])
-                place = place.removeprefix("../")
-                yield f"{name} is of this robot alone, since {DESCRIPTIONS}/{place} is another: {why}"
+        The address is that of a file of its own where it cannot be shared. With ``theirs``, what is there under the
+        names of this robot is taken for what this robot needs.
+        """
+        self.shared.pop(file.name, None)
+        if file.name in self.refused or not self._is_shared(program, file):
+            return file.name, text
+        place = self._place(file)
+        self.apart.pop(file.name, None)
+        same = self.folder.parent.glob(f"*/**/{Path(file.name).name}")
+        others = [os.path.relpath(one, self.folder) for one in sorted(same)]
+        address, found = self._found(program, file, text, theirs, list(dict.fromkeys((file.name, place, *others))))
+        if not address and os.path.lexists(self._at(place)):
+            return file.name, text
+        self.shared[file.name] = address or place
+        return (address, found) if address else (place, text)
+
+    def _found(self, program: Program, file: File, text: str, theirs: bool, addresses: list[str]) -> tuple[str, str]:
+        """Return the first address at which there is what a file becomes, and the text there; empty if none is."""
+        for address in addresses:
+            there = _text(self._at(address))
+            found = united(there, text, theirs) if there is not None else None
+            if there is None or found is None:
+                continue
+            if found.text == there:
+                return address, there
+            if address == file.name:
+                continue  # nothing is written over a description of its own
+            why = self._why_apart(program, file, found.apart) if found.apart else self._disturbed(address, found.text)
+            if not why:
+                self.grown[address] = there
+                return address, found.text
+            self.apart.setdefault(file.name, f"{_shown(address)} is another: {why}")
+        return "", ""
+
+    def refuse(self, why: str) -> bool:
+        """Share no more a file that makes another robot of this one, or none; say whether there is one left."""
+        if not self.shared:
+            return False
+        named = (name for name, address in self.shared.items() if Path(address).name in why)
+        name = next(named, next(iter(self.shared)))
+        self.refused.add(name)
+        self.apart[name] = f"{_shown(self.shared.pop(name))} would make another robot of it: {why}"
+        return True
+
+    def told(self, files: Mapping[str, str]) -> Iterator[str]:
+        """Yield what became of files that others include, too: a line each."""
+        for address, there in self.grown.items():
+            if files.get(address, there) != there:
+                yield f"{_shown(address)} has more now, and the other robots that include it are the same as before"
+        for name, why in self.apart.items():
+            if name in files:
+                yield f"{name} is of this robot alone, since {why}"
 
     def _at(self, address: str) -> Path:
         """Return what an address names, also while the folder of the robot is not there."""
         return Path(os.path.normpath(self.folder / address))
+
+    def _why_apart(self, program: Program, file: File, apart: tuple[Apart, ...]) -> str:
+        """Return in words why a file is not the one that is there: the first thing, and what that hangs on here."""
+        first = apart[0]
+        macro = next((one for one in program.macros.values() if one.file is file and one.ours == first.name), None)
+        definitions = program.properties.get(first.name, ())
+        span = macro.place if macro else definitions[0].value.span if definitions else None
+        here = f" ({_in_file(span)})" if span else ""
+        read = list(_read_in(program, macro)) if macro else []
+        hangs = f"; it reads {listed(read)}" if read else ""
+        return f"line {first.line}, {first.entry} {first.words}{here}{hangs}"
+
+    def _disturbed(self, address: str, text: str) -> str:
+        """Return why a file cannot become a text: what is then otherwise of the robots of the package; empty if not."""
+        file = self._at(address)
+        if (file, text) not in self._disturbances:
+            self._disturbances[file, text] = disturbed(self.package, self.folder, file, text)
+        return self._disturbances[file, text]
 
     def _place(self, file: File) -> str:
         """Return where a file goes: as in the package, without the first folder, such as ``urdf``, and ``common``."""
@@ -108,25 +171,92 @@ def _is_text_file(path: Path) -> bool:
     return path.is_file() and path.stat().st_size <= _BYTES
 
 
-def _difference(there: str, here: str) -> str:
-    """Return why a file of others is not that of a robot: parts that one has alone, else the first other line."""
-    others, own = _parts(there), _parts(here)
-    lacks = [name for name in own if name not in others]
-    if lacks:
-        return f"this robot uses {quoted(lacks)}, too"
-    more = [name for name in others if name not in own]
-    if more:
-        return f"this robot does not use {quoted(more)}"
-    lines = enumerate(zip_longest(there.split("\n"), here.split("\n"), fillvalue=""), 1)
-    number, (first, second) = next((one for one in lines if one[1][0] != one[1][1]), (1, ("", "")))
-    return f'line {number} there is "{first.strip()}", and here "{second.strip()}"'
-
-
-def _parts(text: str) -> list[str]:
-    """Return the names of the parts and values that a file has."""
+def _text(path: Path) -> str | None:
+    """Return the text of a file; None if there is none that a description can be."""
     try:
-        tree = parse_yaml(Source("", text))
-    except LoadError:
-        return []
-    sections = [tree.get(name) for name in ("parts", "let", "args", "materials")] if isinstance(tree, Map) else []
-    return [str(name) for section in sections if isinstance(section, Map) for name in section]
+        return path.read_text("utf-8") if path.stat().st_size <= _BYTES else None
+    except (OSError, ValueError):
+        return None
+
+
+def _shown(address: str) -> str:
+    return f"{DESCRIPTIONS}/{address.removeprefix('../')}"
+
+
+def _read_in(program: Program, macro: Macro) -> Iterator[str]:
+    """Yield the properties and arguments that a macro reads where it decides, with their places; else all of them."""
+    every = list(macro.element.iter())
+    decides = [one.get("value") for one in every if one.tag in ("xacro:if", "xacro:unless")]
+    texts = decides or [attribute.value for one in every for attribute in one.attributes.values()]
+    own = {one.name for one in macro.parameters}
+    for name in dict.fromkeys(name for text in texts for name in re.findall(r"[A-Za-z_]\w*", text)):
+        definitions = program.properties.get(name, ())
+        if f"$(arg {name})" in " ".join(texts) and name in program.arguments:
+            span = program.arguments[name].span
+            yield f'the argument "{name}" ({_in_file(span)})' if span else f'the argument "{name}"'
+        elif name not in own and definitions and definitions[0].value.span:
+            yield f'the property "{name}" ({_in_file(definitions[0].value.span)})'
+
+
+def _in_file(span: Span) -> str:
+    """Return the file and the line of a place."""
+    return f"{Path(span.source.path).name}:{span.line}"
+
+
+def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
+    """Return which robot of a package is another, or cannot be, with another text of a file; empty if none is.
+
+    All descriptions but the one in ``besides`` are compiled before and after, with each choice of their arguments.
+    """
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
+        stage = Path(name, DESCRIPTIONS)
+        shutil.copytree(package / DESCRIPTIONS, stage, symlinks=True)
+        changed = stage / file.relative_to(package / DESCRIPTIONS)
+        packages = {found: package} if (found := package_name(package)) else {}
+        roots = [one for one in sorted(stage.glob(f"*/{ROOT_FILE}")) if one.parent.name != besides.name]
+        before = {root: _made(root, packages) for root in roots}
+        changed.write_text(text, "utf-8")
+        for root in roots:
+            why = _other(before[root], _made(root, packages))
+            if why:
+                return f"with more in it {DESCRIPTIONS}/{root.parent.name} {why}"
+    return ""
+
+
+def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
+    """Return the robot of a description by what its arguments are; what is wrong in words where there is none."""
+    from ....frontend.arguments import declared
+    from ....pipeline import understand
+    from ...check import choices, combinations
+
+    arguments, wrong = declared(root, {}, packages)
+    if has_errors(wrong):
+        return {(): _in_words(wrong[0])}
+    varied = choices(arguments, {})
+    made: dict[tuple[str, ...], Robot | str] = {}
+    for row in islice(combinations(varied), MAX_COMBINATIONS):
+        given = dict(zip((name for name, _ in varied), row, strict=True))
+        found = understand(root, given, packages=packages)
+        robot = found.lowered.robot if found.lowered is not None else None
+        errors = [_in_words(one) for one in found.diagnostics if one.severity == ERROR]
+        made[tuple(f"{one}:={value}" for one, value in given.items())] = robot if robot and not errors else errors[0]
+    return made
+
+
+def _in_words(problem: Diagnostic) -> str:
+    return f"{problem.message} ({_in_file(problem.span)})" if problem.span else problem.message
+
+
+def _other(before: Mapping[tuple[str, ...], Robot | str], after: Mapping[tuple[str, ...], Robot | str]) -> str:
+    """Return in words what is otherwise of a robot; empty if nothing is."""
+    for row, robot in before.items():
+        again = after.get(row)
+        how = f" (with {' '.join(row)})" if row else ""
+        if isinstance(robot, str):
+            return f"cannot be compared, since it does not compile: {robot}{how}"
+        if not isinstance(again, type(robot)):
+            return f"does not compile any more: {again or next(iter(after.values()))}{how}"
+        if again != robot:
+            first = different(robot, again, TOLERANCE, carried_by_urdf=False)[:1]
+            return f"is another robot: {' '.join(first)}{how}"
+    return ""

@@ -39,7 +39,7 @@ def told(translation: Translation) -> Iterator[str]:
         them = "it changes" if len(translation.fixed) == 1 else "they change"
         said = listed([f"{name} ({' '.join(value.split())})" if value else name for name, value in translation.fixed])
         yield f"arguments that are none any more, because what {them} is written out as it is: {said}"
-    yield from translation.apart
+    yield from translation.shared
     proven = len(translation.proven)
     how = "its arguments as they are" if proven == 1 else f"{proven} combinations of its arguments"
     if translation.possible > proven + len(translation.refused):

@@ -1,0 +1,351 @@
+"""import --into: a file that robots of one package share grows, and why a robot has one of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.tools.importer.translating.uniting import united
+
+from .test_import_into import (
+    BOX,
+    INCLUDE,
+    POLE,
+    SHARED,
+    TEST,
+    WHEEL,
+    brought,
+    described,
+    files,
+    package,
+    robots,
+    run,
+    tried,
+)
+
+__all__ = ["package"]
+COMMON = "descriptions/common/body.yaml"
+GROWN = f"{COMMON} has more now, and the other robots that include it are the same as before"
+JOINT = WHEEL.partition("\n")[2]
+
+
+def alone(package: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """Import the second robot, which shares no file; return why."""
+    before = files(package)
+    capsys.readouterr()
+    assert brought(package, "four") == "body.yaml"
+    after = files(package)
+    assert {name: after[name] for name in before} == before
+    told = capsys.readouterr().out
+    (line,) = [line for line in told.split("\n") if line.startswith("body.yaml is of this robot alone, since ")]
+    return line.removeprefix("body.yaml is of this robot alone, since ")
+
+
+# It grows.
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [("two", "four"), ("four", "two")])
+def test_a_shared_file_has_the_macros_of_all_robots(
+    package: Path, capsys: pytest.CaptureFixture[str], order: tuple[str, str]
+) -> None:
+    robots(package, two=INCLUDE + '<link name="base_link"/>' + POLE, four=INCLUDE + BOX)
+    assert brought(package, order[0]) == "../common/body.yaml"
+    robot = (package / "descriptions" / order[0] / "robot.yaml").read_bytes()
+    assert GROWN not in capsys.readouterr().out
+    assert brought(package, order[1]) == "../common/body.yaml"
+    told = capsys.readouterr().out
+    assert f"\n{GROWN}\n" in told
+    assert f"written: descriptions/common, descriptions/{order[1]}, test/" in told
+    assert described(package) == ["common/body.yaml"]
+    assert (package / "descriptions" / order[0] / "robot.yaml").read_bytes() == robot
+    text = (package / COMMON).read_text()
+    assert sorted(line for line in text.split("\n") if line.startswith("  ") and line[2] != " ") == [
+        "  box:",
+        "  pole:",
+    ]
+    for name in order:
+        brought(package, name)
+        assert "cart_description: unchanged" in capsys.readouterr().out
+    tried(package)
+
+
+@pytest.mark.slow
+def test_what_somebody_has_edited_in_a_shared_file_stays_when_it_grows(package: Path) -> None:
+    robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
+    brought(package, "two")
+    edited = (package / COMMON).read_text().replace("  box:\n", "  # ours\n  box:\n")
+    edited = edited.replace("parts:\n", "let:\n  ours: 3 # as measured\nparts:\n").replace("links:", "links:   # one")
+    (package / COMMON).write_text(edited)
+    assert brought(package, "four") == "../common/body.yaml"
+    assert (package / COMMON).read_text().startswith(edited.rstrip("\n"))
+    tried(package)
+
+
+@pytest.mark.slow
+def test_a_robot_that_uses_less_of_a_file_shares_it(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robots(package, two=INCLUDE + BOX + POLE, four=INCLUDE + BOX)
+    brought(package, "two")
+    before = (package / COMMON).read_bytes()
+    assert brought(package, "four") == "../common/body.yaml"
+    assert (package / COMMON).read_bytes() == before
+    assert GROWN not in capsys.readouterr().out
+    tried(package)
+
+
+@pytest.mark.slow
+def test_a_file_of_the_first_robot_grows_where_it_is(package: Path) -> None:
+    robots(package, two=INCLUDE + BOX)
+    assert brought(package, "two") == "body.yaml"
+    robots(package, four=INCLUDE + BOX + POLE)
+    assert brought(package, "four") == "../two/body.yaml"
+    assert brought(package, "two") == "body.yaml"
+    tried(package)
+
+
+INERTIAL = """\
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="solid" params="mass *origin">
+    <inertial>
+      <xacro:insert_block name="origin"/>
+      <mass value="${mass}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+    </inertial>
+  </xacro:macro>
+  <xacro:macro name="lens" params="prefix *origin hood:=false size:=0.1">
+    <link name="${prefix}_lens">
+      <visual><xacro:insert_block name="origin"/><geometry><sphere radius="${size}"/></geometry></visual>
+    </link>
+    <joint name="${prefix}_joint" type="fixed">
+      <parent link="base_link"/><child link="${prefix}_lens"/>
+      <xacro:if value="${hood}"><origin xyz="0 0 ${size}"/></xacro:if>
+    </joint>
+  </xacro:macro>
+  <xacro:macro name="control" params="size">
+    <gazebo><plugin name="p" filename="p.so"><size>${size}</size></plugin></gazebo>
+  </xacro:macro>
+</robot>
+"""
+
+
+@pytest.mark.slow
+def test_robots_that_hand_over_other_things_share_a_file(package: Path) -> None:
+    """Blocks without one of their values, a length that elements of one robot print, arguments that one leaves out."""
+
+    def body(origin: str, more: str) -> str:
+        block = f'<link name="base_link"><xacro:solid mass="9"><origin {origin}/></xacro:solid></link>'
+        size = '<xacro:property name="s" value="0.2"/>'
+        return f'{INCLUDE}{size}{block}<xacro:lens prefix="a" size="${{s}}" {more}><origin {origin}/></xacro:lens>'
+
+    second = ('xyz="1 0 0"', 'hood="$(arg h)"')
+    robots(
+        package,
+        INERTIAL,
+        two=body("", ""),
+        four=f'<xacro:arg name="h" default="true"/>{body(*second)}<xacro:control size="${{s}}"/>',
+        six=body('xyz="1 0 0" rpy="0 0 1"', 'hood="true"'),
+    )
+    for name in ("two", "four", "six"):
+        assert brought(package, name) == "../common/body.yaml"
+    assert described(package) == ["common/body.yaml"]
+    tried(package)
+
+
+# It is of a robot alone.
+
+
+@pytest.mark.slow
+def test_what_somebody_has_changed_in_a_shared_file_is_told_of_a_robot_that_needs_it_as_it_was(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
+    brought(package, "two")
+    (package / COMMON).write_text((package / COMMON).read_text().replace('size: ["${size}", ', "size: [1, "))
+    why = 'line 8, part "box" links ${name} collision box size is 1 there, and ${size} here (body.xacro:2)'
+    assert alone(package, capsys) == f"{COMMON} is another: {why}"
+
+
+DEFAULT = SHARED.replace("</robot>", '<xacro:property name="high" default="2"/></robot>')
+DEFAULT = DEFAULT.replace('length="2"', 'length="${high}"')
+OWN_HIGH = '<xacro:property name="high" value="4"/>'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("first", "second", "why"),
+    [
+        (
+            OWN_HIGH + INCLUDE + BOX + POLE,
+            INCLUDE + BOX + POLE,
+            "is another: with more in it descriptions/two does not compile any more: "
+            'the value "high" is named twice (robot.yaml:7)',
+        ),
+        (
+            INCLUDE + BOX + POLE,
+            OWN_HIGH + INCLUDE + BOX + POLE,
+            'would make another robot of it: the value "high" is named twice (robot.yaml:7)',
+        ),
+    ],
+)
+def test_a_default_that_one_robot_sets_anew_is_told(
+    package: Path, capsys: pytest.CaptureFixture[str], first: str, second: str, why: str
+) -> None:
+    robots(package, DEFAULT, two=first, four=second)
+    brought(package, "two")
+    assert alone(package, capsys) == f"{COMMON} {why}"
+    tried(package)
+
+
+@pytest.mark.slow
+def test_a_macro_that_was_changed_since_is_told(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robots(package, two=INCLUDE + BOX + POLE, four=INCLUDE + BOX + POLE)
+    brought(package, "two")
+    robots(package, SHARED.replace('length="2"', 'length="3"'))
+    (package / TEST.replace("cart", "two")).unlink()
+    where = 'line 14, part "pole" links ${name} collision cylinder length'
+    assert alone(package, capsys) == f"{COMMON} is another: {where} is 2 there, and 3 here (body.xacro:5)"
+    tried(package)
+
+
+@pytest.mark.slow
+def test_a_file_does_not_grow_where_that_changes_another_robot(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    high = SHARED.replace('length="2"', 'length="${high}"').replace(
+        "</robot>", '<xacro:property name="high" value="2"/></robot>'
+    )
+    robots(package, high, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
+    brought(package, "two")
+    robot = package / "descriptions" / "two" / "robot.yaml"
+    robot.write_text(robot.read_text().replace("use:\n", "let:\n  high: 5\n\nuse:\n"))
+    why = 'with more in it descriptions/two does not compile any more: the value "high" is named twice (robot.yaml:7)'
+    assert alone(package, capsys) == f"{COMMON} is another: {why}"
+
+
+@pytest.mark.slow
+def test_a_file_does_not_grow_under_a_robot_that_does_not_compile(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
+    brought(package, "two")
+    robot = package / "descriptions" / "two" / "robot.yaml"
+    robot.write_text(robot.read_text().replace("size: 0.3", "size: wide"))
+    assert "descriptions/two cannot be compared, since it does not compile: " in alone(package, capsys)
+
+
+@pytest.mark.slow
+def test_a_file_that_was_changed_while_a_robot_was_imported_stays(
+    package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from rosorin_compile.tools.importer import into
+
+    robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
+    brought(package, "two")
+    whole = into._taken
+
+    def meanwhile(*words):  # type: ignore[no-untyped-def]
+        (package / COMMON).write_text((package / COMMON).read_text() + "# mine\n")
+        return whole(*words)
+
+    monkeypatch.setattr(into, "_taken", meanwhile)
+    run(package / "urdf" / "four.urdf.xacro", "--into", package, "--trust")
+    assert (package / COMMON).read_text().endswith("# mine\n")
+    assert f"{COMMON} is there with changes of its own" in capsys.readouterr().out
+
+
+# Texts.
+
+THERE = """\
+# ours
+parts:
+    # a box
+    box:  # of wood
+        params: {size: {type: length}}
+
+
+# the end of the parts
+outputs: {urdf: {file: a.urdf}}
+"""
+OWN = """\
+let:
+  high: 3
+
+  # what there is
+  thing(a, b):
+    box: {size: ["${a}", "${b}", 1]}
+
+parts:
+  box:
+    params:
+      size: {type: length}
+
+  # a pole
+  pole:
+    urdf_elements:
+      - |
+        <a>
+          <b/>
+        </a>
+outputs:
+  urdf: {file: a.urdf}
+"""
+BOTH = """\
+# ours
+let:
+  high: 3
+
+  # what there is
+  thing(a, b):
+    box: {size: ["${a}", "${b}", 1]}
+
+parts:
+    # a box
+    box:  # of wood
+        params: {size: {type: length}}
+
+    # a pole
+    pole:
+      urdf_elements:
+        - |
+          <a>
+            <b/>
+          </a>
+
+
+# the end of the parts
+outputs: {urdf: {file: a.urdf}}
+"""
+
+
+def test_what_a_text_has_more_is_put_behind_what_is_there() -> None:
+    assert united(THERE, OWN).text == BOTH
+    assert united(BOTH, OWN).text == BOTH
+    assert united(BOTH, THERE).text == BOTH
+    assert united("let:\n  a: 1\n", "let:\n  b: 2\n").text == "let:\n  a: 1\n  b: 2\n"
+
+
+APART = [
+    ("let:\n  a: 1\n", "let:\n  a: 2\n", 'value "a" is 1 there, and 2 here'),
+    ("let:\n  a: true\n", "let:\n  a: 1\n", 'value "a" is true there, and 1 here'),
+    ("let:\n  a(b): 1\n", "let:\n  a(b, c): 1\n", 'value "a" is a(b) there, and a(b, c) here'),
+    ("let: {a: 1}\n", "let:\n  b: 2\n", "let stands on one line there"),
+    ("links:\n  a: {}\n", "let:\n  b: 2\n", "links are there, and are none here"),
+    ("let:\n  b: 2\n", "links:\n  a: {}\n", "links are none there, and some here"),
+    ("links:\n  a: {}\n", "links:\n  b: {}\n", 'links "b" is not there'),
+    ("links:\n  a: {}\n  b: {}\n", "links:\n  b: {}\n", 'links "a" is there, and not here'),
+    ("urdf_elements:\n  - <a/>\n", "urdf_elements:\n  - <b/>\n", "urdf_elements is <a/> there, and <b/> here"),
+    ("parts:\n  a: [\n", "parts:\n  a: {}\n", "it cannot be read"),
+]
+
+
+@pytest.mark.parametrize(("there", "own", "why"), APART)
+def test_why_two_texts_are_not_one(there: str, own: str, why: str) -> None:
+    found = united(there, own)
+    assert found.text == ""
+    assert f"{found.apart[0].entry} {found.apart[0].words}" == why
+
+
+def test_what_is_there_does_for_another_only_where_it_is_there() -> None:
+    assert united("let:\n  a: 1\n", "let:\n  a: 2\n  b: 3\n", theirs=True).text == "let:\n  a: 1\n  b: 3\n"
+    assert united("let:\n  a: 1\n", "links:\n  a: {}\n", theirs=True).text == ""
+    assert united("let:\n  a(b): 1\n", "let:\n  a(b, c): 1\n", theirs=True).text == ""

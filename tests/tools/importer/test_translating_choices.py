@@ -103,3 +103,24 @@ def test_a_shape_and_a_pose_are_chosen(tmp_path: Path) -> None:
     robot = made.files["robot.yaml"]
     assert """mesh: {file: "package://p/${'big' if b else 'small'}.stl"}""" in robot
     assert 'xyz: [0, 0, "${1 if b else 2}"]' in robot
+
+
+ANEW = (
+    '<xacro:arg name="sim" default="false"/><link name="base"/>'
+    '<xacro:macro name="imu" params="p sim xyz:=\'1 2 3\' height:=2"><link name="${p}imu"/>'
+    '<xacro:if value="${sim}"><xacro:property name="xyz" value="3 2 1"/></xacro:if>'
+    '<joint name="${p}i" type="fixed"><parent link="base"/><child link="${p}imu"/><origin xyz="${xyz}"/></joint>'
+    '<link name="${p}${height}"/><xacro:property name="height" value="5"/><link name="${p}mast_${height}"/>'
+    '<joint name="${p}a" type="fixed"><parent link="base"/><child link="${p}2"/></joint>'
+    '<joint name="${p}b" type="fixed"><parent link="base"/><child link="${p}mast_5"/></joint></xacro:macro>'
+)
+
+
+def test_a_parameter_that_is_set_anew_is_another_value_from_there_on(tmp_path: Path) -> None:
+    made = of(tmp_path, f'{ANEW}<xacro:imu p="l_" sim="$(arg sim)"/><xacro:imu p="r_" sim="true" xyz="4 5 6"/>')
+    assert (made.kept, made.arguments, made.written_out) == (("imu",), ("sim",), ())
+    assert len(made.proven) == 2
+    robot = made.files["robot.yaml"]
+    assert '    let: {xyz_2: "${[3, 2, 1] if sim else xyz}", height_2: 5}\n' in robot
+    assert 'child: imu, xyz: "${xyz_2}"}\n' in robot
+    assert "      ${height}: {}\n      mast_${height_2}: {}\n" in robot

@@ -10,6 +10,8 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.tools.importer.description import Outputs
 from rosorin_compile.tools.importer.translating import Changed, Translation, translate
+from rosorin_compile.tools.importer.translating.expressions import Rendering, written
+from rosorin_compile.tools.importer.translating.scopes import Bound, Scope, Value, Variable
 
 pytest.importorskip("xacro")
 
@@ -170,3 +172,27 @@ def test_what_is_reckoned_and_only_printed_is_a_number(tmp_path: Path, value: st
 def test_what_may_be_a_text_is_none(tmp_path: Path, value: str) -> None:
     made = of(tmp_path, '<xacro:property name="w" value="a"/>' + switch("s") + f'<xacro:m s="{value}"/>')
     assert "type: number" not in "".join(made.files.values())
+
+
+FOLDED = [
+    ("${'/' if False else ''}", "''"),
+    ("${ns + '/' if ns else ''}", "''"),
+    ("${'a' if ns == '' and sim else 'b'}", "'b'"),
+    ("${'a' if not sim else undefined}", "'a'"),
+    ("${sim or other}", "other"),
+    ("${not sim and other}", "other"),
+    ("${sim and other}", "false"),
+    ("${1 < 2 or other}", "true"),
+    ("${n + 1 if sim else n * 2}", "3 * 2"),
+    ("${'a' if other else 'b'}", "'a' if other else 'b'"),
+    ("${2 * pi}", "2 * pi"),
+]
+
+
+@pytest.mark.parametrize(("text", "wanted"), FOLDED)
+def test_what_is_decided_is_not_asked(text: str, wanted: str) -> None:
+    """With ``ns``, ``sim`` and ``n`` of a call that is written out, and ``other`` of whoever runs it."""
+    scope = Scope()
+    scope.names = {name: Bound(value, Scope()) for name, value in {"ns": "", "sim": "false", "n": "3"}.items()}
+    scope.names["other"] = Variable("other", "argument", values=[Value("true", scope, "free")])
+    assert written(Rendering(lambda _: None).tree(text, scope)) == wanted

@@ -288,17 +288,20 @@ class Rendering:
         if isinstance(node, ast.UnaryOp):
             operand = self.node(node.operand, scope, depth)
             if isinstance(node.op, ast.Not):
-                return negated(self.truth(operand))
+                return _decided(negated(self.truth(operand)))
             if not isinstance(node.op, (ast.USub, ast.UAdd)):
                 raise Unsupported(f"{ast.unparse(node)} has no word here")
             return ast.UnaryOp(node.op, operand)
         if isinstance(node, ast.BoolOp):
-            return ast.BoolOp(node.op, [self.node(item, scope, depth) for item in node.values])
+            return _decided(ast.BoolOp(node.op, [self.node(item, scope, depth) for item in node.values]))
         if isinstance(node, ast.Compare):
-            return self.comparison(node, scope, depth)
+            return _decided(self.comparison(node, scope, depth))
         if isinstance(node, ast.IfExp):
-            test, body, other = (self.node(one, scope, depth) for one in (node.test, node.body, node.orelse))
-            return ast.IfExp(self.truth(test), body, other)
+            test = self.truth(self.node(node.test, scope, depth))
+            holds = folded(test)
+            if holds is not None:  # what is not chosen may name what is not there
+                return self.node(node.body if holds else node.orelse, scope, depth)
+            return ast.IfExp(test, self.node(node.body, scope, depth), self.node(node.orelse, scope, depth))
         if isinstance(node, (ast.List, ast.Tuple)):
             return ast.List([self.node(item, scope, depth) for item in node.elts], ast.Load())
         if isinstance(node, ast.Subscript):
@@ -444,6 +447,8 @@ class Rendering:
     def condition(self, value: Value) -> ast.expr:
         """Return a condition of xacro as one that is true or false."""
         node = self.value(value)
+        if isinstance(node, ast.Constant) and node.value in _FLAGS:
+            return ast.Constant(_FLAGS[node.value])
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             raise Unsupported(f'the condition "{value.text}" is neither true nor false', value.span)
         return self.flag(node)
@@ -471,6 +476,7 @@ class Rendering:
 
 
 _TRUE = ("true", "True", "1")
+_FLAGS = {"true": True, "True": True, "false": False, "False": False}
 
 
 def _is_boolean(node: ast.expr) -> bool:
@@ -492,6 +498,23 @@ def _entry(table: ast.expr, key: Any) -> ast.expr | None:
         if isinstance(one, ast.Constant) and one.value == key:
             return value
     return None
+
+
+def _decided(node: ast.expr) -> ast.expr:
+    """Return what is true or false whatever else is as that; another expression as it is."""
+    if isinstance(node, ast.BoolOp):
+        wins = isinstance(node.op, ast.Or)
+        known = [folded(item) for item in node.values]
+        if not all(
+            isinstance(value, bool) or _is_true_or_false(item) for item, value in zip(node.values, known, strict=True)
+        ):
+            return node
+        if wins in known:
+            return ast.Constant(wins)
+        left = [item for item, value in zip(node.values, known, strict=True) if value is None]
+        return ast.BoolOp(node.op, left) if len(left) > 1 else left[0] if left else ast.Constant(not wins)
+    value = folded(node)
+    return ast.Constant(value) if isinstance(value, bool) else node
 
 
 def _is_blank(node: ast.expr) -> bool:

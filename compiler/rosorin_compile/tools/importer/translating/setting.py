@@ -98,7 +98,14 @@ class Setting:
         if isinstance(known, Variable) and not (
             isinstance(target, MacroScope) and known in target.macro.implicit.values() and not known.values
         ):
-            raise Unsupported(f'the property or parameter "{name}" is set anew', element.span)
+            if not isinstance(target, MacroScope) or known not in target.macro.variables.values():
+                raise Unsupported(f'the property or parameter "{name}" is set anew', element.span)
+            made = self.new_local(name, value, body, target, when, target)
+            if when:  # else it is what was given
+                before = Value(f"${{{name}}}", target, FREE, element.span)
+                made.definitions.insert(0, (before, ()))
+                self.hand(before, made)
+            return
         if isinstance(known, Bound):
             target.set_from_here(name, Bound(text, scope))
             return

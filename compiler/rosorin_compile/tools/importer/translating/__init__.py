@@ -49,10 +49,10 @@ class Translation(NamedTuple):
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here, ``environment`` those
-    that were variables of the environment. ``reason`` says why there are no files. ``words`` are the lines about
-    elements that became words, ``plain`` is the robot without those. ``shared`` are the lines about files that other
-    robots include, ``grown`` what those were that have more now, by their name.
+    that xacro itself cannot expand, ``fixed`` arguments that have the one value they have here, ``frozen`` says why,
+    ``environment`` those that were variables of the environment. ``reason`` says why there are no files. ``words`` are
+    the lines about elements that became words, ``plain`` is the robot without those. ``shared`` are the lines about
+    files that other robots include, ``grown`` what those were that have more now, by their name.
     """
 
     files: dict[str, str]
@@ -72,6 +72,7 @@ class Translation(NamedTuple):
     plain: Map | None = None
     shared: tuple[str, ...] = ()
     grown: Mapping[str, str] = {}
+    frozen: tuple[WrittenOut, ...] = ()
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, changed: Changed) -> Translation:
@@ -84,12 +85,16 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     source = Source(path, options, changed.name, changed.meshes)
     source.known[()] = imported
 
+    why: dict[str, WrittenOut] = {}
+
     def tried(fixed: Mapping[str, str]) -> _Mending:
-        return _Mending(source, imported, wanted, changed, fixed)
+        return _Mending(source, imported, wanted, changed, fixed, why)
 
     best = tried({})
     if not best.is_whole():
         fixed = _switches(path, options)
+        for name in fixed:
+            best.freeze(name)
         other = tried(fixed) if fixed else best
         best = other if other.worth() > best.worth() else best
         for name, _ in best.made.fixed[:MOST_SWITCHES]:
@@ -118,17 +123,32 @@ class _Mending:
     """Attempts at one translation, each without what was wrong with the one before."""
 
     def __init__(
-        self, source: Source, imported: Imported, wanted: Outputs, changed: Changed, fixed: Mapping[str, str]
+        self,
+        source: Source,
+        imported: Imported,
+        wanted: Outputs,
+        changed: Changed,
+        fixed: Mapping[str, str],
+        why: dict[str, WrittenOut],
     ) -> None:
         self.source = source
         self.imported = imported
         self.wanted = wanted
         self.changed = changed
         self.fixed = dict(fixed)
+        self.why = why
+        self.lost: list[WrittenOut] = []
         self.proven: _Proven | None = None
         self.words = Found()
         self.begin()
         self.made = self.translated()
+
+    def freeze(self, name: str, reason: str = "", span: Span | None = None) -> None:
+        """Take down why an argument is none any more: the first thing that had to be written out, if not said."""
+        lost = [one for one in (*self.lost, *self.out.values(), *self.flat.values()) if one.reason]
+        if not reason and lost:
+            reason, span = lost[0].reason, lost[0].span
+        self.why.setdefault(name, WrittenOut(name, reason or self.made.reason, span))
 
     def is_whole(self) -> bool:
         """Say whether there is a translation, nothing of it is flat, and every argument is one."""
@@ -200,6 +220,8 @@ class _Mending:
             except Fixed as problem:
                 found = None
                 self.fixed[problem.name] = problem.text
+                said = f'what is included is named by it: "{problem.element.get("filename")}"'
+                self.freeze(problem.name, said, problem.element.span)
             except InMacro as problem:
                 found = self.in_macro(problem)
             except InProperty as problem:
@@ -254,17 +276,22 @@ class _Mending:
             return self.mend(made, len(accepts), len(trees))
         more = undecided(reached(made.program, self.flat), choices) or self.unfollowed(made, used)
         if more:  # what there is would not follow them
-            self.fix(more)
+            self.fix(more, made.program)
             return None
         wanted = accepted(source, probes=False)  # nobody asks for the probes any more
         if wanted != accepts:
             how = how._replace(accepts=wanted)
             made = attempt(source.path, options, how)
         self.proven = _Proven(made, how, [row for row in rows if all(text != PROBE for _, text in row)])
-        return _translation(made, self.out, self.flat, rows, possible, refused)
+        frozen = tuple(self.why[name] for name in made.program.fixed if name in self.why)
+        return _translation(made, self.out, self.flat, rows, possible, refused)._replace(frozen=frozen)
 
-    def fix(self, arguments: Mapping[str, str]) -> None:
-        """Begin anew without some arguments."""
+    def fix(self, arguments: Mapping[str, str], program: Program) -> None:
+        """Begin anew without some arguments; what is flat and follows them says why."""
+        for name in arguments:
+            flat = next((one for place, one in self.flat.items() if name in reached(program, [place])), None)
+            self.freeze(name, flat.reason if flat else "", flat.span if flat else None)
+        self.lost += [*self.out.values(), *self.flat.values()]
         self.fixed |= arguments
         self.begin()
 
@@ -287,7 +314,7 @@ class _Mending:
         frozen = reached(made.program, self.flat)
         changed = {name: frozen[name] for name, _ in self.last[0].combination if name in frozen}
         if changed:  # what is flat does not follow them
-            self.fix(changed)
+            self.fix(changed, made.program)
         elif not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
             return Translation({}, reason=texts[0])
         return None
@@ -307,6 +334,12 @@ class _Mending:
         if not others or not differs(tuple(others.items())):
             return {}
         found = {name: value_of(made.program, name) for name, text in others.items() if differs(((name, text),))}
+        for name in found:
+            self.freeze(
+                name,
+                "with another value of it the robot is another than xacro makes",
+                made.program.arguments[name].span,
+            )
         return {name: text for name, text in found.items() if text is not None}
 
 

@@ -35,12 +35,16 @@ class Definition:
 
 
 class Fixed(Exception):
-    """An argument that no description can have, because it names files that are not known: it keeps its value."""
+    """An argument that no description can have, because it names files that are not known: it keeps its value.
 
-    def __init__(self, name: str, text: str) -> None:
+    ``element`` is the include.
+    """
+
+    def __init__(self, name: str, text: str, element: Element) -> None:
         super().__init__(name)
         self.name = name
         self.text = text
+        self.element = element
 
 
 class Program:
@@ -238,7 +242,7 @@ class Program:
         text = self.given.get(name, variable.values[0].text if variable and variable.values else None)
         if text is None:
             raise Unsupported(f'the file "{element.get("filename")}" is chosen by an argument', element.span)
-        return Fixed(name, text)
+        return Fixed(name, text, element)
 
     def spelt(self, text: str, depth: int) -> list[Token]:
         """Return the pieces of a text, those of properties that are one text in their place."""

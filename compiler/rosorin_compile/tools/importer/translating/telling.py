@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 
 from ....diagnostics import Span
@@ -39,6 +40,8 @@ def told(translation: Translation) -> Iterator[str]:
         them = "it changes" if len(translation.fixed) == 1 else "they change"
         said = listed([f"{name} ({' '.join(value.split())})" if value else name for name, value in translation.fixed])
         yield f"arguments that are none any more, because what {them} is written out as it is: {said}"
+    for reason, names in groupby(translation.frozen, lambda one: f"{one.reason}{_at(one.span)}"):
+        yield f"  {listed([one.name for one in names])}: {reason}"
     yield from translation.shared
     proven = len(translation.proven)
     how = "its arguments as they are" if proven == 1 else f"{proven} combinations of its arguments"

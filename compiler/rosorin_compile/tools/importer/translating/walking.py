@@ -189,7 +189,7 @@ class Walker(Setting):
             name = variable.name if variable.where == ARGUMENT else ""
             said = value_of(self.program, name) if name else None
             if said is not None:
-                raise Fixed(name, said)
+                raise Fixed(name, said, element)
         raise self.program.unclear[id(element)]
 
     def block(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,36 @@ def test_in_the_folder_of_a_description_it_is_meant(
     monkeypatch.chdir(project / "descriptions" / "rover")
     assert main(["explain", "laser", "z"]) == 0
     assert "z  0.2 m  robot.yaml:5:82" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("inside", [".", "xacro/deep"])
+@pytest.mark.parametrize("around", [True, False])
+def test_in_the_folder_of_a_robot_of_its_own_it_is_meant(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown, inside: str, around: bool
+) -> None:
+    """An example within a bigger project, or a robot that was taken out of one."""
+    folder = project / "examples" / "scout"
+    (folder / inside).mkdir(parents=True)
+    (folder / "robot.yaml").write_text(
+        "robot: scout\nlinks: {base_link: {}, mast: {}}\njoints: "
+        "{up: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, 1]}}\n"
+    )
+    if not around:
+        shutil.rmtree(project / "descriptions")
+    monkeypatch.chdir(folder / inside)
+    picture = project / "scout.svg"
+    for words in (
+        ["frames"],
+        ["picture", "-o", str(picture)],
+        ["view", "--html", str(project / "scout.html")],
+        ["tf", "base_link", "mast"],
+        ["explain", "mast"],
+    ):
+        assert main(words) == 0, words
+    shown = capsys.readouterr().out
+    assert "scout: " in shown
+    assert "mast" in shown
+    assert "rover" not in shown
 
 
 def test_messages_name_files_as_seen_from_here(project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:

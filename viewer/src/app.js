@@ -7,7 +7,7 @@ import { follow, touching } from "./live.js";
 import { Meshes } from "./meshes.js";
 import { Frames, JointAxis, Masses, Sensors } from "./overlays.js";
 import { Card } from "./panels/card.js";
-import { Problem } from "./panels/banner.js";
+import { Problem, Warnings } from "./panels/banner.js";
 import { Changes } from "./panels/changes.js";
 import { Fleet } from "./panels/fleet.js";
 import { Joints } from "./panels/joints.js";
@@ -59,12 +59,13 @@ export class App {
     this.panels = Object.fromEntries(Object.entries(PANELS).map(([name, Panel]) => [name, new Panel(this)]));
     this.card = new Card(this);
     this.problem = new Problem();
+    this.warnings = new Warnings(this);
     this.changesPanel = new Changes(this);
     this.fleetPanel = new Fleet(this);
     const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
     root.replaceChildren(
-      element("nav", { class: "side left" }, element("header", {}, this.title, this.status), this.changesPanel.root, this.fleetPanel.root, this.panels.tree.root),
-      element("main", {}, this.canvas, this.labels, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root), this.card.root),
+      element("nav", { class: "side left" }, element("header", {}, this.title, this.status, this.warnings.list), this.changesPanel.root, this.fleetPanel.root, this.panels.tree.root),
+      element("main", {}, this.canvas, this.labels, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.warnings.root), this.card.root),
       element("nav", { class: "side right" }, this.panels.look.root, this.panels.joints.root),
     );
     this.root = root;
@@ -97,6 +98,7 @@ export class App {
     this.title.textContent = robot.name;
     document.title = robot.name;
     this.problem.show("");
+    this.warnings.show(robot);
     this.root.classList.remove("dimmed");
     this.#redraw();
     if (first) this.#begin();

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from importlib import import_module
 from pathlib import Path
 
@@ -92,7 +92,12 @@ def all_with(files: Iterable[str]) -> list[Path]:
 
 
 def around() -> Path:
-    """Return the folder of the project that this folder is in, as seen from here; this folder if there is none.
+    """Return the folder of the project that this folder is in, as seen from here; this folder if there is none."""
+    return next((folder for folder in _upwards() if _is_project(folder)), Path())
+
+
+def _upwards() -> Iterator[Path]:
+    """Yield this folder and those above it, as seen from here.
 
     A folder above that everybody can write into, such as /tmp, is nobody's project.
     """
@@ -101,13 +106,28 @@ def around() -> Path:
         here = Path.cwd()
         for folder in (here, *here.parents):
             if folder != here and folder.stat().st_mode & stat.S_IWOTH:
-                break
-            if any(Path(above, DESCRIPTIONS).glob(f"*/{ROOT_FILE}")):
-                return above
+                return
+            yield above
             above = above / os.pardir
     except OSError:  # the folder of this process is gone, or one above may not be read
-        pass
-    return Path()
+        return
+
+
+def _is_project(folder: Path) -> bool:
+    return any(Path(folder, DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+
+
+def here() -> list[Description]:
+    """Return the description whose folder this folder is in, also beside those of the project around it; else all here.
+
+    Raises NoDescription.
+    """
+    for folder in _upwards():
+        if _is_project(folder):
+            break
+        if is_file(folder / ROOT_FILE):
+            return [_description(folder / ROOT_FILE, None)]
+    return find([], None)
 
 
 def looked_in() -> list[Path]:
@@ -116,13 +136,6 @@ def looked_in() -> list[Path]:
     above = [Path(*[os.pardir] * number) for number in range(len(top.parts) + 1)]
     inside = Path(top, DESCRIPTIONS)
     return [*above, inside, *(path for path in inside.glob("*") if path.is_dir())]
-
-
-def narrowed(found: list[Description]) -> list[Description]:
-    """Return of several descriptions the one whose folder this folder is in, if it is in one."""
-    here = Path.cwd()
-    within = [one for one in found if here.is_relative_to(one.path.parent.resolve())]
-    return within if len(within) == 1 else found
 
 
 def homes(path: Path) -> tuple[Path, ...]:

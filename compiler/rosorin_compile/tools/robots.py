@@ -21,8 +21,8 @@ from ..project import (
     all_with,
     find,
     give_stdin,
+    here,
     looked_in,
-    narrowed,
     stdin_of,
     tool_folders,
 )
@@ -94,9 +94,19 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
         raise WrongUsage(str(problem)) from None
 
 
+def meant(names: list[str]) -> list[Description]:
+    """Return the descriptions that are asked for; by default that of this folder, else all here. Raises WrongUsage."""
+    if names:
+        return descriptions(names)
+    try:
+        return here()
+    except NoDescription as problem:
+        raise WrongUsage(str(problem)) from None
+
+
 def one(name: str, how: str) -> Description:
     """Return the description of a name, or the only one here. Raises WrongUsage; ``how`` says how to name one."""
-    found = narrowed(descriptions([name] if name else []))
+    found = meant([name] if name else [])
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; name one: {how}")

@@ -441,3 +441,43 @@ def test_every_control_has_a_name_and_is_reached_by_keys(browser: Browser, sent:
         browser.ask("press", key=key)
         assert browser.evaluate(f"app.shown.{layer}") is not before
     kept_to_itself(browser)
+
+
+WARNED = """robot: r
+links:
+  base: {visual: [{mesh: {file: lost.stl}}], collision: [{box: {size: [1, 1, 1]}}]}
+  arm: {}
+joints:
+  j: {type: fixed, parent: base, child: arm, rpy: [0, 5, 0]}
+"""
+COUNTED = "document.querySelector('.warnings summary').textContent"
+
+
+def test_warnings_and_lost_meshes_are_counted_and_listed(browser: Browser, home: Path, capsys: Shown) -> None:
+    """On a page that is served, followed, and on one that is sent."""
+    (home / "robot.yaml").write_text(WARNED)
+    with Viewing(home, "robot.yaml", "--port", "0") as viewing:
+        browser.open(f"http://localhost:{viewing.port}/")
+        assert browser.evaluate(COUNTED) == "1 mesh is not shown, 1 warning"
+        assert (
+            browser.evaluate("document.querySelector('.warned button').innerText") == "1 mesh is not shown, 1 warning"
+        )
+        browser.evaluate("document.querySelector('.warned button').click()")
+        listed = browser.evaluate("document.querySelector('.warnings ul').innerText")
+        assert "lost.stl is not shown: not found" in listed
+        assert "[angle-looks-like-degrees]" in listed
+        assert "robot.yaml:6" in listed
+        browser.evaluate("document.querySelector('.warned .close').click()")
+        (home / "robot.yaml").write_text(WARNED.replace("[0, 5, 0]", "[0, 5 deg, 0]"))
+        browser.wait(f"{COUNTED} === '1 mesh is not shown'")
+        assert browser.evaluate("document.querySelector('.warned').hidden") is False
+        (home / "robot.yaml").write_text(
+            WARNED.replace("visual: [{mesh: {file: lost.stl}}], ", "").replace("[0, 5, 0]", "[0, 5 deg, 0]")
+        )
+        browser.wait("document.querySelector('.warned').hidden && document.querySelector('.warnings').hidden")
+        kept_to_itself(browser, viewing.port)
+    (home / "robot.yaml").write_text(WARNED)
+    ask(capsys, "view", "robot.yaml", "--html", "robot.html")
+    browser.open(f"file://{home}/robot.html")
+    assert browser.evaluate(COUNTED) == "1 mesh is not shown, 1 warning"
+    kept_to_itself(browser)

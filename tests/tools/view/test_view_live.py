@@ -22,7 +22,7 @@ from rosorin_compile.formats.page import data_of
 from rosorin_compile.project import find
 from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.view import command
-from support.commands import edit, write_files
+from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
 from support.robots import copy_of_rosorin
 from support.schemas import schema
@@ -100,6 +100,22 @@ def test_an_error_is_told_with_its_place_and_the_robot_stays(project: Path) -> N
         assert events.until("robot")
         assert x_of_arm(view) == 4
         view.until("r: that is corrected")
+
+
+def test_warnings_are_in_the_data_of_both_pages(project: Path, capsys: Shown) -> None:
+    """With their place; on a page that is sent without the path of this machine."""
+    ROBOT.write_text(SMALL.replace("xyz: [1, 0, 0]", "rpy: [0, 5, 0]"))
+    with Viewing(project, "--port", "0") as view:
+        VALID.validate({"robot": view.robot})
+        (served,) = view.robot["warnings"]
+    assert "[angle-looks-like-degrees]" in served["text"]
+    assert served["where"]["path"] == str(project / ROBOT)
+    ask(capsys, "view", "--html", "sent.html", str(project / "descriptions/r"))
+    text = (project / "sent.html").read_text("utf-8")
+    assert str(project) not in text
+    (sent,) = data_of(text)["robot"]["warnings"]
+    assert sent["text"] == served["text"]
+    assert sent["where"] == {key: value for key, value in served["where"].items() if key != "path"}
 
 
 def test_a_robot_with_errors_is_waited_for(project: Path) -> None:

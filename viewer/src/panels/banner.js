@@ -1,6 +1,7 @@
-/** What is above the robot: a mistake of the description. */
+/** What is above the robot: a mistake of the description; and what it warns of, which is also listed beside the name. */
 
 import { element } from "../dom.js";
+import { place } from "./card.js";
 
 /** Shows that the last save does not compile; the robot below is the one before. */
 export class Problem {
@@ -13,5 +14,44 @@ export class Problem {
     const below = alone ? "The robot appears as soon as it does." : "Below is the last robot that did.";
     this.root.hidden = !text;
     this.root.replaceChildren(element("b", {}, `This does not compile. ${below}`), element("pre", {}, text));
+  }
+}
+
+function counted(count, one, many) {
+  return count ? `${count} ${count === 1 ? one : many}` : "";
+}
+
+/** Return the meshes and images of a robot that are not shown, and why. */
+function missing(table = {}) {
+  return Object.entries(table).filter(([, entry]) => entry.missing).map(([name, entry]) => ({ text: `${name} is not shown: ${entry.missing}` }));
+}
+
+/** Warnings, and meshes that are not shown: `list` folds them out beside the name, `root` is a line over the robot. */
+export class Warnings {
+  constructor(app) {
+    this.said = "";
+    this.count = element("summary", {});
+    this.entries = element("ul", {});
+    this.list = element("details", { class: "warnings", hidden: true }, this.count, this.entries);
+    const unfold = () => {
+      app.root.classList.remove("no-left");
+      this.list.open = true;
+    };
+    this.line = element("button", { title: "which ones", onclick: unfold });
+    const close = element("button", { class: "close", "aria-label": "close", onclick: () => (this.root.hidden = true) }, "×");
+    this.root = element("section", { class: "warned", hidden: true, role: "status" }, this.line, close);
+  }
+
+  /** Show what there is of a robot; a line that was closed comes back with something else to say. */
+  show({ warnings = [], meshes, textures }) {
+    const [lost, pale] = [missing(meshes), missing(textures)];
+    const every = [...lost, ...pale, ...warnings];
+    const said = JSON.stringify(every);
+    if (said === this.said) return;
+    this.said = said;
+    const counts = [counted(lost.length, "mesh is not shown", "meshes are not shown"), counted(pale.length, "image is not shown", "images are not shown"), counted(warnings.length, "warning", "warnings")];
+    this.line.textContent = this.count.textContent = counts.filter(Boolean).join(", ");
+    this.root.hidden = this.list.hidden = !every.length;
+    this.entries.replaceChildren(...every.map(({ text, where }) => element("li", {}, element("p", {}, text), place(where))));
   }
 }

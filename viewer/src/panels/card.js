@@ -16,7 +16,7 @@ function row(name, ...value) {
 }
 
 /** Return a place in a description: it opens in the editor, or is copied. */
-function place(app, where) {
+export function place(where) {
   if (!where) return "";
   const name = `${where.file}:${where.line}`;
   const copy = (event) => {
@@ -82,7 +82,7 @@ export class Card {
     const { inertial } = link;
     const kinds = ["visual", "collision"].map((key) => link[key].length && `${link[key].length} ${key}`).filter(Boolean);
     return [
-      row("said at", place(this.app, link.where)),
+      row("said at", place(link.where)),
       row("mass", inertial && `${Number(inertial.mass.toPrecision(6))} kg at ${vector(inertial.xyz, units)}`),
       row("shapes", kinds.join(", ")),
       row("colour", swatches(this.app.coloured.get(link.name))),

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from ...project import ENDINGS, all_here, find, narrowed
+from ...project import ENDINGS, all_here, find, here
 from ...startup.records import NamedTuple
 from ..robots import is_foreign
 
@@ -100,7 +100,7 @@ def _paths(asked: Subject) -> list[Path]:
             found.append(find([name], None)[0].path)
     if not found:
         with suppress(Exception):
-            found = [one.path for one in narrowed(find([], None))]
+            found = [one.path for one in here()]
     return found[:_MAX_ROBOTS]
 
 

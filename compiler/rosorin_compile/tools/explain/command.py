@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.console import Console
-from ...project import Description, NoDescription, all_here, find, narrowed
+from ...project import Description, NoDescription, all_here, find, here
 from ..compiling import telling
 from ..given import Given, given_arguments
 from ..options import argument_options, json_option, named_robot, package_option, quiet_option
@@ -67,7 +67,7 @@ def _asked(words: list[str], robot: str) -> tuple[Description, list[str]]:
             if not all_here():
                 raise WrongUsage(str(problem)) from None
     try:
-        found = narrowed(find([], None))
+        found = here()
     except NoDescription as problem:
         raise WrongUsage(str(problem)) from None
     if len(found) > 1:

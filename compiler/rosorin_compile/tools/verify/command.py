@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 from ...diagnostics.console import Console
 from ...diagnostics.progress import step
 from ...diagnostics.registry import RECORDINGS, Rule
-from ...project import ROOT_FILE, STDIN, Description, NoDescription, find, narrowed
+from ...project import ROOT_FILE, STDIN, Description, NoDescription, find
 from ..compiling import compile_one
 from ..given import Given, given_arguments, texts
 from ..options import argument_options, json_option, mode_option, package_option, quiet_option
-from ..robots import descriptions, is_foreign
+from ..robots import is_foreign, meant
 from ..understanding import mode_states, read
 from ..usage import FINE, PROBLEMS, WrongUsage
 
@@ -129,7 +129,7 @@ def _asked(words: list[str]) -> tuple[str, Description]:
     if _is_robot(words[0]):
         how = f"{words[1]} {words[0]}" if len(words) > 1 else f"SOURCE {words[0]}; SOURCE is {_SOURCES}"
         raise WrongUsage(f"{words[0]} is a robot, and the recording comes first: write verify {how}")
-    found = narrowed(descriptions(words[1:]))
+    found = meant(words[1:])
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; write verify {words[0]} ROBOT")

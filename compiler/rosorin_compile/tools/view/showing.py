@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from ...diagnostics import Diagnostic, has_errors
+from ...diagnostics import WARNING, Diagnostic, Span, has_errors
 from ...diagnostics.console import Console
+from ...diagnostics.wording import printable
 from ...formats.mesh_files import Places, files_of, named_meshes, textures_of
 from ...formats.page import MESHES, Embedding
 from ...formats.page.data import mesh_names, robot_data, texture_names
@@ -91,6 +92,9 @@ def look(given: Given, description: Description, console: Console) -> Looked:
         where = _where(understood, link["name"])
         if where is not None:
             link["where"] = where
+    warnings = [_warning(one) for one in diagnostics if one.severity == WARNING]
+    if warnings:
+        data["warnings"] = warnings
     shown = Shown(lowered.robot, data, meshes, images, understood, {} if foreign else given.values())
     beside_meshes = (side.file for name, file in meshes.items() for side in _sides(name, file))
     found = (*meshes.values(), *images.values(), *beside_meshes, *_awaited(expanded.tree, meshes))
@@ -121,8 +125,17 @@ def _where(understood: Understood, link: str) -> Data | None:
         return None
     path = lowered.places.get(("link", link))
     span = locate(tree, path, key=True).span if path is not None else None
-    if span is None:
-        return None
+    return None if span is None else _placed(span)
+
+
+def _warning(told: Diagnostic) -> Data:
+    """Return a warning as the page has it: what it says, and where."""
+    text = f"{told.message} [{told.rule}]" + (f"\n{told.help}" if told.help else "")
+    return {"text": printable(text, keep="\n"), **({"where": _placed(told.span)} if told.span else {})}
+
+
+def _placed(span: Span) -> Data:
+    """Return a place in a description as the page has it, with the whole path for an editor."""
     return {
         "file": span.source.path,
         "line": span.line,
@@ -172,15 +185,23 @@ def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
         embedding.take(data, shown.robot, {**shown.images, **shown.meshes})
     named = [*shown.understood.expanded.files, *map(Path, (*shown.meshes, *shown.images))]
     files = {str(path): _said(path) for path in named if path.is_absolute()}
+    if "warnings" in data:
+        told = ({**one, "text": _without(one["text"], files)} for one in data["warnings"])
+        data["warnings"] = [{**one, **_sent(one)} for one in told]
     links = []
     for link in data["links"]:
-        place = {key: value for key, value in link.get("where", {}).items() if key != "path"}  # of this machine
-        if place:
-            place["file"] = _said(Path(place["file"]))
         said = shown.explained(link["name"]) if len(data["links"]) <= _EXPLAINED else []
         said = [_without(line, files) for line in said]
-        links.append({**link, **({"where": place} if place else {}), **({"said": said} if said else {})})
+        links.append({**link, **_sent(link), **({"said": said} if said else {})})
     return nameless({**data, "links": links})
+
+
+def _sent(entry: Data) -> Data:
+    """Return the place of an entry without what is of this machine."""
+    if "where" not in entry:
+        return {}
+    place = {key: value for key, value in entry["where"].items() if key != "path"}
+    return {"where": {**place, "file": _said(Path(place["file"]))}}
 
 
 def _said(path: Path) -> str:

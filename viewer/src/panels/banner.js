@@ -32,14 +32,14 @@ export class Warnings {
     this.said = "";
     this.count = element("summary", {});
     this.entries = element("ul", {});
-    this.list = element("details", { class: "warnings", hidden: true }, this.count, this.entries);
+    this.list = element("details", { class: "warnings", hidden: true });
     const unfold = () => {
       app.root.classList.remove("no-left");
       this.list.open = true;
     };
     this.line = element("button", { title: "which ones", onclick: unfold });
-    const close = element("button", { class: "close", "aria-label": "close", onclick: () => (this.root.hidden = true) }, "×");
-    this.root = element("section", { class: "warned", hidden: true, role: "status" }, this.line, close);
+    this.close = element("button", { class: "close", "aria-label": "close", onclick: () => (this.root.hidden = true) }, "×");
+    this.root = element("section", { class: "warned", hidden: true, role: "status" });
   }
 
   /** Show what there is of a robot; a line that was closed comes back with something else to say. */
@@ -52,6 +52,8 @@ export class Warnings {
     const counts = [counted(lost.length, "mesh is not shown", "meshes are not shown"), counted(pale.length, "image is not shown", "images are not shown"), counted(warnings.length, "warning", "warnings")];
     this.line.textContent = this.count.textContent = counts.filter(Boolean).join(", ");
     this.root.hidden = this.list.hidden = !every.length;
+    this.root.replaceChildren(...(every.length ? [this.line, this.close] : []));
+    this.list.replaceChildren(...(every.length ? [this.count, this.entries] : []));
     this.entries.replaceChildren(...every.map(({ text, where }) => element("li", {}, element("p", {}, text), place(where))));
   }
 }

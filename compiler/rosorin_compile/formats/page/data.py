@@ -28,11 +28,11 @@ from ...model import (
 )
 from ...model.frame_tree import Row, publishers, rows
 from ...model.looks import own_colours
+from ...model.seen import Data, numbers, placed, seen_by
 from ...model.shape import Rgba
 from ..drawing.letters import colours
 from ..drawing.situations import Situation, TooMany, situations
 from ..static_tf import describe
-from .seen import Data, numbers, placed, seen_by
 
 _PURPOSES = ("visual", "collision")
 

@@ -15,11 +15,11 @@ from ...diagnostics.console import Console
 from ...diagnostics.wording import counted
 from ...formats.page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from ...formats.page.data import before_data
-from ...formats.page.seen import Data
 from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
 from ...meaning.past import past
 from ...meaning.wording import brief
 from ...model import Link, Mesh, Robot
+from ...model.seen import Data
 from ...startup.records import NamedTuple, replace
 from ..given import Given
 from ..usage import WrongUsage

@@ -14,8 +14,8 @@ from ...formats.mesh_files import Places, files_of, named_meshes, textures_of
 from ...formats.page import MESHES, Embedding
 from ...formats.page.data import mesh_names, robot_data, texture_names
 from ...formats.page.images import Side, beside, image_type
-from ...formats.page.seen import Data
 from ...frontend.tree import Map, locate
+from ...model.seen import Data
 from ...output.watch import mark
 from ...project import Description
 from ...startup.records import NamedTuple

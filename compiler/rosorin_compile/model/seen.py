@@ -7,15 +7,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
-from ...model import IDENTITY, Pose, Sensor, pose_of
-from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, Simulated
+from ..startup import TYPE_CHECKING
+from .geometry import IDENTITY, Pose, pose_of
+from .robot import Sensor
+from .simulated import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, Simulated
 
-Data = dict[str, Any]
+if TYPE_CHECKING:
+    from typing import Any
+
+Data = dict[str, "Any"]
 
 _FLAT = 1e-9  # rad; rays closer than this to one layer are in it
 _DIGITS = 12
+_LAYERS = 1000  # of a lidar; of more than that so many are seen, between the same two
 _IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # an image frame in one that looks along x
 _CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # and in a camera of MuJoCo, which looks along -z with y up
 _AXES = ("gyro", "accelerometer", "magnetometer", "force", "torque")
@@ -120,6 +125,7 @@ def _gazebo(one: GazeboSensor) -> Data | None:
         return None
     count, first, last = (_number(one, "horizontal", key) for key in ("samples", "min_angle", "max_angle"))
     layers, lowest, highest = (_number(one, "vertical", key) for key in ("samples", "min_angle", "max_angle"))
+    layers = min(layers, _LAYERS)
     step = (last - first) / (count - 1) if count > 1 else 0.0
     rise = (highest - lowest) / (layers - 1) if layers > 1 else 0.0
     made: Data = {"kind": "fan", "frame": one.link, **placed(one.pose)}
@@ -138,9 +144,10 @@ def _number(one: GazeboSensor, *path: str) -> float:
             return 0.0
         found, value = list(_all(here[0].elements)), here[0].value
     try:
-        return float(value or 0.0)
+        number = float(value or 0.0)
     except ValueError:
         return 0.0
+    return number if math.isfinite(number) else 0.0
 
 
 def _all(elements: Sequence[SdfElement]) -> Iterator[SdfElement]:

@@ -1,0 +1,96 @@
+"""Where a line enters and leaves a solid, against MuJoCo, which is asked from both ends of the line."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+np = pytest.importorskip("numpy")
+mujoco = pytest.importorskip("mujoco")
+
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Geometry, Pose, Shape, Sphere, Transform  # noqa: E402
+from rosorin_compile.model.geometry import unit  # noqa: E402
+from rosorin_compile.model.rays import through  # noqa: E402
+
+FAR = 50.0  # m: beyond every shape here
+NEAR = 1e-6  # m: MuJoCo finds the same surface by the same equations, in another order
+
+sizes = st.floats(0.05, 2.0)
+numbers = st.floats(-2.0, 2.0)
+vectors = st.tuples(numbers, numbers, numbers)
+geometries = st.one_of(
+    st.builds(lambda x, y, z: Box((-x, -y, -z), (x, y, z)), sizes, sizes, sizes),
+    st.builds(lambda x, y, z, at: Box(at, tuple(a + b for a, b in zip(at, (x, y, z)))), sizes, sizes, sizes, vectors),  # type: ignore[arg-type]  # noqa: B905
+    st.builds(Cylinder, sizes, sizes),
+    st.builds(Capsule, sizes, sizes),
+    st.builds(Sphere, sizes),
+    st.builds(lambda x, y, z: Ellipsoid((x, y, z)), sizes, sizes, sizes),
+)
+
+
+def geom(geometry: Geometry) -> str:
+    """Return the size of a shape as MJCF says it."""
+    if isinstance(geometry, Box):
+        return f'type="box" size="{" ".join(repr(side / 2) for side in geometry.size)}"'
+    if isinstance(geometry, Cylinder | Capsule):
+        kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
+        return f'type="{kind}" size="{geometry.radius!r} {geometry.length / 2!r}"'
+    if isinstance(geometry, Sphere):
+        return f'type="sphere" size="{geometry.radius!r}"'
+    assert isinstance(geometry, Ellipsoid)
+    return f'type="ellipsoid" size="{" ".join(map(repr, geometry.radii))}"'
+
+
+def first_hit(shape: Shape, origin: tuple[float, ...], direction: tuple[float, ...]) -> float:
+    """Return how far MuJoCo's ray goes from a point; -1 where it hits nothing."""
+    origin_of = shape.origin()
+    w, x, y, z = _quaternion(origin_of)
+    place = f'pos="{" ".join(map(repr, origin_of.xyz))}" quat="{w!r} {x!r} {y!r} {z!r}"'
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco><worldbody><geom {geom(shape.geometry)} {place}/></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return float(
+        mujoco.mj_ray(model, data, np.array(origin), np.array(direction), None, 1, -1, np.zeros(1, dtype=np.int32))
+    )
+
+
+def _quaternion(pose: Pose) -> tuple[float, ...]:
+    return pose.transform().quaternion()
+
+
+@settings(max_examples=150, deadline=None)
+@given(geometries, vectors, vectors, vectors, vectors)
+def test_a_line_through_a_solid(geometry, xyz, rpy, target, sideways) -> None:
+    """From far away on both sides: both ends of the way; a line that only grazes it is left aside."""
+    assume(math.hypot(*sideways) > 0.1)
+    shape, direction = Shape(geometry, Pose(xyz, rpy)), unit(sideways)
+    start = tuple(a - FAR * b for a, b in zip(target, direction, strict=True))
+    end = tuple(a + FAR * b for a, b in zip(target, direction, strict=True))
+    way = through(shape, Transform(), start, direction)  # type: ignore[arg-type]
+    enters = first_hit(shape, start, direction)
+    back = first_hit(shape, end, tuple(-part for part in direction))
+    if way is None or way.leaves - way.enters < 1e-3:
+        assert enters == -1 or 2 * FAR - back - enters < 2e-3
+        return
+    assert way.enters == pytest.approx(enters, abs=NEAR)
+    assert way.leaves == pytest.approx(2 * FAR - back, abs=NEAR)
+    middle = tuple(a + (way.enters + way.leaves) / 2 * b for a, b in zip(start, direction, strict=True))
+    inner = through(shape, Transform(), middle, direction)  # type: ignore[arg-type]
+    assert inner is not None
+    assert inner.enters < 0 < inner.leaves
+
+
+def test_a_line_along_an_axis() -> None:
+    """Where a direction is zero along an axis: within, beside, and on the face itself, which is outside."""
+    box = Shape(Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)))
+    assert through(box, Transform(), (-3.0, 0.0, 0.0), (1.0, 0.0, 0.0)) == (2.0, 4.0)
+    assert through(box, Transform(), (-3.0, 2.0, 0.0), (1.0, 0.0, 0.0)) is None
+    assert through(box, Transform(), (-3.0, 1.0, 0.0), (1.0, 0.0, 0.0)) is None
+    rod = Shape(Cylinder(1.0, 2.0))
+    assert through(rod, Transform(), (0.5, 0.0, -3.0), (0.0, 0.0, 1.0)) == (2.0, 4.0)
+    assert through(rod, Transform(), (1.5, 0.0, -3.0), (0.0, 0.0, 1.0)) is None

@@ -17,7 +17,8 @@ from ...model import Joint, Robot
 from ...model.simulation import POSITION
 from ...rules.case import Case, number
 from ...startup.records import NamedTuple
-from ..simulate.world import FIXED, Refused, moving, quiet, set_joints, simulated, without_meshes
+from ..simulate.moved import first_to_go, moved
+from ..simulate.world import FIXED, Refused, joint_of, moving, quiet, set_joints, simulated, without_meshes
 from .overlaps import ZERO, State
 
 RULES = (
@@ -45,12 +46,16 @@ BEYOND = 0.1  # rad or m out of the limits: bounds are soft
 
 
 class _Ended(NamedTuple):
-    """How a second ended: when it left the numbers, the fastest joint, and where the joints are (rad or m)."""
+    """How a second ended: when it left the numbers, the fastest joint, and where the joints are (rad or m).
+
+    ``first`` is the joint that left the numbers, as MuJoCo says it.
+    """
 
     broken: float | None
     fastest: tuple[float, float, str]
     positions: dict[str, float]
     load: dict[str, float]
+    first: str = ""
 
 
 def told(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[Diagnostic]:
@@ -100,7 +105,17 @@ def _simulated(mujoco: Any, robot: Robot, model: Any, state: State) -> _Ended:
         if data.time <= before or not np.isfinite(data.qpos).all():  # MuJoCo begins anew where numbers end
             broken = before
     positions = {joint.name: float(data.joint(joint.name).qpos[0]) for joint in joints}
-    return _Ended(broken, fastest, positions, load)
+    return _Ended(broken, fastest, positions, load, _first(mujoco, model, data) if broken is not None else "")
+
+
+def _first(mujoco: Any, model: Any, data: Any) -> str:
+    """Return the joint that MuJoCo warned of; empty if it warned of none."""
+    warned = (
+        joint_of(model, mujoco.mjtWarning(index).name, int(data.warning.lastinfo[index]))
+        for index in range(len(data.warning.number))
+        if data.warning.number[index]
+    )
+    return next(filter(None, warned), "")
 
 
 def _judged(case: Case, state: State, ended: _Ended) -> Iterator[Diagnostic]:
@@ -108,13 +123,15 @@ def _judged(case: Case, state: State, ended: _Ended) -> Iterator[Diagnostic]:
     help = "look for parts that start inside each other, for masses and inertias far too small, for gains far too large"
     if ended.broken is not None:
         message = f"left to itself {where}, the robot leaves the numbers after {number(ended.broken)} s in MuJoCo"
+        message += first_to_go(case.robot, ended.first)
         yield case.problem("explodes-at-rest", message, ("robot",), help, severity=ERROR)._replace(of=())
         return
     speed, time, name = ended.fastest
     if speed > FASTEST:
         joint = case.robot.joint[name]
         message = (
-            f'left to itself {where}, joint "{name}" gets to {speed:.0f} {_unit(joint)}/s within {time:.2g} s in MuJoCo'
+            f'left to itself {where}, joint "{name}", {moved(case.robot, name)}, gets to {speed:.0f} {_unit(joint)}/s'
+            f" within {time:.2g} s in MuJoCo"
         )
         yield case.problem("explodes-at-rest", message, case.joint(joint), help, severity=WARNING, key=True)
         return

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import SIMULATION, Rule
-from ...diagnostics.wording import and_more
+from ...diagnostics.wording import and_more, counted
 from ...frontend.tree import Path, exists
 from ...model import Joint
 from ...rules.case import Case, number
 from ...startup.records import NamedTuple
+from .moved import first_to_go, moved
 from .trials import Driven, Held, Stop, Swept, Swung, Trials
-from .world import Touch, World
+from .world import Touch, World, links_below
 
 RULES = (
     Rule(
@@ -67,7 +69,9 @@ RULES = (
 )
 
 TIPPED = 0.2  # rad
+RUN_AWAY = 2.0  # of the way between the limits: no joint that is held is as far from where it is led
 _FEW = 3
+_TOO_LIGHT = "kp is too large for so little inertia at this time step: more kv, armature, or less kp"
 _SPOKEN = 5e-3  # m/s or rad/s: less is not spoken of
 
 
@@ -103,7 +107,7 @@ class Judge:
         if self.world.own and trials.drives:
             yield self._own(self.world.own)
         for driven in trials.drives:
-            yield from self._driven(driven, trials.poses[0].stands_on)
+            yield from self._driven(driven, trials.poses[0])
         for swept in trials.sweeps:
             yield from self._swept(swept)
         if trials.swung is not None:
@@ -115,7 +119,9 @@ class Judge:
 
     def _breaks(self, where: str, stop: Stop, path: Path) -> Diagnostic:
         help = "look for parts that start inside each other, for masses and inertias far too small, for gains too large"
-        message = f"{where}, after {number(round(stop.time, 3))} s: {stop.why}"
+        message = (
+            f"{where}, after {number(round(stop.time, 3))} s: {stop.why}{first_to_go(self.case.robot, stop.joint)}"
+        )
         return self.case.problem("simulation-breaks", message, path, help, severity=ERROR, key=True)._replace(of=())
 
     def _held(self, held: Held) -> Iterator[Diagnostic]:
@@ -156,6 +162,9 @@ class Judge:
             found = self.case.problem("pose-not-held", message, path, help, severity=NOTE, key=True)
         else:
             help = "raise kp of its actuator, or its effort; look at the mass that it carries"
+            if joint.type != "prismatic" and error > RUN_AWAY * math.tau:
+                message += f": it runs away, {moved(self.case.robot, joint.name)}"
+                help = _TOO_LIGHT
             found = self.case.problem("pose-not-held", message, path, help, severity=WARNING, key=True)
         return found._replace(of=(joint.name, joint.child))
 
@@ -164,26 +173,17 @@ class Judge:
         while joint.mimic is not None:
             joint = self.case.robot.joint[joint.mimic.joint]
         movers = [joint, *(one for one in self.case.robot.joints if one.mimic and one.mimic.joint == joint.name)]
-        moved = set().union(*(self._below(one.child) for one in movers))
+        moved = set().union(*(links_below(self.case.robot, one.child) for one in movers))
         return next((one for one in touches if (one.one in moved) != (one.other in moved)), None)
 
-    def _below(self, link: str) -> set[str]:
-        found, waiting = set(), [link]
-        while waiting:
-            name = waiting.pop()
-            found.add(name)
-            waiting += [one.child for one in self.case.robot.joints_from.get(name, ())]
-        return found
-
     def _own(self, names: Sequence[str]) -> Diagnostic:
-        named = f"{', '.join(names[:_FEW])}{and_more(len(names) - _FEW)}"
-        message = f"no actuator turns {named}: simulate drove with servos of its own"
+        message = f"no actuator turns {_some(names)}: simulate drove with servos of its own"
         help = "give the joints actuators: on speed where they roll, on position where they steer"
         return self.case.problem("drive-without-actuator", message, ("drive",), help, severity=NOTE, key=True)._replace(
             of=tuple(names)
         )
 
-    def _driven(self, driven: Driven, stands_on: Sequence[str]) -> Iterator[Diagnostic]:
+    def _driven(self, driven: Driven, home: Held) -> Iterator[Diagnostic]:
         if driven.broken is not None:
             yield self._breaks(f"driving {driven.command}", driven.broken, ("drive",))
             return
@@ -195,17 +195,30 @@ class Judge:
         if driven.ripple > self.limits["ripple"]:
             wrong.append(f"{1000 * driven.ripple:.2g} mm up and down")
         if wrong:
-            message = f"driving {driven.command}: {'; '.join(wrong)}{self._beside_wheels(stands_on)}"
-            help = "check radius, places and axes of the wheels, kv against damping, and what else touches the floor"
+            cause, help = self._cause(driven, home)
+            message = f"driving {driven.command}: {'; '.join([*wrong, *cause])}"
             yield self.case.problem("drive-not-followed", message, ("drive",), help, severity=WARNING, key=True)
 
-    def _beside_wheels(self, stands_on: Sequence[str]) -> str:
-        """Return the end of a sentence about links on the floor that are no wheels; empty if there are none."""
-        drive, joint = self.case.robot.drive, self.case.robot.joint
+    def _cause(self, driven: Driven, home: Held) -> tuple[list[str], str]:
+        """Return what keeps a robot from driving as it is told, as far as that is seen, and the way out."""
+        drive, robot = self.case.robot.drive, self.case.robot
         names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ())) if drive else ()
-        wheels = set().union(*(self._below(joint[name].child) for name in names))
-        others = [name for name in stands_on if name not in wheels]
-        return f"; beside its wheels, {', '.join(others[:_FEW])} is on the floor" if others else ""
+        wheels = set().union(*(links_below(robot, robot.joint[name].child) for name in names))
+        others = [name for name in home.stands_on if name not in wheels]
+        if home.above:
+            high, many = 1000 * min(home.above.values()), len(home.above)
+            on = f", and the robot stands on {_some(others)}" if others else ""
+            said = f"{counted(many, 'wheel')} ({_some(list(home.above))}) {'is' if many == 1 else 'are'}"
+            said += f" {high:.3g} mm above the floor{on}"
+            return [said], "lower its wheels, or raise what it stands on: z of their joints, radius, the shapes"
+        rolls = wheels.union(home.stands_on)
+        rubs = next((one for one in driven.touches if rolls.intersection((one.one, one.other))), None)
+        if rubs is not None:
+            one, other = sorted((rubs.one, rubs.other), key=lambda name: name not in rolls)
+            said = f'"{one}" is {1000 * rubs.depth:.2g} mm inside "{other}", and rubs on it'
+            return [said], "move it out of that shape; disabled_contacts names a pair that is meant to touch"
+        help = "check radius, places and axes of the wheels, kv against damping, and what else touches the floor"
+        return ([f"beside its wheels, {_some(others)} is on the floor"] if others else []), help
 
     def _swept(self, swept: Swept) -> Iterator[Diagnostic]:
         joint = self.case.robot.joint[swept.joint]
@@ -230,6 +243,9 @@ class Judge:
                 yield self.case.problem("limit-not-reached", message, path, help, severity=NOTE)
             else:
                 help = "check effort, kp and the mass that the joint carries; or narrow the limits"
+                if end.error > RUN_AWAY * abs(swept.ends[-1].asked - swept.ends[0].asked):
+                    message += f": it runs away, {moved(self.case.robot, joint.name)}"
+                    help = _TOO_LIGHT
                 yield self.case.problem("limit-not-reached", message, path, help, severity=WARNING)
 
     def _swung(self, swung: Swung) -> Iterator[Diagnostic]:
@@ -238,10 +254,14 @@ class Judge:
         elif swung.change > self.limits["energy"]:
             message = (
                 f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} within"
-                " half a second"
+                f" half a second{first_to_go(self.case.robot, swung.lightest, 'the lightest is')}"
             )
             help = "the time step is too long for its lightest parts: a shorter timestep, more mass, or armature"
             yield self.case.problem("energy-not-kept", message, ("robot",), help, severity=WARNING, key=True)
+
+
+def _some(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:_FEW])}{and_more(len(names) - _FEW)}"
 
 
 def _touching(touch: Touch) -> str:

@@ -48,10 +48,11 @@ class Curve(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """How a trial ended before its time: why, and when (s)."""
+    """How a trial ended before its time: why, when (s), and which joint left the numbers first, if that is known."""
 
     why: str
     time: float
+    joint: str = ""
 
 
 @dataclass
@@ -61,7 +62,7 @@ class Held:
     ``errors`` are the mean errors at the end (rad or m) by joint, ``swings`` how far each still moves. ``drift`` (m)
     and ``turned`` (rad) say how far the base moved over the floor, ``leans`` (rad) how far it leans over, ``ripple``
     (m) how much its height changes at the end. ``touches`` are the links that touch there, ``stands_on`` those that
-    touch the floor.
+    touch the floor, ``above`` the wheels that do not, by joint, and how high they are (m).
     """
 
     pose: str
@@ -74,6 +75,7 @@ class Held:
     ripple: float = 0.0
     touches: list[Touch] = field(default_factory=list)
     stands_on: list[str] = field(default_factory=list)
+    above: dict[str, float] = field(default_factory=dict)
     broken: Stop | None = None
     curves: list[Curve] = field(default_factory=list)
 
@@ -87,7 +89,7 @@ class Held:
 class Driven:
     """A command that was driven: ``asked`` and ``measured`` (m/s, rad/s), and the ripple of the height (m).
 
-    ``scale`` is what the limits of the wheels left of the command; ``angles`` are those of the steering (rad).
+    ``scale`` is what the limits of the wheels left of the command; ``touches`` are the links that touch at the end.
     """
 
     command: str
@@ -95,6 +97,7 @@ class Driven:
     measured: Twist = field(default_factory=Twist)
     ripple: float = 0.0
     scale: float = 1.0
+    touches: list[Touch] = field(default_factory=list)
     broken: Stop | None = None
     curves: list[Curve] = field(default_factory=list)
 
@@ -136,11 +139,13 @@ class Swept:
 class Swung:
     """The energy of the robot without damping, friction, actuators and contacts; without gravity where it is not held.
 
-    ``change`` is the largest change as a share of the largest kinetic energy ``kinetic`` (J).
+    ``change`` is the largest change as a share of the largest kinetic energy ``kinetic`` (J); ``lightest`` is the
+    joint that moves the least inertia.
     """
 
     change: float = 0.0
     kinetic: float = 0.0
+    lightest: str = ""
     broken: Stop | None = None
     curves: list[Curve] = field(default_factory=list)
 
@@ -198,7 +203,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
                 values["height", "m"] = float(world.place(world.robot.root)[1][2])
             seen.put(time, values)
     except Broken as problem:
-        made.broken = Stop(str(problem), problem.time)
+        made.broken = Stop(str(problem), problem.time, problem.joint)
     made.curves = seen.curves()
     for name in targets:
         tail = seen.last((name, _unit(world, name)), LAST)
@@ -207,6 +212,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
             made.swings[name] = max(tail) - min(tail)
     if made.broken is None:
         made.touches, made.stands_on = world.touches(), world.stands_on()
+        made.above = world.above_floor()
         if start is not None:
             x, y, yaw = _flat(world)
             made.drift, made.turned = math.hypot(x - start[0], y - start[1]), abs(_wrapped(yaw - start[2]))
@@ -280,10 +286,10 @@ def drive(world: World, positions: Mapping[str, float], command: str, asked: Twi
             vx, vy, wz, height = track.step(time)
             seen.add(time, vx=(vx, "m/s"), vy=(vy, "m/s"), wz=(wz, "rad/s"), height=(height, "m"))
     except Broken as problem:
-        made.broken = Stop(str(problem), problem.time)
+        made.broken = Stop(str(problem), problem.time, problem.joint)
     made.curves = seen.curves()
     if made.broken is None:
-        made.measured = track.mean(DRIVING / 2)
+        made.measured, made.touches = track.mean(DRIVING / 2), world.touches()
         heights = seen.last(("height", "m"), DRIVING / 2)
         made.ripple = max(heights) - min(heights)
     return made
@@ -376,7 +382,7 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
             made.ends.append(End(end, sum(tail) / len(tail), new, first, begins))
             clock, here = clock + seconds + _AT_END, end
     except Broken as problem:
-        made.broken = Stop(str(problem), problem.time)
+        made.broken = Stop(str(problem), problem.time, problem.joint)
     made.curves = seen.curves()
     return made
 
@@ -412,7 +418,10 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
         speed = _PUSH * (0.1 if joint.type == "prismatic" else 1.0)
         free.data.joint(joint.name).qvel[0] = -speed if index % 2 else speed
     mujoco.mj_forward(free.model, free.data)
-    made, seen = Swung(), _Seen(world.sample)
+    inertias = {
+        joint.name: float(free.model.dof_M0[free.model.joint(joint.name).dofadr[0]]) for joint in moving(world.robot)
+    }
+    made, seen = Swung(lightest=min(inertias, key=lambda name: inertias[name])), _Seen(world.sample)
     began = float(free.data.energy.sum())
     try:
         for time in free.run(SWING):
@@ -421,7 +430,7 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
             made.kinetic = max(made.kinetic, kinetic)
             made.change = max(made.change, abs(potential + kinetic - began))
     except Broken as problem:
-        made.broken = Stop(str(problem), problem.time)
+        made.broken = Stop(str(problem), problem.time, problem.joint)
     made.change = made.change / made.kinetic if made.kinetic else 0.0
     made.curves = seen.curves()
     return made

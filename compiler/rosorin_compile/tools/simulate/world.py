@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -27,6 +27,7 @@ POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"
 _SPEED_UP = 0.002  # s in which a servo of ours brings the robot to speed: stiff, so that what is off is the robot's
 _OVER_DAMPING = 500  # how much stiffer than the damping of its joint such a servo is at least
+_IN_THE_AIR = 5e-4  # m; a wheel that is pressed into the floor, or rolls on, is nearer
 _STEER = 200.0  # rad/s: how fast a steering servo of ours would swing with the inertia at its joint, were it not damped
 
 
@@ -39,11 +40,12 @@ class Refused(Exception):
 
 
 class Broken(Exception):
-    """The simulation left the numbers; the message says how, ``time`` (s) when."""
+    """The simulation left the numbers; the message says how, ``time`` (s) when, ``joint`` which one first, if known."""
 
-    def __init__(self, message: str, time: float) -> None:
+    def __init__(self, message: str, time: float, joint: str = "") -> None:
         super().__init__(message)
         self.time = time
+        self.joint = joint
 
 
 class Actuator(NamedTuple):
@@ -296,7 +298,8 @@ class World:
         found = next((index for index in range(len(said)) if said[index]), None)
         if found is not None:
             name = self.mujoco.mjtWarning(found).name
-            raise Broken(f"MuJoCo warns: {_WARNINGS.get(name, name)}", before)
+            joint = joint_of(self.model, name, int(self.data.warning.lastinfo[found]))
+            raise Broken(f"MuJoCo warns: {_WARNINGS.get(name, name)}", before, joint)
         if self.data.time <= before or not np.isfinite(self.data.qpos).all():
             raise Broken("the robot leaves the numbers", before)
 
@@ -332,8 +335,18 @@ class World:
         body = self.data.body(body_name(self.robot, link))
         return body.xmat.reshape(3, 3).copy(), body.xpos.copy()
 
-    def _lowest(self) -> float:
-        """Return the height (m) of the lowest point of all that can touch the floor."""
+    def above_floor(self) -> dict[str, float]:
+        """Return the wheels of the drive that do not touch the floor, by joint, and how far they are above it (m)."""
+        drive = self.robot.drive
+        joints = drive.wheels if drive is not None and self.base == FREE else ()
+        down = {name: set(links_below(self.robot, self.robot.joint[name].child)) for name in joints}
+        high = {
+            name: self._lowest({body for body, link in self.link_of.items() if link in of}) for name, of in down.items()
+        }
+        return {name: height for name, height in high.items() if height > _IN_THE_AIR}
+
+    def _lowest(self, bodies: Collection[int] | None = None) -> float:
+        """Return the height (m) of the lowest point of what can touch the floor: of some bodies, or of all."""
         import numpy as np
 
         model, data, kinds = self.model, self.data, self.mujoco.mjtGeom
@@ -343,12 +356,33 @@ class World:
             meets = (model.geom_contype[index] & model.geom_conaffinity[floor]) | (
                 model.geom_conaffinity[index] & model.geom_contype[floor]
             )
-            if not meets or model.geom_bodyid[index] == 0:
+            body = int(model.geom_bodyid[index])
+            if not meets or body == 0 or (bodies is not None and body not in bodies):
                 continue
             down, size = data.geom_xmat[index].reshape(3, 3)[2], model.geom_size[index]
             lowest = min(lowest, data.geom_xpos[index][2] - _reach(model, kinds, index, down, size))
         return 0.0 if np.isinf(lowest) else float(lowest)
 
+
+def links_below(robot: Robot, link: str) -> Iterator[str]:
+    """Yield a link and all that it carries."""
+    waiting = [link]
+    while waiting:
+        name = waiting.pop()
+        yield name
+        waiting += [one.child for one in robot.joints_from.get(name, ())]
+
+
+def joint_of(model: Any, warning: str, number: int) -> str:
+    """Return the joint that MuJoCo warns of, by the number of its position or of its degree of freedom; "" for none."""
+    if warning not in _OF_A_JOINT or not 0 <= number < (model.nq if warning == "mjWARN_BADQPOS" else model.nv):
+        return ""
+    places = model.jnt_qposadr if warning == "mjWARN_BADQPOS" else model.jnt_dofadr
+    found = max(index for index in range(model.njnt) if places[index] <= number)
+    return str(model.joint(found).name)
+
+
+_OF_A_JOINT = ("mjWARN_INERTIA", "mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC")
 
 # MuJoCo's own names of what it warns of, in words.
 _WARNINGS = {

@@ -1,0 +1,32 @@
+"""Moved: what hangs on a joint, in words: how much it weighs, and how large it is."""
+
+from __future__ import annotations
+
+from ...model import Robot
+from ...model.bounds import bounds_of
+from ...rules.case import number
+from .world import links_below
+
+_GRAMS = 1e-3  # kg
+
+
+def first_to_go(robot: Robot, joint: str, what: str = "the first is") -> str:
+    """Return the end of a sentence that names a joint, and what it moves; nothing without one."""
+    return f'; {what} joint "{joint}", {moved(robot, joint)}' if joint in robot.joint else ""
+
+
+def moved(robot: Robot, joint: str) -> str:
+    """Return what a joint moves: moving 10 g with "finger" of 50 mm."""
+    child = robot.joint[joint].child
+    links = [robot.link[name] for name in links_below(robot, child)]
+    mass = sum(link.inertial.mass for link in links if link.inertial is not None)
+    bounds = bounds_of((*robot.link[child].collision, *robot.link[child].visual))
+    size = f" of {number(round(1000 * max(bounds.size), 1))} mm" if bounds else ""
+    return f'moving {_weight(mass)} with "{child}"{size}'
+
+
+def _weight(mass: float) -> str:
+    """Return a mass (kg) in the unit that a person would take."""
+    if mass >= 1.0:
+        return f"{number(mass)} kg"
+    return f"{number(mass / _GRAMS)} g" if mass >= _GRAMS else f"{number(1e6 * mass)} mg"

@@ -21,7 +21,13 @@ from support.paths import ROOT, ROSORIN
 
 # Keys whose values are text for people: anywhere, and below what they stand in.
 FREE = ("note", "help", "about", "method")
-FREE_IN = (("accept", "reason"), ("disabled_contacts", "reason"), ("publisher", "none"), ("publisher", "simulation"))
+FREE_IN = (
+    ("accept", "reason"),
+    ("disabled_contacts", "reason"),
+    ("publisher", "none"),
+    ("publisher", "simulation"),
+    ("let", "none"),
+)
 
 ROBOTS = {path.parent.name: path for path in (ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml")))}
 

@@ -176,6 +176,8 @@ def test_an_argument_that_is_not_followed_is_none(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(expressions.Rendering, "name", wrong)
     made = of(tmp_path, body)
     assert (made.arguments, made.fixed) == (("width",), (("height", "0.5"),))
+    reason = "  height: with another value of it the robot is another than xacro makes (robot.xacro:1)"
+    assert reason in told(made)
 
 
 def test_combinations_are_bounded() -> None:

@@ -148,7 +148,9 @@ class _Mending:
         lost = [one for one in (*self.lost, *self.out.values(), *self.flat.values()) if one.reason]
         if not reason and lost:
             reason, span = lost[0].reason, lost[0].span
-        self.why.setdefault(name, WrittenOut(name, reason or self.made.reason, span))
+        if not reason and self.last:
+            reason = self.last[0].text
+        self.why.setdefault(name, WrittenOut(name, reason, span))
 
     def is_whole(self) -> bool:
         """Say whether there is a translation, nothing of it is flat, and every argument is one."""

@@ -8,6 +8,8 @@ and a block that is the origin of those joints is the pose of the use.
 from __future__ import annotations
 
 import ast
+import itertools
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
@@ -262,6 +264,60 @@ def lead_of(use: Use) -> str:
     value = _given(use, variable)
     pieces = expanded(value.text, value.scope)
     return "".join(piece.text for piece, _ in pieces if piece.kind == TEXT).strip("'_")
+
+
+_TELLING = ("prefix", "name", "suffix", "side", "position", "location", "id")
+_WORD = re.compile(r"_?[A-Za-z][\w -]{0,30}|_?\d{1,3}")
+
+
+def words_apart(uses: Sequence[Use]) -> list[str]:
+    """Return words that tell uses of one macro apart, as a person would: nothing where no text does.
+
+    First what they make is called, as far as what they give has a say in it (``front_right`` of ``front_right_wheel``);
+    then what they give under a name that is used for that, then what else they give, alone or two of them, behind what
+    they are uses of.
+    """
+    macro = uses[0].macro
+    made = [*macro.body.links, *macro.body.joints] if macro.body else []
+    found = [[_said_in(named.name, use) for use in uses] for named in made]
+    names = [name for name in macro.variables if any(name in use.given for use in uses)]
+    given = {name: [_plain_of(use, macro.variables[name]) for use in uses] for name in names}
+    telling = [name for word in _TELLING for name in names if word in name]
+    found += [given[name] for name in telling]
+    others = [name for name in names if name not in telling]
+    pairs = itertools.combinations([*dict.fromkeys(telling), *others], 2)
+    rows = [*([given[name]] for name in others), *([given[one], given[other]] for one, other in pairs)]
+    found += [["_".join((macro.ours, *said)) if all(said) else "" for said in zip(*row, strict=True)] for row in rows]
+    return next((words for words in found if len(set(words)) == len(words) and all(words)), [])
+
+
+def _plain_of(use: Use, variable: Variable) -> str:
+    """Return what a use gives for a parameter where that is a word; empty where it is none."""
+    text = "".join(
+        piece.text if piece.kind == TEXT else "$" for piece, _ in expanded(_given(use, variable).text, use.scope)
+    )
+    text = text.strip("'")
+    return text if _WORD.fullmatch(text) else ""
+
+
+def _said_in(name: Value, use: Use) -> str:
+    """Return a name that a use makes, up to the last thing that it gives; empty where it gives nothing of it."""
+    words: list[str] = []
+    end = 0
+    for piece, scope in expanded(name.text, name.scope):
+        if piece.kind == TEXT:
+            words.append(piece.text)
+            continue
+        own = sole_name([piece])
+        found = scope.find(own) if own else None
+        if not isinstance(found, Variable) or found not in use.macro.variables.values():
+            return ""
+        text = _plain_of(use, found)
+        if not text:
+            return ""
+        words.append(text)
+        end = len(words)
+    return "".join(words[:end])
 
 
 def _inner_prefix(macro: Macro, nameless: set[Macro]) -> tuple[Variable, str] | None:

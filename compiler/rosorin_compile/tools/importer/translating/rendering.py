@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +20,7 @@ from .choices import conditional, merged
 from .expressions import all_of, negated, written
 from .flattened import Flat, place_of
 from .kept import Elements
-from .naming import lead_of, prefix_pieces, variables_in, without_prefix
+from .naming import lead_of, prefix_pieces, variables_in, without_prefix, words_apart
 from .pieces import Body, Entry, File, Macro, Named, Use, Whens
 from .scopes import (
     ANY,
@@ -177,6 +177,7 @@ class Renderer(Elements):
             for named in entries:
                 with self.at_top(named.at, into):
                     self.named(named, target.setdefault(section, {}), file, (*path, section))
+        self.tell_apart(body.uses)
         for use in body.uses:
             with self.at_top(use.at, into):
                 self.use(use, target.setdefault("use", {}), file, (*path, "use"))
@@ -380,8 +381,25 @@ class Renderer(Elements):
         plain = _as_key(name.text) if name is not None and is_plain(name.text) else ""
         return _as_key(text.strip("_")) or plain or macro.ours, text
 
+    def tell_apart(self, uses: list[Use]) -> None:
+        """Find names for uses that would be called alike, by what they give, or by what they are uses of."""
+        alike: dict[str, list[Use]] = {}
+        for use in uses:
+            with suppress(Unsupported):  # told where it is written
+                alike.setdefault(str(self.key(use)[0]), []).append(use)
+        self.told_apart = {}
+        for key, group in alike.items():
+            several = len({use.macro for use in group}) > 1
+            for macro in dict.fromkeys(use.macro for use in group if len(group) > 1 and not use.macro.by_key):
+                same = [use for use in group if use.macro is macro]
+                words = words_apart(same) if len(same) > 1 else [key]
+                for use, word in zip(same, words, strict=False):
+                    of = macro.ours if several else key if not _as_key(word.strip("_")) else ""
+                    self.told_apart[id(use)] = _as_key(f"{word}_{of}" if several else f"{of}_{word}")
+
     def free_key(self, key: Any, section: dict[Any, Any], path: tuple[Any, ...], use: Use) -> Any:
         """Return a name that no other use has; those of all files share one set of names."""
+        key = self.told_apart.get(id(use)) or key
         name, number = key, 1
         taken = section if path[0] == "parts" else self.keys
         if use.macro.by_key:

@@ -40,7 +40,8 @@ def told(translation: Translation) -> Iterator[str]:
         them = "it changes" if len(translation.fixed) == 1 else "they change"
         said = listed([f"{name} ({' '.join(value.split())})" if value else name for name, value in translation.fixed])
         yield f"arguments that are none any more, because what {them} is written out as it is: {said}"
-    for reason, names in groupby(translation.frozen, lambda one: f"{one.reason}{_at(one.span)}"):
+    frozen = [one for one in translation.frozen if one.reason]
+    for reason, names in groupby(frozen, lambda one: f"{one.reason}{_at(one.span)}"):
         yield f"  {listed([one.name for one in names])}: {reason}"
     yield from translation.shared
     proven = len(translation.proven)

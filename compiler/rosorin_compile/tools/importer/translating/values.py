@@ -92,6 +92,7 @@ class Values:
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
         self.keys: set[str] = set()
+        self.told_apart: dict[int, str] = {}  # uses that would be called alike, by what tells them apart
         self.alternatives: dict[tuple[int, str], list[Alternative]] = {}
         self.reserved: dict[Macro | None, set[str]] = {}
         self.files_loaded: dict[str, str] = {}

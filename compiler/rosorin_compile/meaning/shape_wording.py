@@ -28,6 +28,7 @@ from .wording import (
     number_pair,
     origin_text,
     row,
+    row_pair,
     step,
     steps_row,
 )
@@ -105,8 +106,9 @@ class _Part(NamedTuple):
 
 def words_change(about: About, one: Solid, other: Solid) -> list[Sentence]:
     """Return what is said otherwise of a solid beside its numbers: its colour, name, material or file."""
-    looks = [_look(solid) for solid in (one, other)]
-    found = [colour_change(about, *looks)] if looks[0] != looks[1] else []
+    old, new = (_look(solid) for solid in (one, other))
+    looks = row_pair(old, new) if len(old) == len(new) > 0 else (row(old), row(new))
+    found = [colour_change(about, *looks)] if old != new else []
     before, after = (_words(solid, one.kind == other.kind) for solid in (one, other))
     if before == after:
         return found
@@ -222,10 +224,10 @@ def _words_change(old: Sequence[str], new: Sequence[str]) -> tuple[str, tuple[st
     return " -> ".join(words), words
 
 
-def _look(solid: Solid) -> str:
+def _look(solid: Solid) -> tuple[float, ...]:
     """Return the colour of a solid, as its words have it."""
     values = dict(word.split(" ", 1) for word in solid.words if word.split(" ", 1)[0] in _LOOK)
-    return row(float(values[part]) for part in _LOOK if part in values)
+    return tuple(float(values[part]) for part in _LOOK if part in values)
 
 
 def _words(solid: Solid, with_file: bool) -> list[str]:

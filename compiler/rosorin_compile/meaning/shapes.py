@@ -17,7 +17,7 @@ from .shape_wording import FEW, likened, numbers_change, shapes_change, words_ch
 from .solids import Delta, Piece, largest_step, match, pieces_of, same_space, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
-from .wording import About, cells_change, colour_change, row, several
+from .wording import About, cells_change, colour_change, row, row_pair, several
 
 
 class Purpose(NamedTuple):
@@ -293,7 +293,7 @@ class _Shapes:
         known = joined(self.pairing.a.printing.tolerance("rgba", *old), self.pairing.b.printing.tolerance("rgba", *new))
         if all(abs(x - y) <= known + self.pairing.tolerance for x, y in zip(old, new, strict=True)):
             return None
-        return row(old), row(new)
+        return row_pair(old, new)
 
 
 def _reaches_not_down(piece: Piece) -> bool:

@@ -102,6 +102,17 @@ def row(values: Iterable[float]) -> str:
     return " ".join(number(value) for value in values)
 
 
+def row_pair(old: Sequence[float], new: Sequence[float]) -> tuple[str, str]:
+    """Return two rows of as many numbers, each number with the digits that tell it from the other one.
+
+    >>> row_pair((0.5, 1), (0.5, 1.0000111))
+    ('0.5 1', '0.5 1.0000111')
+    """
+    pairs = zip(old, new, strict=True)
+    before, after = zip(*((number(a, b), number(b, a)) for a, b in pairs), strict=True)
+    return " ".join(before), " ".join(after)
+
+
 def several(names: Sequence[str]) -> str:
     """Return the first names of a list and the number of the others."""
     return first_of(names, _MOST)
@@ -297,8 +308,7 @@ def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None
         return Sentence(text, "", Row(joint, "axis", row(old), row(new), "the other way round"))
     # Of the same direction, what changed is the length.
     turned = amount(angle, "rad") if angle > NOISE else ""
-    pairs = [(number(a, b), number(b, a)) for a, b in zip(old, new, strict=True)]
-    before, after = (" ".join(numbers) for numbers in zip(*pairs, strict=True))
+    before, after = row_pair(old, new)
     remark = f"turned {turned}" if turned else ""
     return Sentence(f"{joint} axis {before} -> {after}", remark, Row(joint, "axis", before, after, turned))
 

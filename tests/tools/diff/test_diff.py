@@ -113,7 +113,7 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
         "base_link collision: 2 -> 1 shapes",
     ),
     ([("rgba: [0.8", "rgba: [0.9")], "base_link visual colour 0.8 0.1 0.1 1 -> 0.9 0.1 0.1 1"),
-    ([("rgba: [0.8", "rgba: [0.8000123")], "base_link visual colour 0.8 0.1 0.1 1 -> 0.8000123 0.1 0.1 1"),
+    ([("rgba: [0.8", "rgba: [0.80000123")], "base_link visual colour 0.8 0.1 0.1 1 -> 0.8000012 0.1 0.1 1"),
     (
         [
             ("  marker: {}\n", ""),

@@ -49,6 +49,14 @@ CHANGES = [
         ["joint5 counts the other way round: axis 0 0 -1 -> 0 0 1: urdf, urdf_sim, mjcf, robot_model"],
         id="axis",
     ),
+    pytest.param(  # the MJCF alone has it, as damping of the joint
+        ("simulation.yaml", "kp: 20, damping: 1,", "kp: 20, damping: 2,"),
+        [
+            f"{name} damping 1 -> 2 N*m*s/rad (+100.0 %): mjcf"
+            for name in (*(f"joint{n}" for n in range(1, 6)), "r_joint")
+        ],
+        id="drive",
+    ),
     pytest.param(
         ("lidar_and_imu.yaml", "7.5552e-05, 0.106748]", "7.5552e-05, 0.116748]"),
         [

@@ -71,7 +71,7 @@ _POSE = {
 }
 _ACTUATOR = {
     **_all("p gain stiffness pgain", "kp"),
-    **_all("d damping dgain", "kv"),
+    **_all("d dgain", "kv"),
     **_all("dampratio", "damping_ratio"),
     **_all("ctrlrange", "range"),
     **_all("forcerange", "force"),

@@ -21,7 +21,7 @@ from .wording import About, amount, axis_change, mimic_change, mimic_text, numbe
 # The parts of a joint that are numbers: attribute of the model, and its fields.
 _PARTS: Mapping[str, tuple[str, ...]] = {
     "dynamics": ("damping", "friction", "armature", "stiffness", "spring_reference"),
-    "actuator": ("kp", "kv"),
+    "actuator": ("kp", "kv", "damping"),
     "calibration": ("rising", "falling", "reference_position"),
     "safety": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
 }
@@ -88,11 +88,15 @@ def compare_joints(pairing: Pairing, coordinates: Mapping[str, Coordinate], unsa
         yield from _limits(pairing, joint, twin, coordinates.get(joint.name), unsaid)
         if "mimic" not in unsaid:
             yield from _mimic(pairing, joint, twin)
+        whole = "simulation" in unsaid and "actuator" not in unsaid  # an MJCF has one damping of joint and drive
         for part, fields in _PARTS.items():
             for quantity in fields:
                 if part not in unsaid and _TOPICS.get(quantity, quantity) not in unsaid:
                     values = _field(joint, part, quantity), _field(twin, part, quantity)
-                    name = f"{part} {quantity}" if part in ("calibration", "safety") else quantity
+                    if quantity == "damping" and whole:
+                        values = (joint.braking, twin.braking) if part == "dynamics" else (None, None)
+                    both = part in ("calibration", "safety") or (part, quantity) == ("actuator", "damping")
+                    name = f"{part} {quantity}" if both else quantity
                     yield from _number(pairing, joint, (JOINT, name), quantity, values)
 
 

@@ -88,7 +88,8 @@ def _of_link(link: Link) -> dict[str, Said]:
 def _of_joint(joint: Joint) -> dict[str, Said]:
     things: dict[str, Said] = {}
     if joint.actuator is not None:  # its gains are compared as those of the joint
-        values = {word: value for word, value in _said(joint.actuator).items() if word not in ("kp", "kv", "joint")}
+        others = ("kp", "kv", "damping", "joint")
+        values = {word: value for word, value in _said(joint.actuator).items() if word not in others}
         values |= {"name": joint.actuator.name} if joint.actuator.name else {}
         things |= {f"actuator of {joint.name}": values} if values else {}
     if joint.mimic is not None:

@@ -151,6 +151,12 @@ class Joint:
         return not self.is_fixed and not (self.type == "planar" and self.publisher.kind == ROBOT_STATE_PUBLISHER)
 
     @property
+    def braking(self) -> float:
+        """Damping of the joint and of what drives it, in N*m*s/rad or N*s/m."""
+        own = self.dynamics.damping if self.dynamics else 0.0
+        return own + (self.actuator.damping if self.actuator else 0.0)
+
+    @property
     def coordinates(self) -> tuple[str, ...]:
         """The names of the numbers that place the child, in the order of ``transform`` (see ``motion``)."""
         return COORDINATES[self.type]

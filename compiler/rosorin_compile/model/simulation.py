@@ -25,8 +25,8 @@ class Actuator:
 
     ``targets`` are what it acts on by the word of MuJoCo (joint, tendon, site, refsite, ...); empty for one that stands
     with its joint, whose name it has if ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or N/m,
-    N*s/m). ``range`` is what it can be asked for; None is what its kind and joint say, and with ``unlimited`` anything.
-    ``force`` is the smallest and largest force.
+    N*s/m); ``damping`` is that of the drive, seen at the joint. ``range`` is what it can be asked for; None is what its
+    kind and joint say, and with ``unlimited`` anything. ``force`` is the smallest and largest force.
     """
 
     type: str = POSITION
@@ -35,6 +35,7 @@ class Actuator:
     kp: float | None = None
     kv: float = 0.0
     damping_ratio: float = 0.0
+    damping: float = 0.0
     gear: tuple[float, ...] = ()
     range: tuple[float, float] | None = None
     unlimited: bool = False

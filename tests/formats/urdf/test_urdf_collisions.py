@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf.write import write
 from rosorin_compile.model import (
+    ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
     Box,
@@ -22,12 +24,16 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
     Shape,
+    Sphere,
     Transform,
+    Vector,
+    plane_axes,
 )
 from support.machines import BOX, LIMIT
 from support.urdf_robots import emit, link, numbers, parsed
 
 NOBODY = Publisher(UNPUBLISHED, about="for a test")
+SIMULATED = Publisher(UNPUBLISHED, about="for a test", simulated=True)
 STATIC = Publisher(STATIC_TRANSFORM_PUBLISHER, "tf")
 
 angle = st.floats(-math.pi, math.pi)
@@ -119,3 +125,50 @@ def test_height_maps_of_an_output_are_cut_as_it_asks_and_begin_at_their_bottom()
     assert found[""] == found["rows"] == [[1.0, 2.0, 0.15]] * 2
     assert found["merged"] == [[2.0, 2.0, 0.15]]
     assert found["grounded"] == [[1.0, 2.0, 0.3]] * 2
+
+
+ROLLERS = 6
+
+
+def rolling(hub: Vector, ring: float, radius: float, axis: Vector, *, published: bool = False) -> Robot:
+    """Return a base with a wheel, a hub and spheres around it that turn on it, and are not in the URDF."""
+    publisher = Publisher(ROBOT_STATE_PUBLISHER) if published else SIMULATED
+    u, v = plane_axes(axis)
+    turns = [2 * math.pi * step / ROLLERS for step in range(ROLLERS)]
+    places = [
+        tuple(ring * (math.cos(turn) * a + math.sin(turn) * b) for a, b in zip(u, v, strict=True)) for turn in turns
+    ]
+    x, y, z = (side / 2 for side in hub)
+    links = [Link("base"), Link("hub", collision=(Shape(Box((-x, -y, -z), (x, y, z))),))]
+    joints = [Joint("axle", "continuous", "base", "hub", Pose((0.1, 0.2, 0.3)), axis)]
+    for number, place in enumerate(places):
+        links.append(Link(f"roller{number}", collision=(Shape(Sphere(radius)),)))
+        at = Pose((place[0], place[1], place[2]))
+        joints.append(Joint(f"turn{number}", "continuous", "hub", f"roller{number}", at, u, publisher=publisher))
+    return Robot("r", tuple(links), tuple(joints))
+
+
+AXES = [(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.6, 0.8)]
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_a_wheel_whose_rollers_are_not_carried_is_the_cylinder_around_them(axis: Vector) -> None:
+    robot = rolling((0.02, 0.02, 0.02), 0.04, 0.01, axis)
+    (collision,) = link(emit(robot), "hub").iterfind("collision")
+    cylinder, origin = collision.find("geometry/cylinder"), collision.find("origin")
+    assert cylinder is not None
+    assert origin is not None
+    assert float(cylinder.get("radius", "")) == pytest.approx(0.05, abs=1e-12)
+    assert float(cylinder.get("length", "")) >= 0.02 - 1e-12  # of the spheres; the corners of the box reach further
+    r, p, w = numbers(origin.get("rpy"))
+    along = Pose((0.0, 0.0, 0.0), (r, p, w)).transform().rotate((0.0, 0.0, 1.0))
+    assert along == pytest.approx(axis, abs=1e-9)
+    assert numbers(origin.get("xyz")) == pytest.approx((0, 0, 0), abs=1e-12)
+
+
+def test_a_wheel_that_reaches_as_far_as_its_rollers_and_one_that_has_them_stay_as_they_are() -> None:
+    large = rolling((0.12, 0.02, 0.12), 0.04, 0.01, (0.0, 1.0, 0.0))
+    carried = rolling((0.02, 0.02, 0.02), 0.04, 0.01, (0.0, 1.0, 0.0), published=True)
+    for robot in (large, carried):
+        found = [collision.find("geometry") for collision in link(emit(robot), "hub").iterfind("collision")]
+        assert [child.tag for geometry in found if geometry is not None for child in geometry] == ["box"]

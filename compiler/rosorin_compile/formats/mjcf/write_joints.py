@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from ...model import Attribute, Joint, JointPose, Pose, Robot, Vector, plane_axes
+from ...model import Attribute, Dynamics, Joint, JointPose, Pose, Robot, Vector, plane_axes
 from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of
 from ...numbers import NumberFormat, numbers, vector
@@ -70,13 +70,11 @@ def single(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
 
 def _inner(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
     """Return the attributes of what holds and moves a joint."""
-    values: dict[str, str] = {}
-    number = printer.number
-    if joint.dynamics is not None:
-        dynamics = joint.dynamics
-        words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
-        words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
-        values = {word: number(value) for word, value in words.items() if value}
+    number, dynamics = printer.number, joint.dynamics or Dynamics()
+    # That of the drive, too: no force limit clamps it, and MJX leaves out the damping of actuators (MuJoCo 3.17).
+    words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
+    words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
+    values = {word: number(value) for word, value in words.items() if value}
     effort = joint.limit.known("effort") if joint.limit is not None else None
     if effort and not is_clamped(printer.robot, joint, effort):
         values["actuatorfrcrange"] = numbers([-effort, effort], number)

@@ -57,9 +57,10 @@ def _syntax(text: str) -> object:
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .masses import check
+    from . import damping, masses
 
-    yield from check(case, output)
+    yield from masses.check(case, output)
+    yield from damping.check(case, output)
     if output.options.get("control"):
         from .control_rules import check_control
 
@@ -93,7 +94,7 @@ def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:
-    from .write import solids
+    from .solids import solids
 
     return solids(robot, link, output, carried)
 

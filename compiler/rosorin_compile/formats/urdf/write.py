@@ -17,7 +17,6 @@ from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of, plural
 from ...model import (
     AXLELESS,
-    ROWS,
     Box,
     Capsule,
     Cylinder,
@@ -41,6 +40,7 @@ from ...xml.elements import indented
 from ...xml.escaping import Markup
 from ..templating import Templates, attribute, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
+from .solids import boxes_of, collisions, version_of
 
 if TYPE_CHECKING:
     from typing import Any, TypeVar
@@ -111,10 +111,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         rows = []
         for name in names:
             link = robot.link[name]
-            visual, collision = (
-                robot.shapes_at(name, carried, purpose, form.boxes)[0] if purpose in elements else []
-                for purpose in ("visual", "collision")
-            )
+            visual = robot.shapes_at(name, carried, "visual", form.boxes)[0] if "visual" in elements else []
+            collision = collisions(robot, name, carried, form.boxes) if "collision" in elements else []
             others = [type(s.geometry) for s in (*visual, *collision) if isinstance(s.geometry, (Capsule, Ellipsoid))]
             if others:
                 unsaid[name] = Counter(others)
@@ -156,12 +154,12 @@ def _gazebo(
 
     carried = links_of(robot, output)
 
-    def collisions(link: str) -> list[str]:
-        shapes = robot.shapes_at(link, carried, "collision", form.boxes)[0] if "collision" in form.elements else []
+    def named(link: str) -> list[str]:
+        shapes = collisions(robot, link, carried, form.boxes) if "collision" in form.elements else []
         return [shape.name for shape in shapes]
 
     kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
-    there = Carried(carried, joints_of(robot, output), INERTIAL in form.elements, masses, collisions, kept)
+    there = Carried(carried, joints_of(robot, output), INERTIAL in form.elements, masses, named, kept)
     return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
 
 
@@ -190,7 +188,7 @@ def _form(output: Output) -> _Format:
     number = number_format(output.options)
     elements = output.options.get("elements", ELEMENTS)
     visual = ["visual"] if output.options.get("visuals") == FROM_COLLISION and "visual" not in elements else []
-    return _Format(number, [*elements, *visual], _version(output), _boxes(output), {})
+    return _Format(number, [*elements, *visual], version_of(output), boxes_of(output), {})
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
@@ -204,23 +202,6 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
         seen.update(new)
         groups.append((new, joint))
     return groups
-
-
-def _boxes(output: Output) -> str:
-    """Return the form of the boxes that height maps are in an output."""
-    return str(output.options.get("height_maps", ROWS))
-
-
-def _version(output: Output) -> str:
-    """Return the version of the format that an output asks for; 1.2 is a number in YAML, and a name all the same."""
-    return str(output.options.get("version", "1.0"))
-
-
-def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
-    """Return the collision shapes that a link has in a URDF that carries these frames."""
-    shapes = robot.shapes_at(link, carried, "collision", _boxes(output))[0]
-    unsaid = (Ellipsoid,) if _version(output) != "1.0" else (Capsule, Ellipsoid)
-    return [Shape(plain(s.geometry), s.pose) if isinstance(s.geometry, unsaid) else s for s in shapes]
 
 
 def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, str]]:

@@ -102,6 +102,7 @@ def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
         kp=float(entry["kp"]) if "kp" in entry else None,
         kv=float(entry.get("kv", 0)),
         damping_ratio=float(entry.get("damping_ratio", 0)),
+        damping=float(entry.get("damping", 0)),
         gear=tuple(map(float, gear)) if isinstance(gear, list) else (float(gear),) if gear != () else (),
         range=pair_of(entry.get("range")),
         unlimited=bool(entry.get("unlimited", False)),

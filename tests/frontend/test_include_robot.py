@@ -23,6 +23,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand.prefixing import _Renamer
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.tools.importer.round_trip import Unrounded
+from support.commands import write_files
 from support.engines import pose
 from support.paths import DATA
 from support.robots import compiled, texts
@@ -418,6 +419,23 @@ def test_relative_meshes_get_the_folder_that_the_include_names(tmp_path, before,
 
 def told(folder: Path) -> list[str]:
     return [f"{d.rule}: {d.message} ({d.help})" for d in compile_robot(folder / "robot.yaml").diagnostics]
+
+
+@pytest.mark.parametrize("name", ["meshes/b.obj", "../meshes/b.obj", "package://arm/meshes/b.obj"])
+def test_meshes_of_an_included_robot_are_found_from_its_file(home, capsys, name):
+    solid = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    place = "arm/urdf/meshes/b.obj" if name.startswith("meshes") else "arm/meshes/b.obj"
+    geometry = f'<geometry><mesh filename="{name}"/></geometry>'
+    robot = f'<robot name="v"><link name="v"><visual>{geometry}</visual></link></robot>'
+    text = "robot: r\ninclude: [{file: ../../arm/urdf/v.urdf, prefix: left_}]\n"
+    text += "outputs: {urdf: {file: r.urdf}, mjcf: {file: r.xml}}\n"
+    write_files(home, {"arm/urdf/v.urdf": robot, place: solid, "descriptions/r/robot.yaml": text})
+    assert main(["all"]) == 0
+    said = capsys.readouterr().err
+    assert "include-mesh-path" not in said
+    assert "mesh-not-found" not in said
+    assert (home / "outputs/r/meshes" / ("arm/meshes" if "://" in name else "") / "b.obj").is_file()
+    assert str(home) not in (home / "outputs/r/r.urdf").read_text("utf-8")
 
 
 def test_meshes_that_the_artifacts_do_not_find_are_told(tmp_path):

@@ -17,6 +17,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from support.commands import Shown
+from support.round_trip import utf8
 
 ROBOTS = Path(os.environ["ROBOTS"]) if os.environ.get("ROBOTS") else None
 NONE = "(none)"  # the name of a file where there are none, so that a tier without its robots fails
@@ -28,6 +29,11 @@ def names(ending: str, *packages: str) -> list[str]:
         return [NONE]
     found = [path for package in packages for path in (ROBOTS / package).rglob(f"*{ending}")]
     return sorted(path.relative_to(ROBOTS).as_posix() for path in found) or [NONE]
+
+
+def short(name: str) -> str:
+    """Return what a test calls a robot: its package and its file."""
+    return f"{name.partition('/')[0]}/{name.rpartition('/')[2]}"
 
 
 def file_of(name: str) -> Path:
@@ -68,13 +74,23 @@ def bring(source: Path, capsys: Shown, *words: str) -> Brought:
     return Brought((code, again), said + shown.out + shown.err, line, Path("outputs", Path(folder).name))
 
 
-def meshes(robot: Path) -> dict[tuple[str, str, int], tuple[str, Path | None]]:
+def text_of(source: Path) -> bytes:
+    """Return a URDF as XML in UTF-8, that of a xacro as xacro makes it."""
+    data = source.read_bytes()
+    if b"<xacro:" not in data:
+        return utf8(data)
+    import xacro
+
+    return utf8(xacro.process_file(str(source)).toxml("utf-8"))
+
+
+def meshes(urdf: bytes, robot: Path) -> dict[tuple[str, str, int], tuple[str, Path | None]]:
     """Return the meshes of the shapes of a URDF, by link, visual or collision, and number: the name and the file.
 
-    The file is that which the tools of ROS find; None where it is not there.
+    The file is that which the tools of ROS find from the file of the ``robot``; None where it is not there.
     """
     found = {}
-    for link in ET.parse(robot).getroot().findall("link"):
+    for link in ET.fromstring(urdf).findall("link"):
         for kind in ("visual", "collision"):
             for number, solid in enumerate(link.findall(kind)):
                 mesh = solid.find("geometry/mesh")
@@ -92,7 +108,7 @@ def _candidates(name: str, robot: Path) -> Iterator[Path]:
     elif scheme == "file":
         yield Path(rest)
     else:
-        package, _, path = rest.partition("/")
+        package, _, path = rest.lstrip("/").partition("/")
         yield from (folder / path for folder in _packages(package, robot.absolute()))
 
 

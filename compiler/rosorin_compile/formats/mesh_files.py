@@ -3,14 +3,17 @@
 So is each texture that an artifact opens, or that is embedded. A file is looked for where the artifact that opens it
 will (``Format.opens``), and where its description can mean it:
 
-- a relative name: beside the file of the description that names it, beside its first file, as seen from that artifact;
-- ``package://NAME/...``: in the folder that ``packages`` finds for NAME (see there), from the file that names it on;
+- a relative name: beside the file of the description that names it, beside its first file, in the ``folder`` that the
+  ``source`` of that file says, in those around a robot that is included, as seen from that artifact;
+- ``package://NAME/...``: in the folder that the ``source`` of the file that names it says for NAME, and in that which
+  ``packages`` finds (see there), from that file on;
 - a path or ``file://``: there.
 
 The artifact names a file below its own folder, and that name follows from the description alone: relative names are
 as they were written, those of packages are ``meshes/NAME/...``. What was found elsewhere is brought there by who writes
-the artifacts. So a folder of artifacts is complete: where it is kept with its meshes, it is the same on a machine that
-has none of the packages. What is found nowhere is left out of artifacts that could not be opened without it, and told.
+the artifacts; a URDF or an SDF has relative names beside it, too. So a folder of artifacts is complete: where it is
+kept with its meshes, it is the same on a machine that has none of the packages. What is found nowhere is left out of
+artifacts that could not be opened without it, and told.
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ from ..frontend.accepting import EVERYTHING
 from ..frontend.packages import Packages
 from ..frontend.tree import Map, Seq
 from ..model import Output, Robot
-from ..project import MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
+from ..project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
 from ..startup.records import NamedTuple, replace
 from . import FORMATS as RECORDS
 
@@ -40,8 +43,8 @@ RULES = (
     Rule(
         "mesh-not-found",
         "A mesh or a texture is not found. An error where the relative name of a mesh leads nowhere and the MJCF needs "
-        "it, a warning where it is left out of the MJCF, a note where the URDF alone names it: its readers may find it "
-        "on their machine.",
+        "it, a warning where it is left out of the MJCF, as that of an imported robot, or where `import` looks, a "
+        "note where the URDF alone names it: its readers may find it on their machine.",
         "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`.",
         FORMATS,
         accept="robot",
@@ -73,6 +76,7 @@ ACCEPTABLE = {rule.id: rule for rule in RULES if rule.accept}
 
 _PUT = "put the file beside the description, or correct the name"
 _SHOWN = 3  # files named of many
+_MOST_ABOVE = 4  # folders above that of an included robot that its meshes are named from
 _HERE, _NOT_THERE, _ODD = range(3)
 
 
@@ -87,12 +91,14 @@ class Named(NamedTuple):
 class Found(NamedTuple):
     """A mesh that was found: as the description names it, its file, and by which names artifacts open it.
 
-    Those are seen from the folder of the artifacts; ``places`` are those that stand in it.
+    Those are seen from the folder of the artifacts; ``places`` are those that stand in it, ``beside`` those by which
+    the others name it, which is read as it is.
     """
 
     named: Named
     file: Path
     places: tuple[str, ...]
+    beside: tuple[str, ...] = ()
 
 
 class Searched(NamedTuple):
@@ -129,6 +135,29 @@ class Places(NamedTuple):
     environment: Mapping[str, str]
 
 
+class Written(NamedTuple):
+    """Where the files of a folder of a description say that their meshes are: folders, and those of packages."""
+
+    folders: list[Path]
+    packages: dict[str, Path]
+
+
+def written(tree: Map) -> dict[Path, Written]:
+    """Return what the sources of files say about where meshes are, by the folders in which these files stand."""
+    found: dict[Path, Written] = {}
+    for entry in (tree, *(tree.get("links") or {}).values()):
+        source = entry.get("source") if isinstance(entry, Map) else None
+        if isinstance(source, Map) and ("folder" in source or "packages" in source):
+            by = Path(source.span.source.path).parent
+            here = found.setdefault(by, Written([], {}))
+            folder = by / str(source.get("folder") or ".")
+            if "folder" in source and folder not in here.folders:
+                here.folders.append(folder)
+            for name, place in (source.get("packages") or {}).items():
+                here.packages.setdefault(name, by / str(place))
+    return found
+
+
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Look for all meshes that a description names, and textures, for the artifacts that are made of it."""
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
@@ -137,11 +166,16 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     embedding = any(RECORDS[output.backend].embeds for output in outputs)
     named = list(named_meshes(tree))
     textures = named_textures(tree)
-    named += [one for one in textures if any(opened_by(output, one.name) for output in opening)]
+    beside = bool(opening) and any(RECORDS[output.backend].meshes for output in naming)  # a URDF alone asks for none
+    named += [
+        one
+        for one in textures
+        if (beside and is_relative(one.name)) or any(opened_by(output, one.name) for output in opening)
+    ]
     images = textures_of(tree, places) if embedding else {}
     if not (named or images) or not (opening or naming or embedding):
         return Searched((), frozenset(), [])
-    found = _Search(places, opening, naming).run(named)
+    found = _Search(places, opening, naming, written(tree)).run(named)
     if measuring:
         found = found._replace(inputs=tuple(dict.fromkeys((*found.inputs, *found.by_name.values()))))
     if not embedding:
@@ -154,12 +188,29 @@ def files_of(tree: Map, outputs: Sequence[Output], places: Places) -> Mapping[st
     """Return the files of all meshes that are found, by their names in a description; also if no artifact has any."""
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
     naming = [output for output in outputs if RECORDS[output.backend].meshes]
-    return _Search(places, opening, naming).run(list(named_meshes(tree))).by_name
+    return _Search(places, opening, naming, written(tree)).run(list(named_meshes(tree))).by_name
+
+
+def files_named(tree: Map, source: Path, packages: Mapping[str, Path], relative: bool = True) -> Searched:
+    """Return what becomes of the meshes and textures of a robot of others, as they are named in its file.
+
+    Without ``relative`` names that are relative to that file are left aside.
+    """
+    places = Places(source, source.parent, packages, os.environ)
+    named = [one for one in (*named_meshes(tree), *named_textures(tree)) if relative or not is_relative(one.name)]
+    searched = _Search(places, [], []).run(named)
+    told = [d if d.severity == ERROR else d._replace(severity=WARNING) for d in searched.diagnostics]
+    return searched._replace(diagnostics=told)
+
+
+def is_relative(name: str) -> bool:
+    """Say whether the name of a file is relative, and no address."""
+    return not (name.startswith("/") or "://" in name)
 
 
 def textures_of(tree: Map, places: Places) -> Mapping[str, Path]:
     """Return the files of all images that are found, by their names in a description."""
-    return _Search(places, [], []).run(named_textures(tree)).by_name
+    return _Search(places, [], [], written(tree)).run(named_textures(tree)).by_name
 
 
 def named_textures(tree: Map) -> list[Named]:
@@ -196,8 +247,14 @@ def _maps(tree: Map) -> Iterator[Map]:
 class _Search:
     """Looks for meshes, and gathers what there is to say by its cause."""
 
-    def __init__(self, places: Places, opening: Sequence[Output], naming: Sequence[Output]) -> None:
-        self.places, self.opening, self.naming = places, opening, naming
+    def __init__(
+        self,
+        places: Places,
+        opening: Sequence[Output],
+        naming: Sequence[Output],
+        written: Mapping[Path, Written] = MappingProxyType({}),
+    ) -> None:
+        self.places, self.opening, self.naming, self.written = places, opening, naming, written
         self.finders: dict[Path, Packages] = {}
         self.found: list[Found] = []
         self.by_name: dict[str, Path] = {}
@@ -226,12 +283,18 @@ class _Search:
             return
         self.by_name[one.name] = file
         self._meant(one, file)
-        if wanted:
-            inside = tuple(name for name in sorted(wanted) if not (name.startswith(("/", "../")) or name == ".."))
-            self.found.append(Found(one, file, inside))
+        beside = self._beside_artifacts(one) if is_relative(one.name) else set()
+        if wanted or beside:
+            inside, near = ([name for name in sorted(names) if _is_inside(name)] for names in (wanted, beside))
+            self.found.append(Found(one, file, tuple(inside), tuple(near)))
             self.inputs[file] = None
-            for place in inside:
+            for place in dict.fromkeys((*inside, *near)):
                 self._alone(place, one, file)
+
+    def _beside_artifacts(self, one: Named) -> set[str]:
+        """Return by which relative names artifacts name a mesh that they do not open, seen from the folder of all."""
+        naming = [output for output in self.naming if RECORDS[output.backend].meshes]
+        return {posixpath.normpath(posixpath.join(_folder(output), one.name)) for output in naming}
 
     def _meant(self, one: Named, file: Path) -> None:
         """Tell it where a name means another file in one file of the description than in the others."""
@@ -283,6 +346,7 @@ class _Search:
         scheme, mark, rest = one.name.partition("://")
         candidates: Iterator[Path]
         if mark and scheme in ("package", "model"):
+            rest = rest.lstrip("/")  # some write package:///NAME/FILE, and their readers take it
             beside = (self.places.outputs / name for name in sorted(wanted))
             candidates = chain(self._in_packages(self._beside(one), rest), beside)
         elif mark and scheme != "file":
@@ -294,7 +358,8 @@ class _Search:
         else:
             # What was brought beside the artifacts may be older than what it was brought from. What they name outside
             # of their folder is never brought: there they have to find it themselves.
-            near = [] if self._is_outside(one) else [folder / one.name for folder in self._beside(one)]
+            folders = [] if self._is_outside(one) else [*self._beside(one), *self._folders(one), *_around(one)]
+            near = [folder / one.name for folder in folders]
             near += [self.places.outputs / _folder(o) / one.name for o in (*self.opening, *self.naming)]
             candidates = iter([*near, *(self.places.outputs / name for name in sorted(wanted))])
         odd = None
@@ -318,11 +383,23 @@ class _Search:
         folders = [Path(span.source.path).parent for span in one.spans]
         return list(dict.fromkeys([*folders, self.places.description.parent]))
 
+    def _written(self, folder: Path) -> Written:
+        """Return what is written about meshes in a folder of the description, or else in that of its first file."""
+        none = Written([], {})
+        return self.written.get(folder) or self.written.get(self.places.description.parent) or none
+
+    def _folders(self, one: Named) -> list[Path]:
+        """Return the folders that the files which name a mesh say for relative names."""
+        return [place for folder in self._beside(one) for place in self._written(folder).folders]
+
     def _in_packages(self, folders: Sequence[Path], rest: str) -> Iterator[Path]:
         name, _, path = rest.partition("/")
         if not path or ".." in path.split("/"):
             return
         for folder in folders:
+            said = self._written(folder).packages.get(name)
+            if said is not None and name not in self.places.packages:
+                yield said / path
             package = self._package(folder, name)
             if package is not None:
                 yield package / path
@@ -337,6 +414,11 @@ class _Search:
             self.resolved[resolved(ROS_PACKAGE, name, by, found)] = None
         return found
 
+    def _is_known(self, folder: Path, name: str) -> bool:
+        """Say whether there is a package as seen from a folder of the description."""
+        said = self._written(folder).packages.get(name)
+        return self._package(folder, name) is not None or (said is not None and os.path.isdir(said))  # noqa: PTH112
+
     def _missing(self, one: Named, scheme: str, rest: str, odd: Path | None) -> None:
         """Say that a mesh is not found, or is no file."""
         severity = WARNING if self.opening else NOTE
@@ -345,8 +427,11 @@ class _Search:
             self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), help))
         elif scheme in ("package", "model"):
             name = rest.partition("/")[0]
-            if any(self._package(folder, name) is not None for folder in self._beside(one)):
-                self._absent(one, f"not in the package {name}{self._left()}", "correct the name", WARNING)
+            if not name:
+                self._absent(one, f"in no package{self._left()}", f"write {scheme}://NAME/FILE", severity)
+            elif any(self._is_known(folder, name) for folder in self._beside(one)):
+                help = f"correct the name, or say where the package is: --package {name}=FOLDER"
+                self._absent(one, f"not in the package {name}{self._left()}", help, WARNING)
             else:
                 help = f"--package {name}=FOLDER says where it is; readers of the URDF look for it themselves"
                 self._absent(one, f"not found: there is no package {name} here{self._left()}", help, severity)
@@ -356,8 +441,11 @@ class _Search:
             outside = posixpath.normpath(one.name).startswith("../")
             what = "not there, neither as seen from the artifacts nor beside the description"
             what = "not there, as seen from the artifacts" if outside and self.opening else what
+            if not (self.opening or self.naming):
+                what, outside = f"not there, as seen from {self.places.description.name}", True
             help = "put the file there, or correct the name" if outside else _PUT
-            if one.kind == TEXTURE:  # without which it is the robot all the same
+            # Without a texture it is the robot all the same; without a mesh that import found nowhere, that was told.
+            if one.kind == TEXTURE or self._folders(one):
                 self._absent(one, what + self._left(), help, WARNING)
                 return
             help += ", or take mjcf out of outputs" if self.opening else ""
@@ -378,6 +466,19 @@ def told(rule: str, what: str, help: str, severity: str, many: Sequence[Named]) 
     which = f"{len(names)} {_SEVERAL[kind]} ({first_of(names, _SHOWN)}) are"
     which = f"{kind} {names[0]} is" if len(names) == 1 else which
     return Diagnostic(rule, severity, f"{which} {what}", spans[0], and_here(spans[1:]), help, (EVERYTHING,))
+
+
+def _around(one: Named) -> Iterator[Path]:
+    """Yield the folders around a robot of others that names a mesh: what leads out of its own is named from there."""
+    for span in one.spans:
+        path = Path(os.path.abspath(span.source.path))
+        if path.suffix not in ENDINGS:
+            yield from list(path.parent.parents)[:_MOST_ABOVE]
+
+
+def _is_inside(name: str) -> bool:
+    """Say whether a name leads into the folder of the artifacts."""
+    return not (name.startswith(("/", "../")) or name == "..")
 
 
 def _plain(path: Path) -> Path:

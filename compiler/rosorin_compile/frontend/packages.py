@@ -48,7 +48,7 @@ class Packages:
         if not colon:
             return folder / address
         if scheme in ("package", "model"):
-            name, _, path = rest.partition("/")
+            name, _, path = rest.lstrip("/").partition("/")
             package = self.find(name)
             return None if package is None else package / path
         return Path(unquote(rest) if "%" in rest else rest) if scheme == "file" else None

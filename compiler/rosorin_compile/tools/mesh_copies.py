@@ -57,6 +57,7 @@ def brought(searched: Searched, outputs: Path) -> Searched:
     for number, found in enumerate(searched.found):
         step("reading meshes", number, len(searched.found))
         try:
+            files |= dict.fromkeys(found.beside, _read(found.file)) if found.beside else {}
             made, is_new = _files(found, outputs)
         except NotSound as problem:
             failed.setdefault((str(problem), problem.help, found.named.kind), []).append(found.named)

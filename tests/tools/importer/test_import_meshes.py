@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -68,7 +69,6 @@ MODEL = """\
 </mujoco>
 """
 OBJECT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-NAMED = "files of meshes or textures are named as seen from"
 
 
 @pytest.fixture
@@ -95,25 +95,111 @@ def names(urdf: Path) -> list[str]:
     return [found.get("filename", "") for found in ET.parse(urdf).getroot().iter() if found.get("filename")]
 
 
-def test_it_is_said_once_with_what_helps_and_is_no_loss(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def found(folder: Path) -> list[bool]:
+    """Return which meshes of the URDF are beside it, and are found by MuJoCo as well."""
+    urdf = next(folder.rglob("*.urdf"))
+    return [(urdf.parent / name).is_file() for name in names(urdf) if "://" not in name]
+
+
+def test_relative_names_are_found_from_then_on(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "vendor" / "wood.png").write_bytes(b"")
     assert run("import", "vendor/arm.urdf", "--strict") == 0
-    assert capsys.readouterr().err == (
-        f"vendor/arm.urdf:1:14: warning[import-mesh-path]: {NAMED} arm.urdf, but readers look from the artifacts: "
-        "wood.png and 1 more\n"
-        '    1 | <robot name="arm">\n'
-        "      |              ^^^ import again with --meshes ../../vendor, which is right for outputs/arm, "
-        "or package://NAME\n"
+    said = capsys.readouterr()
+    assert said.err == (
+        "vendor/arm.urdf:6:39: warning[mesh-not-found]: mesh package://arm/meshes/cover.stl is not found: "
+        "there is no package arm here\n"
+        '    6 |     <visual><geometry><mesh filename="package://arm/meshes/cover.stl"/></geometry></visual>\n'
+        "      |                                       ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ "
+        "--package arm=FOLDER says where it is; readers of the URDF look for it themselves\n"
     )
     text = (here / "descriptions" / "arm" / "robot.yaml").read_text("utf-8")
     assert "file: meshes/base.stl" in text
+    assert "source: {status: imported, note: from arm.urdf, folder: ../../vendor}\n" in text
+    assert "accept" not in text
+    assert run("all") == 0
+    assert (
+        "warning[mesh-not-found]: mesh package://arm/meshes/cover.stl is not in the package arm"
+        in capsys.readouterr().err
+    )
+    assert found(here / "outputs") == [True, True, True]
 
 
-def test_a_file_that_is_not_there_is_no_help(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert not (here / "vendor" / "wood.png").exists()
+def test_a_file_that_is_not_there_is_told_at_its_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "vendor" / "meshes" / "base.stl").unlink()
     assert run("import", "vendor/arm.urdf", "-o", "elsewhere") == 0
     said = capsys.readouterr().err
-    assert "import again with --meshes FOLDER, as seen from the artifacts, or --meshes package://NAME\n" in said
+    assert "arm.urdf:2:44: warning[mesh-not-found]: texture wood.png is not there, as seen from arm.urdf\n" in said
+    assert "arm.urdf:5:39: warning[mesh-not-found]: mesh meshes/base.stl is not there, as seen from arm.urdf\n" in said
+    assert run("all", "elsewhere") == 0
+    said = capsys.readouterr().err
+    assert "warning[mesh-not-found]: mesh meshes/base.stl is not there" in said
+    assert "accepted" not in said
+
+
+LEADING = {
+    "upwards": ("../meshes/base.stl", "pkg/urdf", "pkg/meshes", "meshes/base.stl"),
+    "beside and upwards": ("../pkg/./meshes/base.stl", "pkg", "pkg/meshes", "meshes/base.stl"),
+    "a file of this machine": ("file://HERE/theirs/pkg/meshes/base.stl", "pkg/urdf", "pkg/meshes", "meshes/base.stl"),
+    "a path of this machine": ("HERE/theirs/pkg/meshes/base.stl", "pkg/urdf", "pkg/meshes", "meshes/base.stl"),
+    "a package by its folder": ("package://pkg/meshes/base.stl", "pkg/a/b", "pkg/meshes", ""),
+    "a package by its manifest": ("package://other/meshes/base.stl", "pkg/a/b", "pkg/meshes", ""),
+    "a package beside": ("package://next_one/base.stl", "pkg/urdf", "next_one", ""),
+    "a package with a slash more": ("package:///pkg/meshes/base.stl", "pkg/urdf", "pkg/meshes", ""),
+    "a model": ("model://pkg/meshes/base.stl", "pkg/urdf", "pkg/meshes", ""),
+}
+
+
+@pytest.mark.parametrize(("name", "place", "meshes", "becomes"), LEADING.values(), ids=LEADING)
+def test_where_a_name_leads_from_its_own_file(
+    here: Path, capsys: pytest.CaptureFixture[str], name: str, place: str, meshes: str, becomes: str
+) -> None:
+    theirs = here / "theirs"
+    (theirs / place).mkdir(parents=True)
+    (theirs / meshes).mkdir(parents=True, exist_ok=True)
+    (theirs / meshes / "base.stl").write_text(TETRAHEDRON, "utf-8")
+    if "other" in name:
+        (theirs / "pkg" / "package.xml").write_text("<package><name>other</name></package>", "utf-8")
+    name = name.replace("HERE", str(here))
+    text = ROBOT.replace('"meshes/base.stl"', f'"{name}"').replace("package://arm/meshes/cover.stl", name)
+    (theirs / place / "arm.urdf").write_text(re.sub("<material.*\n", "", text), "utf-8")
+    assert run("import", str(theirs / place / "arm.urdf")) == 0
+    assert capsys.readouterr().err == ""
+    assert run("all") == 0
+    assert "mesh-not-found" not in capsys.readouterr().err
+    urdf, mjcf = (here / "outputs" / "arm" / f"arm{ending}" for ending in (".urdf", ".xml"))
+    assert set(names(urdf)) == {becomes or name}
+    assert not becomes or found(here / "outputs") == [True] * 3
+    (mesh,) = ET.parse(mjcf).getroot().findall("asset/mesh")
+    assert (mjcf.parent / mesh.get("file", "")).read_bytes()[80:84] == b"\4\0\0\0"
+    for made in (*here.glob("descriptions/arm/*"), urdf, mjcf):
+        assert str(here) not in made.read_text("utf-8")
+    assert run("check") == 0
+
+
+def test_a_package_that_the_command_line_names_is_written_down(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "far" / "meshes").mkdir(parents=True)
+    (here / "far" / "meshes" / "cover.stl").write_text(TETRAHEDRON, "utf-8")
+    (here / "vendor" / "wood.png").write_bytes(b"")
+    assert run("import", "vendor/arm.urdf", "--package", "arm=far") == 0
+    assert "mesh-not-found" not in capsys.readouterr().err
+    assert "packages: {arm: ../../far}}" in (here / "descriptions" / "arm" / "robot.yaml").read_text("utf-8")
+    assert run("all") == 0
+    assert "mesh-not-found" not in capsys.readouterr().err
+    # Where that folder is not, it is as if nothing were written.
+    (here / "far").rename(here / "farther")
+    assert run("all", "--package", "arm=farther") == 0
+    assert "mesh-not-found" not in capsys.readouterr().err
+
+
+def test_a_path_that_only_this_machine_has_is_told(
+    here: Path, tmp_path_factory: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
+) -> None:
+    far = tmp_path_factory.mktemp("far") / "base.stl"
+    far.write_text(TETRAHEDRON, "utf-8")
+    text = (here / "vendor" / "arm.urdf").read_text("utf-8").replace("meshes/base.stl", str(far))
+    (here / "vendor" / "arm.urdf").write_text(text, "utf-8")
+    assert run("import", "vendor/arm.urdf") == 0
+    assert "are paths of this machine" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -139,16 +225,14 @@ def test_relative_names_alone_get_the_folder(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("output", [(), ("-o", "descriptions/other"), ("-o", "robots/deep/arm")])
-def test_mujoco_finds_the_meshes_with_what_the_warning_says(
+def test_mujoco_finds_the_meshes_of_an_mjcf_from_then_on(
     here: Path, capsys: pytest.CaptureFixture[str], output: tuple[str, ...]
 ) -> None:
     mujoco = pytest.importorskip("mujoco")
     assert run("import", "vendor/arm.xml", *output) == 0
     said = capsys.readouterr()
-    assert f"{NAMED} arm.xml, but readers look from the artifacts: meshes/base.obj\n" in said.err
+    assert said.err == ""
     assert "its URDF is URDF 1.2, for the capsules; ROS up to Jazzy does not read it" in said.out
-    folder = said.err.partition("--meshes ")[2].partition(",")[0]
-    assert run("import", "vendor/arm.xml", *output, "--force", "--meshes", folder) == 0
     made = Path(output[1] if output else "descriptions/arm")
     assert "\n  # URDF 1.2, for the capsules; ROS" in (made / "robot.yaml").read_text("utf-8")
     assert run("all", str(made)) == 0

@@ -59,6 +59,7 @@ def _path(file: str, more: str) -> str:
     """Return how a file is called as seen from the MJCF, where its name gets ``more`` at its end if it is converted."""
     scheme, mark, rest = file.partition("://")
     if mark and scheme in ("package", "model"):
+        rest = rest.lstrip("/")  # as package:///NAME/FILE is read, too
         parts = rest.split("/")
         return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
     if mark or file.startswith("/"):

@@ -108,11 +108,18 @@ def _of_sources(reader: Reader) -> Iterator[Diagnostic]:
     from ..validate import validate
 
     for source, key, span in reader.described:
-        if isinstance(source, Map) and all(isinstance(value, str) and "$" not in value for value in source.values()):
+        if isinstance(source, Map) and all(_is_plain(value) for value in source.values()):
             top = Map(span)
             top.put("robot", "any", span, span)
             top.put("source", source, key, span)
             yield from validate(top, {})
+
+
+def _is_plain(value: Any) -> bool:
+    """Say whether a value has no expression; texts by name may be one."""
+    if isinstance(value, Map):
+        return all(map(_is_plain, value.values()))
+    return isinstance(value, str) and "$" not in value
 
 
 def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

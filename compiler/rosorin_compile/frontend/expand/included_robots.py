@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
 from ...diagnostics.registry import FILES, Rule
 from ...diagnostics.wording import first_of
-from ...project import shown
+from ...project import MESH_FILE, is_file, resolved, shown
 from ...startup.records import NamedTuple
 from ..expression.functions import FUNCTIONS, kind_of
 from ..tree import Instance, Map, Place
@@ -145,7 +145,7 @@ class Robots:
 
     def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
         """Return a robot whose meshes are named as its artifacts find them; say where they do not."""
-        from .prefixing import moved, relative_files
+        from .prefixing import from_one_folder, moved, relative_files, with_files_named
 
         files = relative_files(made)
         folder = entry.get("meshes")
@@ -157,6 +157,11 @@ class Robots:
                 span = entry.key_spans["meshes"]
                 self._say(Diagnostic("ignored-key", WARNING, message, span, (), "remove meshes"), via.parent)
             return moved(made, folder)
+        base = Path(os.path.abspath(made.span.source.path)).parent
+        top, names = from_one_folder(base, {name: os.path.normpath(base / name) for name in files})
+        names = {old: new for old, new in names.items() if self._is_there(base, top, new)}
+        made = with_files_named(made, lambda name: names.get(name, name)) if names else made
+        files = [name for name in files if name not in names]
         if files:
             seen = f"seen from {Path(entry['file']).name}, but readers look from the artifacts"
             message = f"files of meshes or textures are named as {seen}: {first_of(files, 1)}"
@@ -164,6 +169,15 @@ class Robots:
             span = entry.value_spans["file"]
             self._say(Diagnostic("include-mesh-path", WARNING, message, span, (), help), via.parent)
         return made
+
+    def _is_there(self, base: Path, top: Path, name: str) -> bool:
+        """Say whether a file is in a folder, and no other one is called so from a folder nearer to ``base``."""
+        above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
+        there = [folder for folder in above if is_file(folder / name)]
+        for folder in above:
+            here = folder / name if folder in there else None
+            self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", here))
+        return there == [top]
 
     def _read(self, entry: Map, scope: Scope, include: Asked, via: Instance) -> Map:
         """Return the tree of a robot; what there is to say of its file is said once. Raises Failed."""

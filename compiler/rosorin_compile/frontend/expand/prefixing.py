@@ -5,9 +5,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
 from typing import Any
 
 from ...diagnostics import Source
@@ -175,27 +177,43 @@ def relative_files(tree: Map) -> list[str]:
 def moved(tree: Map, folder: str) -> Map:
     """Return the tree of a robot in which ``folder`` stands before the relative names of mesh and texture files."""
     before = f"{folder.rstrip('/')}/"
+    return with_files_named(tree, lambda name: name if _ABSOLUTE.match(name) else before + name)
+
+
+def with_files_named(tree: Map, name: Callable[[str], str]) -> Map:
+    """Return the tree of a robot in which each name of a mesh or texture file is what ``name`` makes of it."""
     made = Map(tree.span, tree.via)
     for key, value in tree.items():
-        value = value if key == _ARTIFACTS else _copied(value, before, key)
+        value = value if key == _ARTIFACTS else _copied(value, name, key)
         made.put(key, value, tree.key_spans[key], tree.value_spans[key])
     return made
 
 
-def _copied(node: Any, before: str, under: str = "") -> Any:
+def from_one_folder(base: Path, places: Mapping[str, str]) -> tuple[Path, dict[str, str]]:
+    """Return the nearest folder, ``base`` or one above it, that has some files, and what they are called from there.
+
+    ``places`` are absolute paths by the names that the files have so far.
+    """
+    top = Path(os.path.commonpath([base, *places.values()]))
+    return top, {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
+
+
+def _copied(node: Any, name: Callable[[str], str], under: str = "") -> Any:
     if isinstance(node, Map):
         made = Map(node.span, node.via)
         for key, value in node.items():
-            value = before + value if under != _NAMES and _is_relative(node, key) else _copied(value, before, key)
-            made.put(key, value, node.key_spans[key], node.value_spans[key])
+            is_file = under != _NAMES and _is_file(node, key)
+            made.put(
+                key, name(value) if is_file else _copied(value, name, key), node.key_spans[key], node.value_spans[key]
+            )
         return made
     if isinstance(node, Seq):
         listed = Seq(node.span, node.via)
         for item, span in zip(node, node.value_spans, strict=True):
-            listed.put(_copied(item, before, under), span)
+            listed.put(_copied(item, name, under), span)
         return listed
     if under == OF_MJCF and isinstance(node, str):
-        return with_files(node, lambda name: name if _ABSOLUTE.match(name) else before + name)
+        return with_files(node, name)
     return node
 
 
@@ -217,6 +235,10 @@ def _kept(node: Any, under: str = "") -> list[str]:
 
 
 def _is_relative(node: Map, key: str) -> bool:
-    """Say whether a value is the relative name of a file: ``file`` of a mesh, or a ``texture``."""
-    value = node[key]
-    return key in ("file", "texture") and isinstance(value, str) and not _ABSOLUTE.match(value)
+    """Say whether a value is the relative name of a file."""
+    return _is_file(node, key) and not _ABSOLUTE.match(node[key])
+
+
+def _is_file(node: Map, key: str) -> bool:
+    """Say whether a value is the name of a file: ``file`` of a mesh, or a ``texture``."""
+    return key in ("file", "texture") and isinstance(node[key], str)

@@ -221,7 +221,8 @@ def _describe(
     folder = Path(options.output) if options.output else Path(base, DESCRIPTIONS, safe(tree["robot"]))
     if target is None:
         _check_folder(folder, options.force)
-    named = renamed(tree, source, folder, options.meshes)
+    keeps = imported.takes_arguments and not options.flat
+    named = renamed(tree, source, folder, options.meshes, how.packages, keeps)
     _show(console, named.diagnostics)
     read = imported._replace(tree=tree)
     in_words = _worded(options, imported._replace(tree=named.tree))

@@ -1,38 +1,138 @@
 """Telling: what became of a source, in a few lines for the person who imports it.
 
-``renamed`` makes the names of meshes and textures, which are relative to the source, such that readers find them.
+``renamed`` makes the names of meshes and textures such that they are found from where the description stands. The
+``source`` of the description says where: in which ``folder`` relative names are looked for, and the ``packages``
+that are found from the source, but not from the description. A relative name that leads out of the folder of the source
+is made one from a folder above it, so that artifacts have their files beside them wherever they are.
 """
 
 from __future__ import annotations
 
 import os
+import posixpath
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ...diagnostics import WARNING, Diagnostic, Span
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, first_of
-from ...frontend.expand.prefixing import moved, relative_files
+from ...formats.checked import copied
+from ...formats.described import as_tree
+from ...formats.mesh_files import files_named
+from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
+from ...frontend.packages import Packages, package_name
 from ...frontend.tree import Map, Seq
-from ...project import DESCRIPTIONS, OUTPUTS, is_file
+from ...project import ROOT_FILE
 from ...startup.records import NamedTuple
 
 RULES = (
     Rule(
         "import-mesh-path",
-        "A warning: meshes or textures are named as seen from the source; the artifacts stand elsewhere. Or "
-        "`--meshes` for a robot without such names.",
-        "`--meshes FOLDER`, as seen from the artifacts, or `--meshes package://NAME`.",
+        "A warning: meshes or textures are named by a path that only this machine has or, in a xacro, by one that "
+        "leads out of its folder. Or `--meshes` for a robot without relative names.",
+        "Name them as package://NAME/FILE; or `--meshes FOLDER`, as seen from the artifacts.",
         READING,
     ),
 )
 
-
+_RULE = "import-mesh-path"
 _TAG = re.compile(r"<([^\s/>!?]+)")
 _FEW = 3
+
+
+class Renamed(NamedTuple):
+    """The tree of a robot with the names that its description gets, and what there is to say about them."""
+
+    tree: Map
+    diagnostics: list[Diagnostic]
+
+
+def renamed(
+    tree: Map, source: Path, folder: Path, meshes: str | None, packages: Mapping[str, Path], keeps: bool = False
+) -> Renamed:
+    """Return a robot whose description finds the files of meshes and textures that its source does.
+
+    ``source`` is the file that the robot was read from, ``folder`` where its description is going to stand, and
+    ``packages`` what the command line says of packages. Relative names have ``meshes`` before them if that is given;
+    with ``keeps`` no name may become another one, since they are made by macros. What is not found is told. Nothing is
+    lost by that: it is no ``import-cannot-carry``.
+    """
+    place = tree.value_spans.get("robot", tree.span)
+    searched = files_named(tree, source, packages, relative=meshes is None)
+    files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
+    known = {name: _seen(at, here) for name, at in _packages(files, here)}
+    if meshes is not None:
+        message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
+        vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
+        told += [] if relative_files(tree) else [vain]
+        return Renamed(_saying(moved(tree, meshes), "", known), told)
+    base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
+    if keeps:
+        top, names = base, {name: name for name in relative if not posixpath.normpath(name).startswith("../")}
+    else:
+        top, names = _names(base, relative, files)
+    elsewhere = [name for name in dict.fromkeys([*files, *relative]) if name not in names and not _is_of_package(name)]
+    told += [_elsewhere(elsewhere, source, place)] if elsewhere else []
+    tree = with_files_named(tree, lambda name: names.get(name, name))
+    return Renamed(_saying(tree, _seen(top, here) if names else "", known), told)
+
+
+def _is_of_package(name: str) -> bool:
+    return name.startswith(("package://", "model://"))
+
+
+def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
+    """Return the folder that files of a source lie in, and their names as seen from there, by those in the source.
+
+    ``base`` is the folder of the source. Paths of this machine are among them where they lead into the package of the
+    source, or into the folder around ``base``.
+    """
+    package = next((folder for folder in (base, *base.parents) if package_name(folder)), base.parent)
+    places = {name: os.path.normpath(base / name) for name in relative}
+    paths = {name: os.path.abspath(file) for name, file in files.items() if name.startswith(("/", "file://"))}
+    places |= {name: path for name, path in paths.items() if Path(path).is_relative_to(package)}
+    return from_one_folder(base, places)
+
+
+def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:
+    """Yield the packages that files were found in, with their folders, but for those that are found from ``here``."""
+    near, seen = Packages({}, os.environ, here / ROOT_FILE), set()
+    for name, file in files.items():
+        package, _, path = name.partition("://")[2].lstrip("/").partition("/")
+        if _is_of_package(name) and package not in seen:
+            seen.add(package)
+            folder = Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1]
+            known = near.find(package)
+            if known is None or known.resolve() != folder.resolve():
+                yield package, folder
+
+
+def _saying(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
+    """Return the tree of a robot whose source says where its meshes are."""
+    if not (folder or packages):
+        return tree
+    made, span = copied(tree), tree.span
+    source = copied(tree["source"])
+    for key, value in (("folder", folder), ("packages", as_tree(packages, span, []))):
+        if value:
+            source.put(key, value, span, span)
+    made["source"] = source
+    return made
+
+
+def _seen(path: Path, folder: Path) -> str:
+    """Return a path as seen from a folder, as a description has it."""
+    return Path(os.path.relpath(path, folder)).as_posix()
+
+
+def _elsewhere(names: Sequence[str], source: Path, span: Span) -> Diagnostic:
+    """Return the warning about files whose names only the source understands."""
+    message = f"names of files lead out of the folder of {source.name}, or are paths of this machine: "
+    help = "name them as package://NAME/FILE; or import with --meshes FOLDER, as seen from the artifacts"
+    return Diagnostic(_RULE, WARNING, message + first_of(names, 1), span, (), help)
 
 
 def sizes(tree: Map) -> str:
@@ -88,71 +188,3 @@ def _elements(node: Any) -> Iterator[str]:
 def _tag(text: str) -> str:
     found = _TAG.search(text)
     return found[1] if found else "text"
-
-
-_RULE = "import-mesh-path"
-
-
-class Renamed(NamedTuple):
-    """The tree of a robot with the names that its description gets, and what there is to say about them."""
-
-    tree: Map
-    diagnostics: list[Diagnostic]
-
-
-def renamed(tree: Map, source: Path, folder: Path, meshes: str | None) -> Renamed:
-    """Return a robot whose relative names of files have ``meshes`` before them; without it, warn of them, once.
-
-    ``source`` is the file that the robot was read from, ``folder`` where its description is going to stand. Nothing is
-    lost where the names stay as they are: that is no ``import-cannot-carry``.
-    """
-    files = relative_files(tree)
-    span = tree.value_spans.get("robot", tree.span)
-    if meshes is not None:
-        message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
-        ignored = [] if files else [Diagnostic(_RULE, WARNING, message, span, (), "leave --meshes out")]
-        return Renamed(moved(tree, meshes), ignored)
-    if not files:
-        return Renamed(tree, [])
-    return Renamed(_away_from_meshes(tree, source, folder), [_warning(files, source, folder, span)])
-
-
-def _away_from_meshes(tree: Map, source: Path, folder: Path) -> Map:
-    """Return the tree with a word on the meshes that are not where its artifacts are going to look for them."""
-    from ...formats.mesh_files import named_meshes
-
-    near = (folder, _artifacts(folder))
-    names = [one.name for one in named_meshes(tree) if "://" not in one.name and not one.name.startswith("/")]
-    if all(any(is_file(place / name) for place in near) for name in names):
-        return tree
-    made, entry, span = Map(tree.span, tree.via), Map(tree.span), tree.span
-    for key, value in tree.items():
-        made.put(key, value, tree.key_spans[key], tree.value_spans[key])
-    entries = Seq(span)
-    for one in tree.get("accept") or ():
-        entries.put(one, span)
-    entry.put("rule", "mesh-not-found", span, span)
-    entry.put("reason", f"its meshes are beside {source.name}", span, span)
-    entries.put(entry, span)
-    made.put("accept", entries, span, span)
-    return made
-
-
-def _warning(files: list[str], source: Path, folder: Path, span: Span) -> Diagnostic:
-    message = (
-        f"files of meshes or textures are named as seen from {source.name}, but readers look from the artifacts: "
-        f"{first_of(files, 1)}"
-    )
-    help = "import again with --meshes FOLDER, as seen from the artifacts, or --meshes package://NAME"
-    artifacts = _artifacts(folder)
-    if os.path.exists(source.parent / files[0]):  # noqa: PTH110 - a name that is too long for a file is no error here
-        where = Path(os.path.relpath(source.parent, artifacts)).as_posix()
-        help = f"import again with --meshes {where}, which is right for {artifacts.as_posix()}, or package://NAME"
-    return Diagnostic(_RULE, WARNING, message, span, (), help)
-
-
-def _artifacts(folder: Path) -> Path:
-    """Return where the artifacts of a description stand unless somebody says so (see ``project``)."""
-    own = Path(os.path.abspath(folder))
-    base = folder.parent.parent if own.parent.name == DESCRIPTIONS else Path()
-    return base / OUTPUTS / own.name

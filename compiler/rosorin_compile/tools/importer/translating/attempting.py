@@ -149,7 +149,7 @@ def _files(program: Program, documents: Documents, how: How, tail: Mapping[str, 
         "robot": how.changed.name or documents.name or str(tree["robot"]),
     }
     if "source" in tree:
-        head["source"] = {key: str(value) for key, value in tree["source"].items()}
+        head["source"] = dict(tree["source"])
     if included:
         head["include"] = included
     sections = {**head, **(documents.files.get(root) or {}), **tail}

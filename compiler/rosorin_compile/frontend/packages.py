@@ -1,7 +1,8 @@
 """Packages: the folder of a ROS package by its name, with and without ROS.
 
-Asked in this order: what ``--package`` says, ``ROS_PACKAGE_PATH`` (ROS 1), ``AMENT_PREFIX_PATH`` (ROS 2), and the
-folders around the file that is read: a package.xml there, or beside it, says what the package is called.
+Asked in this order: what ``--package`` says, ``ROS_PACKAGE_PATH`` (ROS 1), ``AMENT_PREFIX_PATH`` (ROS 2), the folders
+in which Gazebo looks for models (``OF_GAZEBO``), and the folders around the file that is read: a package.xml there, or
+beside it, says what the package is called.
 """
 
 from __future__ import annotations
@@ -10,6 +11,9 @@ import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from urllib.parse import unquote
+
+# The variables of the environment that say where models of Gazebo are, the first asked first.
+OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 
 # How deep a workspace nests its packages, and how many folders are looked into: enough for ROS, not for a whole disk.
 _DEPTH = 4
@@ -64,6 +68,9 @@ class Packages:
             share = prefix / "share" / name
             if _is_folder(share):
                 return share
+        for folder in (entry for variable in OF_GAZEBO for entry in self._entries(variable)):
+            if _is_folder(folder / name):
+                return folder / name
         return self._around(name)
 
     def _entries(self, variable: str) -> Iterator[Path]:

@@ -176,6 +176,34 @@ def test_where_a_name_leads_from_its_own_file(
     assert run("check") == 0
 
 
+MODEL_OF_GAZEBO = """\
+<sdf version="1.9"><model name="crate"><link name="base"><inertial><mass>1</mass></inertial>
+  <visual name="v"><geometry><mesh><uri>model://crate/meshes/base.stl</uri></mesh></geometry></visual>
+  <collision name="c"><geometry><mesh><uri>meshes/base.stl</uri></mesh></geometry></collision>
+</link></model></sdf>
+"""
+
+
+@pytest.mark.parametrize("by", ["its own folder", "GZ_SIM_RESOURCE_PATH"])
+def test_a_model_of_gazebo(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, by: str
+) -> None:
+    own = here / ("models/crate" if by == "its own folder" else "elsewhere")
+    for folder in (here / "models" / "crate" / "meshes", own / "meshes"):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "base.stl").write_text(TETRAHEDRON, "utf-8")
+    (own / "model.sdf").write_text(MODEL_OF_GAZEBO, "utf-8")
+    if by != "its own folder":
+        monkeypatch.setenv(by, str(here / "models"))
+    assert run("import", str(own / "model.sdf")) == 0
+    assert run("all") == 0
+    assert "mesh-not-found" not in capsys.readouterr().err
+    assert ("packages:" in (here / "descriptions/crate/robot.yaml").read_text("utf-8")) == (by == "its own folder")
+    made = ET.parse(here / "outputs" / "crate" / "crate.sdf")
+    assert [one.text for one in made.iter("uri")] == ["model://crate/meshes/base.stl", "meshes/base.stl"]
+    assert (here / "outputs" / "crate" / "meshes" / "base.stl").is_file()
+
+
 def test_a_package_that_the_command_line_names_is_written_down(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "far" / "meshes").mkdir(parents=True)
     (here / "far" / "meshes" / "cover.stl").write_text(TETRAHEDRON, "utf-8")

@@ -13,12 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...diagnostics import Span
-from ...frontend.packages import Packages
+from ...frontend.packages import OF_GAZEBO, Packages
 from ...xml.files import read_source
 from ...xml.markup import Document, Element, MarkupError, parse
 from ..urdf.reading import Reading
 
-_PATHS = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 _OF_A_MODEL = ("model.config", "package.xml", "model.sdf")
 _NOT_FETCHED = "download the model, and name the file: nothing is fetched from the net"
@@ -37,7 +36,7 @@ class Included:
         self.environment = environment
         self.packages = Packages(reading.options.packages, environment, file)
         self._said = [Path(os.path.abspath(folder)) for folder in reading.options.packages.values()]
-        self._said += [Path(os.path.abspath(entry)) for entry in self._entries((*_PATHS, *_ROS_PATHS))]
+        self._said += [Path(os.path.abspath(entry)) for entry in self._entries((*OF_GAZEBO, *_ROS_PATHS))]
         own = (Path(os.path.abspath(file)).parent, file.resolve().parent)
         self._homes = [folder.resolve() for folder in (*own, *self._said)]
         self._elements = 0
@@ -104,7 +103,7 @@ class Included:
         if package is not None:
             self._may_be_read(package)
             yield package / inside
-        for entry in self._entries(_PATHS):
+        for entry in self._entries(OF_GAZEBO):
             yield Path(entry, rest)
         for above in (folder, *folder.parents):
             if name not in ("", ".", ".."):

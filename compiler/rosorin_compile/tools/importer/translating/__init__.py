@@ -211,7 +211,7 @@ class _Mending:
         self.flat: dict[Place, WrittenOut] = {}
         self.unsaid: dict[str, str] = {}
         self.explicit: set[str] = set()
-        self.texts = self.turns = False
+        self.texts = self.turns = self.chains = False
         self.last: list[Fault] = []
 
     def translated(self) -> Translation:
@@ -268,6 +268,7 @@ class _Mending:
             self.turns,
             self.fixed,
         )
+        how = how._replace(chains=self.chains)
         made = attempt(source.path, options, how)
         source.environment = made.program.environment.keys()
         used = {name: one for name, one in made.program.arguments.items() if one.used}
@@ -303,6 +304,9 @@ class _Mending:
         ``accepts`` and ``trees`` are how many rules were accepted and how many robots known when this was attempted.
         """
         source, texts = self.source, [one.text for one in self.last]
+        if made.chosen:
+            self.chains = True
+            return None
         if not self.texts and any(map(_NO_LIST.search, texts)):
             self.texts = True
             return None

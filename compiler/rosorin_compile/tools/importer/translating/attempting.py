@@ -12,6 +12,7 @@ from ....project import ROOT_FILE
 from ....startup.records import NamedTuple
 from ..description import Outputs, tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
+from .chosen import said_by_uses
 from .data import Data
 from .expressions import written as spelt
 from .fixing import pins
@@ -47,13 +48,17 @@ class Changed(NamedTuple):
 
 
 class Attempt(NamedTuple):
-    """The files of one translation, and the program and the documents that they were made of."""
+    """The files of one translation, and the program and the documents that they were made of.
+
+    ``chosen``: uses say what their part would choose.
+    """
 
     files: dict[str, str]
     program: Program
     macros: list[Macro]
     packages: dict[str, Path]
     documents: Documents
+    chosen: bool = False
 
 
 class How(NamedTuple):
@@ -61,6 +66,7 @@ class How(NamedTuple):
 
     ``texts``: vectors may be texts in tables; ``turns``: angles may be more than a full turn. ``shares``: files are
     shared with other robots, and of these what is there is taken for what this robot needs; None: nothing is shared.
+    ``chains``: what is chosen among many is chosen in the part, not by its uses.
     """
 
     imported: Imported
@@ -77,6 +83,7 @@ class How(NamedTuple):
     fixed: Mapping[str, str]
     words: Found = Found()
     shares: frozenset[str] | None = None
+    chains: bool = False
 
 
 def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
@@ -85,6 +92,7 @@ def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
     walker = Walker(program, how.inlined, how.flat, how.trees, pins(program))
     walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
+    chosen = not how.chains and said_by_uses(walker.seen)
     _name_macros(program, walker.seen)
     name_parts(walker.seen, how.explicit)
     choices = choices_of(program.arguments, options.arguments)
@@ -99,7 +107,7 @@ def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
     wanted = wishes(how.wanted, _asked(documents, how.words))
     tail = {**_sections(how.imported), **_tail(how.accepts, wanted)}
     files = {**_files(program, documents, how, tail, data), **data.files}
-    return Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents)
+    return Attempt(files, program, walker.seen, {**options.packages, **data.used}, documents, chosen)
 
 
 def _asked(documents: Documents, words: Found) -> dict[str, Any]:

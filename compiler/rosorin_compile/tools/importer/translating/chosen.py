@@ -9,7 +9,22 @@ from collections.abc import Iterator, Sequence
 
 from .expressions import source_tree, usable
 from .pieces import Entry, Item, Macro, Use, When, Whens
-from .scopes import CONDITION, FILE, FREE, LISTS, NUMBERS, PARAMETER, Bound, Scope, Value, Variable, names_of
+from .scopes import (
+    CONDITION,
+    FILE,
+    FREE,
+    LISTS,
+    NUMBERS,
+    PARAMETER,
+    Bound,
+    Scope,
+    Value,
+    Variable,
+    is_argument,
+    is_plain,
+    literal,
+    names_of,
+)
 from .setting import decided
 from .texts import EXPRESSION, tokens
 
@@ -111,15 +126,40 @@ def _means_the_same(value: Value, macro: Macro, scope: Scope, depth: int = 0) ->
         meant = value.scope.find(name)
         if meant is None or (name in scope.names and meant is macro.variables.get(name)):
             continue
-        own = macro.body is not None and isinstance(meant, Variable) and meant in macro.body.locals
-        if own and isinstance(meant, Variable) and len(meant.definitions) == 1 and not meant.definitions[0][1]:
-            only = meant.definitions[0][0]
-            scope.names[name] = Bound(only.text, scope)
-            if depth > MOST_DEPTH or not _means_the_same(only, macro, scope, depth + 1):
+        text = _text_of(meant) if isinstance(meant, Variable) and macro.body and meant in macro.body.locals else ""
+        if text and isinstance(meant, Variable):
+            scope.names[name] = Bound(text, scope)
+            within = Value(text, meant.definitions[0][0].scope, FREE)
+            if depth > MOST_DEPTH or not _means_the_same(within, macro, scope, depth + 1):
                 return False
         elif scope.find(name) is not meant and meant not in macro.implicit.values():
             return False
     return True
+
+
+def _text_of(local: Variable) -> str:
+    """Return a property of a macro as one text of xacro: its only value, or one of two by a condition; else nothing."""
+    (first, when), *others = local.definitions
+    if not others:
+        return "" if when else first.text
+    (second, on), *more = others
+    opposite = len(when) == len(on) == 1 and when[0].value.text == on[0].value.text and when[0].holds != on[0].holds
+    if more or len(on) != 1 or not (opposite or not when):
+        return ""
+    yes, no = (second, first) if on[0].holds else (first, second)
+    parts = [_as_expression(one.text) for one in (yes, on[0].value, no)]
+    return f"${{({parts[0]}) if ({parts[1]}) else ({parts[2]})}}" if all(parts) else ""
+
+
+def _as_expression(text: str) -> str:
+    """Return a text of xacro as one expression; empty for one that is put together."""
+    pieces = tokens(text)
+    if len(pieces) == 1 and pieces[0].kind == EXPRESSION:
+        return pieces[0].text
+    if is_argument(text):
+        return text
+    value = literal(text) if is_plain(text) else None
+    return repr(value) if isinstance(value, (str, int, float)) else ""
 
 
 def _names_in(text: str) -> Iterator[str]:

@@ -40,7 +40,7 @@ from .scopes import (
     is_plain,
 )
 from .texts import TEXT, Unsupported
-from .values import Documents, declared_type, default_of, has_expression
+from .values import Documents, declared_type, default_of, final, has_expression
 from .walking import AtTop, InMacro, InProperty
 from .wording import OPTIONS, Spot, Words
 
@@ -383,19 +383,28 @@ class Renderer(Elements):
 
     def tell_apart(self, uses: list[Use]) -> None:
         """Find names for uses that would be called alike, by what they give, or by what they are uses of."""
-        alike: dict[str, list[Use]] = {}
+        keys: dict[Use, str] = {}
         for use in uses:
             with suppress(Unsupported):  # told where it is written
-                alike.setdefault(str(self.key(use)[0]), []).append(use)
+                keys[use] = str(self.key(use)[0])
+        alike: dict[str, list[Use]] = {}
+        for use, key in keys.items():
+            alike.setdefault(key, []).append(use)
+        mixed = {use.macro for group in alike.values() if len({one.macro for one in group}) > 1 for use in group}
         self.told_apart = {}
         for key, group in alike.items():
-            several = len({use.macro for use in group}) > 1
-            for macro in dict.fromkeys(use.macro for use in group if len(group) > 1 and not use.macro.by_key):
+            for macro in dict.fromkeys(use.macro for use in group if not use.macro.by_key):
                 same = [use for use in group if use.macro is macro]
                 words = words_apart(same) if len(same) > 1 else [key]
-                for use, word in zip(same, words, strict=False):
-                    of = macro.ours if several else key if not _as_key(word.strip("_")) else ""
-                    self.told_apart[id(use)] = _as_key(f"{word}_{of}" if several else f"{of}_{word}")
+                for use, word in zip(same, words, strict=False) if len(group) > 1 or macro in mixed else ():
+                    of = (
+                        macro.ours
+                        if macro in mixed and word != macro.ours
+                        else key
+                        if not _as_key(word.strip("_"))
+                        else ""
+                    )
+                    self.told_apart[id(use)] = _as_key(f"{word}_{of}" if macro in mixed else f"{of}_{word}")
 
     def free_key(self, key: Any, section: dict[Any, Any], path: tuple[Any, ...], use: Use) -> Any:
         """Return a name that no other use has; those of all files share one set of names."""
@@ -550,7 +559,7 @@ class Renderer(Elements):
                 chosen = _choice(condition, node, chosen)
         if chosen is None:
             return None
-        return Expression(f"${{{written(chosen)}}}")
+        return final(chosen)
 
     def named_values(self) -> None:
         """Write the properties that anything uses."""

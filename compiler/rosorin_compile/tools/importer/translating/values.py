@@ -496,6 +496,8 @@ class Values:
             return Expression(f"${{numbers({written(node)})}}")
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
+        if kind == NUMBER and isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
+            return number_text(str(node.value), "angle" if value.sink == "angle" else "number", value)
         if kind == NUMBER and value.sink != "angle":
             node = bare(node)
         return Expression(f"${{{written(node)}}}")
@@ -531,7 +533,7 @@ class Values:
             inner = self.mapping(item, value)
             if inner is None:
                 node = self.expressions().node(item, value.scope, 0)
-                inner = _final(node)
+                inner = final(node)
             made[str(key)] = inner
         return made
 
@@ -653,7 +655,7 @@ def _words(pieces: list[Scoped]) -> list[list[Scoped]]:
     return made
 
 
-def _final(node: ast.expr) -> Any:
+def final(node: ast.expr) -> Any:
     """Return an expression as a value of a document."""
     constant = folded(node)
     if isinstance(constant, bool) or (isinstance(constant, str) and isinstance(node, ast.Constant)):
@@ -663,7 +665,7 @@ def _final(node: ast.expr) -> Any:
     if isinstance(node, ast.UnaryOp) and isinstance(node.operand, ast.Constant) and isinstance(constant, (int, float)):
         return Verbatim(exact(constant))
     if isinstance(node, ast.List):
-        return [_final(item) for item in node.elts]
+        return [final(item) for item in node.elts]
     return Expression(f"${{{written(node)}}}")
 
 

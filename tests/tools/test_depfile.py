@@ -226,7 +226,8 @@ def test_ninja_with_all_outputs_and_meshes(home: Path, monkeypatch: pytest.Monke
         (home / "descriptions/r/robot.yaml").read_text().replace("x/v.xacro", "v.yaml")
     )
     (home / "descriptions/r/v.yaml").write_text("links: {v_base: {}}\n")
-    outputs = "out/r/sim/r.xml out/r/note.txt out/r/r.html out/r/r.urdf out/r/sim/box.stl out/r/sim/meshes/p/m/ball.obj"
+    outputs = "out/r/sim/r.xml out/r/note.txt out/r/r.html out/r/r.urdf"
+    outputs += " out/r/box.stl out/r/sim/box.stl out/r/sim/meshes/p/m/ball.obj"  # the URDF has one of its own
     text = ALL.format(program=PROGRAM, options="--args cal.yaml --package p=p", outputs=outputs)
     (home / "build.ninja").write_text(text)
     run("ninja")

@@ -176,6 +176,42 @@ def test_where_a_name_leads_from_its_own_file(
     assert run("check") == 0
 
 
+XACRO = """\
+<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="plate" params="name file">
+    <link name="${name}"><visual><geometry><mesh filename="${file}"/></geometry></visual></link>
+  </xacro:macro>
+  <xacro:plate name="a" file="package://pkg/meshes/base.obj"/>
+  <xacro:plate name="b" file="file://$(find pkg)/meshes/base.obj"/>
+  <xacro:plate name="c" file="$(find beside)/base.obj"/>
+  <xacro:plate name="d" file="RELATIVE"/>
+  <joint name="ab" type="fixed"><parent link="a"/><child link="b"/></joint>
+  <joint name="ac" type="fixed"><parent link="a"/><child link="c"/></joint>
+  <joint name="ad" type="fixed"><parent link="a"/><child link="d"/></joint>
+</robot>
+"""
+
+
+@pytest.mark.parametrize("relative", ["base.obj", "../meshes/base.obj"])
+def test_meshes_of_a_xacro_whose_macros_are_kept(here: Path, capsys: pytest.CaptureFixture[str], relative: str) -> None:
+    pytest.importorskip("xacro")
+    mujoco = pytest.importorskip("mujoco")
+    for folder in ("pkg/urdf", "pkg/meshes", "beside"):
+        (here / "ws" / folder).mkdir(parents=True)
+        (here / "ws" / folder / "base.obj").write_text(OBJECT, "utf-8")
+    for package in ("pkg", "beside"):
+        (here / "ws" / package / "package.xml").write_text(f"<package><name>{package}</name></package>", "utf-8")
+    (here / "ws/pkg/urdf/arm.xacro").write_text(XACRO.replace("RELATIVE", relative), "utf-8")
+    assert run("import", "ws/pkg/urdf/arm.xacro", "--trust") == 0
+    said = capsys.readouterr()
+    assert ("1 of 1 macro kept" in said.out) != relative.startswith("..")
+    assert ("import-mesh-path" in said.err) == relative.startswith("..")
+    assert run("all") == 0
+    assert "mesh-not-found" not in capsys.readouterr().err
+    model = mujoco.MjModel.from_xml_path(str(here / "outputs/arm/arm.xml"))
+    assert int((model.geom_type == mujoco.mjtGeom.mjGEOM_MESH).sum()) == 4
+
+
 MODEL_OF_GAZEBO = """\
 <sdf version="1.9"><model name="crate"><link name="base"><inertial><mass>1</mass></inertial>
   <visual name="v"><geometry><mesh><uri>model://crate/meshes/base.stl</uri></mesh></geometry></visual>
@@ -227,7 +263,7 @@ def test_a_path_that_only_this_machine_has_is_told(
     text = (here / "vendor" / "arm.urdf").read_text("utf-8").replace("meshes/base.stl", str(far))
     (here / "vendor" / "arm.urdf").write_text(text, "utf-8")
     assert run("import", "vendor/arm.urdf") == 0
-    assert "are paths of this machine" in capsys.readouterr().err
+    assert "are named by paths of this machine" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -90,9 +90,20 @@ def turned(robot: Robot) -> Mapping[str, float]:
             continue
         if joint.moves:
             found[link.name] = whole.mass if joint.type == "prismatic" else _about(whole, joint)
-        place = joint.transform(robot.position(joint, {}) if joint.moves else 0.0)
+        place = joint.transform(_at_zero(robot, joint) if joint.moves else 0.0)
         below.setdefault(joint.parent, []).append((whole, place))
     return found
+
+
+def _at_zero(robot: Robot, joint: Joint) -> float:
+    """Return the position of a joint where the others are at zero; 0 of one that follows no joint, or itself."""
+    leaders = [joint]
+    while (mimic := leaders[-1].mimic) is not None:
+        leader = robot.joint.get(mimic.joint)
+        if leader is None or leader in leaders:  # told by the rules about mimics
+            return 0.0
+        leaders.append(leader)
+    return robot.position(joint, {})
 
 
 def _about(inertial: Inertial, joint: Joint) -> float:

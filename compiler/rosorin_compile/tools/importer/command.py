@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ...output import Written
     from .into import Package
     from .round_trip import RoundTrip
+    from .telling import Renamed
     from .translating import Translation
     from .words import Worded
 
@@ -240,7 +241,7 @@ def _describe(
     if errors:
         return _refused(console, source, errors)
     lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
-    translation = _translated(options, source, read._replace(tree=named.tree), trip, folder, how, target)
+    translation = _translated(options, source, read, named, trip, folder, how, target)
     if translation is not None and translation.files:  # it has words of its own: those of all combinations
         imported, lines = read._replace(tree=translation.plain or named.tree), list(translation.words)
         trip = trip._replace(files=translation.files)
@@ -304,6 +305,7 @@ def _translated(
     options: argparse.Namespace,
     source: Path,
     imported: Imported,
+    named: Renamed,
     trip: RoundTrip,
     folder: Path,
     how: ReadOptions,
@@ -319,8 +321,8 @@ def _translated(
     from .translating.sharing import Sharing
 
     sharing = Sharing(target.package.folder, folder) if target is not None else None
-    changed = Changed(folder, schema_beside(folder), options.name, options.meshes, options.verbatim, sharing)
-    return translate(source, how, imported, trip.outputs, changed)
+    changed = Changed(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
+    return translate(source, how, imported._replace(tree=named.tree), trip.outputs, changed)
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:

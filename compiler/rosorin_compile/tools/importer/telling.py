@@ -25,7 +25,7 @@ from ...formats.mesh_files import files_named
 from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
 from ...frontend.packages import Packages, package_name
 from ...frontend.tree import Map, Seq
-from ...project import ROOT_FILE
+from ...project import DESCRIPTIONS, OUTPUTS, ROOT_FILE
 from ...startup.records import NamedTuple
 
 RULES = (
@@ -44,10 +44,14 @@ _FEW = 3
 
 
 class Renamed(NamedTuple):
-    """The tree of a robot with the names that its description gets, and what there is to say about them."""
+    """The tree of a robot with the names that its description gets, and what there is to say about them.
+
+    ``meshes`` is what stands before all relative names; None if nothing does.
+    """
 
     tree: Map
     diagnostics: list[Diagnostic]
+    meshes: str | None = None
 
 
 def renamed(
@@ -57,8 +61,8 @@ def renamed(
 
     ``source`` is the file that the robot was read from, ``folder`` where its description is going to stand, and
     ``packages`` what the command line says of packages. Relative names have ``meshes`` before them if that is given;
-    with ``keeps`` no name may become another one, since they are made by macros. What is not found is told. Nothing is
-    lost by that: it is no ``import-cannot-carry``.
+    with ``keeps``, where they are made by macros, the way from the artifacts to the source if they lead out of its
+    folder. What is not found is told. Nothing is lost by that: it is no ``import-cannot-carry``.
     """
     place = tree.value_spans.get("robot", tree.span)
     searched = files_named(tree, source, packages, relative=meshes is None)
@@ -68,16 +72,28 @@ def renamed(
         message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
         vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
         told += [] if relative_files(tree) else [vain]
-        return Renamed(_saying(moved(tree, meshes), "", known), told)
+        return Renamed(_saying(moved(tree, meshes), "", known), told, meshes)
     base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
-    if keeps:
-        top, names = base, {name: name for name in relative if not posixpath.normpath(name).startswith("../")}
-    else:
-        top, names = _names(base, relative, files)
-    elsewhere = [name for name in dict.fromkeys([*files, *relative]) if name not in names and not _is_of_package(name)]
-    told += [_elsewhere(elsewhere, source, place)] if elsewhere else []
+    outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
+    top, names = (base, dict(zip(relative, relative, strict=True))) if keeps else _names(base, relative, files)
+    bare = [name for name in files if name not in names and not _is_of_package(name)]
+    if bare:
+        told.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))
+    if outside:
+        way = (
+            f"are out of the folder of {source.name}: artifacts name them as seen from {_artifacts(folder).as_posix()}"
+        )
+        told.append(_elsewhere(way, outside, place))
+        meshes = _seen(base, _artifacts(folder))
+        return Renamed(_saying(moved(tree, meshes), "", known), told, meshes)
     tree = with_files_named(tree, lambda name: names.get(name, name))
     return Renamed(_saying(tree, _seen(top, here) if names else "", known), told)
+
+
+def _artifacts(folder: Path) -> Path:
+    """Return where the artifacts of a description stand unless somebody says so (see ``project``)."""
+    base = folder.parent.parent if Path(os.path.abspath(folder)).parent.name == DESCRIPTIONS else Path()
+    return base / OUTPUTS / folder.name
 
 
 def _is_of_package(name: str) -> bool:
@@ -128,11 +144,10 @@ def _seen(path: Path, folder: Path) -> str:
     return Path(os.path.relpath(path, folder)).as_posix()
 
 
-def _elsewhere(names: Sequence[str], source: Path, span: Span) -> Diagnostic:
-    """Return the warning about files whose names only the source understands."""
-    message = f"names of files lead out of the folder of {source.name}, or are paths of this machine: "
+def _elsewhere(how: str, names: Sequence[str], span: Span) -> Diagnostic:
+    """Return the warning about files that artifacts do not find wherever they are."""
     help = "name them as package://NAME/FILE; or import with --meshes FOLDER, as seen from the artifacts"
-    return Diagnostic(_RULE, WARNING, message + first_of(names, 1), span, (), help)
+    return Diagnostic(_RULE, WARNING, f"files {how}: {first_of(names, 1)}", span, (), help)
 
 
 def sizes(tree: Map) -> str:

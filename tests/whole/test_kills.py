@@ -39,6 +39,9 @@ PROJECT = {
     "descriptions/b/robot.yaml": MAST.replace("NAME", "b"),
     "pkg/package.xml": "<package format='3'><name>pkg</name></package>\n",
     "one.csv": "name,height\nr0,1 m\nr1,2 m\n",
+    "old/r.urdf": "<robot name='r'><link name='base'/></robot>\n",
+    "new/r.urdf": "<robot name='r'><link name='base'/><link name='a'/>"
+    "<joint name='j' type='fixed'><parent link='base'/><child link='a'/></joint></robot>\n",
     "other.csv": "name,height\nr1,3 m\nr2,2 m\n",
 }
 EDIT = "\n<!-- an hour of work -->\n"
@@ -86,6 +89,7 @@ CASES = {
     "check --html": Case(["check", "a", "--html", "out/a.html", *TALL], (["all", "a"],)),
     "picture -o": Case(["picture", "a", "-o", "out/a.png", "--size", "64x64"]),
     "collisions -o": Case(["collisions", "a", "-o", "out/a.yaml"]),
+    "import, again": Case(["import", "new/r.urdf", "-o", "out/r"], (["import", "old/r.urdf", "-o", "out/r"],)),
     "all --depfile": Case(["all", "a", *TALL, "--depfile", "out/a.d"], (["all", "a", "--depfile", "out/a.d"],)),
 }
 _STAGE = re.compile(r"\.rosorin-compile-(?:[0-9a-f]{16}|ready)")

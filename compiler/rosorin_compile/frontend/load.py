@@ -7,8 +7,10 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 
 from __future__ import annotations
 
+import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error, nearest
@@ -101,6 +103,19 @@ class LoadError(Exception):
         self.diagnostic = diagnostic
 
 
+_unsaved: dict[str, bytes] = {}
+
+
+@contextmanager
+def unsaved(files: Mapping[Path, bytes]) -> Iterator[None]:
+    """Read these bytes in the place of files, which need not be there, for as long as this is entered."""
+    _unsaved.update({os.path.abspath(path): data for path, data in files.items()})
+    try:
+        yield
+    finally:
+        _unsaved.clear()
+
+
 def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
     """Read a UTF-8 file; ``asked`` is the place that names it.
 
@@ -108,6 +123,8 @@ def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
     """
     help = "descriptions are UTF-8 text files; check the name and the permissions"
     data = stdin_of(path)
+    if _unsaved and data is None:
+        data = _unsaved.get(os.path.abspath(path))
     try:
         status = path.stat() if data is None else None
         if status is not None and not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):

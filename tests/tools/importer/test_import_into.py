@@ -63,6 +63,7 @@ setup(name='cart_description', version='0.1.0', packages=[], data_files=[
 ])
 """
 TEST = "test/test_cart_description.py"
+RECORD = "descriptions/cart/robot.yaml.imported"
 
 
 @pytest.fixture
@@ -109,7 +110,7 @@ def test_a_package_gets_a_description_and_a_test_and_keeps_the_rest(
     assert into(package) == 0
     after = files(package)
     assert {name: after[name] for name in before} == before
-    assert sorted(after.keys() - before.keys()) == ["descriptions/cart/robot.yaml", TEST]
+    assert sorted(after.keys() - before.keys()) == ["descriptions/cart/robot.yaml", RECORD, TEST]
     told = capsys.readouterr().out
     assert "written: descriptions/cart, test/test_cart_description.py\n" in told
     assert "  install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})\n  if(BUILD_TESTING)\n" in told
@@ -204,7 +205,7 @@ def test_changes_of_your_own_stay(package: Path, capsys: pytest.CaptureFixture[s
     assert into(package) == 0
     told = capsys.readouterr().out
     assert files(package) == before
-    assert "descriptions/cart is there with changes of its own, and stays as it is" in told
+    assert "cart.urdf says what it said when it was imported before" in told
     assert f"{TEST} is there with changes of its own, and stays as it is" in told
     assert f"{TEST} is not the test that import writes: see what it holds against what" in told
     assert "holds both against each other" not in told
@@ -610,8 +611,8 @@ def brought(package: Path, name: str) -> str:
 
 
 def described(package: Path) -> list[str]:
-    """Return the files of all descriptions but their first."""
-    return sorted(one for one in files(package / "descriptions") if not one.endswith("robot.yaml"))
+    """Return the files of all descriptions but their first, and but those of the record."""
+    return sorted(one for one in files(package / "descriptions") if not one.endswith(("robot.yaml", ".imported")))
 
 
 @pytest.mark.slow
@@ -640,6 +641,50 @@ def test_what_robots_of_a_package_include_is_imported_once(
         assert "cart_description: unchanged" in capsys.readouterr().out
     assert main(["all", str(package / "descriptions" / "two"), "--outputs", str(package.parent / "outputs")]) == 0
     tried(package)
+
+
+@pytest.mark.slow
+def test_a_newer_state_of_what_is_shared_goes_where_it_is_shared(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + WHEEL)
+    for name in ("two", "four"):
+        brought(package, name)
+    common = package / "descriptions" / "common" / "body.yaml"
+    common.write_text(common.read_text().replace("parts:", "parts:  # mine"))
+    robots(package, SHARED.replace('size="${size} ${size} ${size}"', 'size="${size} ${size} ${2 * size}"'))
+    capsys.readouterr()
+    assert brought(package, "two") == "../common/body.yaml"
+    said = capsys.readouterr().out
+    assert "cart_description: written: descriptions/common\n" in said
+    assert "cart_description: four includes what was changed, too: import that again\n" in said
+    assert "parts:  # mine" in common.read_text()
+    assert "2 * size" in common.read_text()
+    before = files(package)
+    assert brought(package, "four") == "../common/body.yaml"
+    assert described(package) == ["common/body.yaml"]
+    assert files(package) == before
+    tried(package)
+
+
+@pytest.mark.slow
+def test_a_newer_state_is_merged_into_the_package_or_told(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert into(package) == 0
+    mine = package / "descriptions" / "cart" / "robot.yaml"
+    mine.write_text(mine.read_text().replace("mass: 2,", "mass: 3,"))
+    (package / "urdf" / "cart.urdf").write_text(OTHER)
+    assert into(package) == 0
+    assert "cart_description: written: descriptions/cart\n1 change of the newer cart.urdf" in capsys.readouterr().out
+    assert "[0, 0, 0.4]" in mine.read_text()
+    assert "mass: 3," in mine.read_text()
+    (package / "urdf" / "cart.urdf").write_text(OTHER.replace('value="2"', 'value="4"'))
+    for rule in ("import-conflict", "import-no-record"):
+        before = files(package)
+        assert into(package) == 1
+        assert files(package) == before
+        assert f"error[{rule}]" in capsys.readouterr().err
+        (package / RECORD).unlink(missing_ok=True)
+    assert into(package, "--name", "other") == 0
 
 
 @pytest.mark.slow

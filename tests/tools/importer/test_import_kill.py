@@ -75,7 +75,7 @@ def state(target: Path, after: dict[str, str]) -> str:
     """Return what stands there: nothing, what stood there before, the whole new description, or a mixture."""
     if not target.exists():
         return "nothing"
-    there = {path.name: path.read_text("utf-8") for path in target.iterdir()}
+    there = {path.name: path.read_text("utf-8") for path in target.iterdir() if path.suffix != ".imported"}
     notes = {name: BEFORE[name.removesuffix(".kept")] for name in there if name in ("notes.txt", "robot.yaml.kept")}
     if there == BEFORE:
         return "before"
@@ -92,7 +92,7 @@ def killed(folder: Path, lines: list[str]) -> list[tuple[int, str]]:
 
 def test_killed_at_every_step_of_writing(tmp_path: Path) -> None:
     for existing, old in (("new", "nothing"), ("there", "before")):
-        steps = [f"at {step} {existing}" for step in range(1, 181, 3)]
+        steps = [f"at {step} {existing}" for step in range(1, 361, 3)]
         found = killed(tmp_path, steps)
         assert len(found) == len(steps)
         assert {what for _, what in found} == {old, "after"}

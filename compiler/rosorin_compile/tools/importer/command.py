@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
-from ...project import DESCRIPTIONS, ON_STDIN, STDIN, around, nearest_file
+from ...project import DESCRIPTIONS, ON_STDIN, ROOT_FILE, STDIN, around, is_file, nearest_file
 from ...startup.records import NamedTuple
 from ..given import given_arguments, packages_of
 from ..options import argument_options, console_of, format_options, package_option, place
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...output import Written
     from .into import Package
+    from .merging.again import Wanted
+    from .merging.record import Record
     from .round_trip import RoundTrip
     from .telling import Renamed
     from .translating import Translation
@@ -59,6 +61,9 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--flat", action="store_true", help="of a xacro, the robot that it makes, without its macros")
     command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
+    command.add_argument(
+        "--ours", action="store_true", help="where SOURCE and its description both changed, keep the description"
+    )
     command.add_argument(
         "--meshes",
         metavar="FOLDER",
@@ -209,6 +214,8 @@ def _describe(
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from ...diagnostics import ERROR
     from .description import safe, tree_of
+    from .merging.again import Wanted, recorded
+    from .merging.record import of as record_of
     from .round_trip import check_round_trip
     from .telling import renamed, repeated
     from .translating.telling import told as told_translation
@@ -220,7 +227,9 @@ def _describe(
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
     base = target.package.folder if target else around()
     folder = Path(options.output) if options.output else Path(base, DESCRIPTIONS, safe(tree["robot"]))
-    if target is None:
+    wanted = Wanted(_words(options, source, how), options.ours, how.arguments, how.packages)
+    record = recorded(folder, wanted.words) if target is None and not options.force else None
+    if target is None and record is None:
         _check_folder(folder, options.force)
     keeps = imported.takes_arguments and not options.flat
     named = renamed(tree, source, folder, options.meshes, how.packages, keeps)
@@ -248,8 +257,12 @@ def _describe(
     translated = list(told_translation(translation)) if translation is not None else []
     if target is not None:
         grown = translation.grown if translation is not None else {}
-        return _put_into(console, target, folder, imported, trip, [*lines, *translated], grown)
-    written = _write(console, folder, trip)
+        return _put_into(console, target, folder, imported, trip, [*lines, *translated], grown, wanted)
+    if record is not None:
+        is_program = translation is not None and translation.files
+        files = trip.files if is_program else _as_split(trip, record, folder)
+        return _put_together(console, source, folder, record, files, wanted)
+    written = _write(console, folder, {**trip.files, **record_of(trip.files, wanted.words)})
     if written is None:
         return PROBLEMS
     _report(console, folder, imported, trip, written, lines)
@@ -257,6 +270,55 @@ def _describe(
         console.say(line)
     console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")
     return FINE
+
+
+def _words(options: argparse.Namespace, source: Path, how: ReadOptions) -> list[str]:
+    """Return the words of an import that decide what is written: those that the next one has to say, too."""
+    words = [source.name, *(f"{name}:={value}" for name, value in how.arguments.items())]
+    for name in ("name", "meshes"):
+        value = getattr(options, name)
+        words += [] if value is None else [f"--{name}", value]
+    words += [f"--{name.replace('_', '-')}" for name in ("no_parts", "verbatim", "flat") if getattr(options, name)]
+    for format in _companions():
+        beside = getattr(options, format.name)
+        words += [] if beside is None else [f"--{format.name}", Path(beside).name]
+    return words
+
+
+def _put_together(
+    console: Console, source: Path, folder: Path, record: Record, files: Mapping[str, str], wanted: Wanted
+) -> int:
+    """Put a newer state of a source and the description that stands there together, and say so."""
+    from .merging.again import imported_again, remove
+    from .merging.record import is_of
+
+    again = imported_again(folder, record, files, wanted)
+    _show(console, again.diagnostics)
+    if again.refused:
+        return _refused(console, source, sum(one.severity == "error" for one in again.diagnostics))
+    written = _write(console, folder, again.files, again.before)
+    if written is None:
+        return PROBLEMS
+    with suppress(OSError):  # nothing includes them any more
+        remove(folder, again.gone)
+    names = [name for name in written.written if not is_of(name)]
+    changed = [*names, *(f"{name} (removed)" for name in again.gone)]
+    console.say(f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged")
+    for line in again.lines:
+        console.say(line)
+    console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")
+    return FINE
+
+
+def _as_split(trip: RoundTrip, record: Record, folder: Path) -> dict[str, str]:
+    """Return the files of a description that is no program, in several if it was several when it was imported."""
+    from .description import write
+    from .round_trip import schema_beside
+
+    split = len(record.files) > 1
+    if split == (len(trip.files) > 1):
+        return trip.files
+    return write(trip.shown, trip.outputs, schema_beside(folder), split)
 
 
 def _put_into(
@@ -267,6 +329,7 @@ def _put_into(
     trip: RoundTrip,
     lines: list[str],
     grown: Mapping[str, str],
+    wanted: Wanted,
 ) -> int:
     """Put a description into a package, and say what is left to be done there."""
     from ...output import OutputError, Written
@@ -275,15 +338,17 @@ def _put_into(
 
     package = target.package
     try:
-        put = put_into(package, target.source, target.given, folder.name, trip.files, tree_of(imported), grown)
+        tree = tree_of(imported)
+        put = put_into(package, target.source, target.given, folder.name, trip.files, tree, wanted, grown)
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return PROBLEMS
     _show(console, put.finished)
-    if put.taken is not None:
-        _show(console, [put.taken])
-        return _refused(console, package.folder / target.source, 1)
-    if any(file.startswith(f"{DESCRIPTIONS}/") for file in put.written):
+    if put.refused:
+        _show(console, list(put.refused))
+        return _refused(console, package.folder / target.source, len(put.refused))
+    _show(console, put.again.diagnostics if put.again else [])
+    if put.again is None and any(file.startswith(f"{DESCRIPTIONS}/") for file in put.written):
         _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), lines)
     for line in told(package, put):
         console.say(line)
@@ -342,20 +407,33 @@ def _renamed(tree: Map, name: str) -> Map:
 
 def _check_folder(folder: Path, force: bool) -> None:
     """Raise WrongUsage if a folder is taken."""
+    from .merging.record import ENDING
+
     if _kind(folder) == "file":
         raise WrongUsage(f"{folder} is no folder; name a new one with -o")
     with suppress(OSError):  # a folder that nobody may look into is no place to write either: that is said there
-        if not force and any(folder.iterdir()):
-            raise WrongUsage(f"{folder} is not empty; name a new folder with -o, or write into this one with --force")
+        if force or not any(folder.iterdir()):
+            return
+        message = f"{folder} is not empty; name a new folder with -o, or write into this one with --force"
+        if is_file(folder / ROOT_FILE):
+            message += f" (no {ROOT_FILE}{ENDING} there says what was imported, against which changes could be told)"
+        raise WrongUsage(message)
 
 
-def _write(console: Console, folder: Path, trip: RoundTrip) -> Written | None:
+def _write(
+    console: Console, folder: Path, files: Mapping[str, str], known: Mapping[str, str] | None = None
+) -> Written | None:
+    """Write the files of a description; what they replace is kept beside them, unless it is ``known``: taken over."""
     from ...output import OutputError, write_set
     from ...output.ours import UNKNOWN
     from ..all import put_aside
+    from .merging.record import is_of
+
+    def judge(name: str, old: bytes, _: bytes) -> str:
+        return "" if is_of(name) or old == (known or {}).get(name, "").encode() else UNKNOWN
 
     try:
-        written = write_set(folder, trip.files, judge=lambda *_: UNKNOWN)
+        written = write_set(folder, files, judge=judge)
         _show(console, put_aside(folder, written))
         return written
     except OutputError as problem:
@@ -369,6 +447,7 @@ def _report(
     """Say what was made, what was compared, what is kept as it was, and what comes next."""
     from ...formats import FORMATS
     from .description import tree_of
+    from .merging.record import is_of
     from .telling import accepted, kept, sizes
 
     tree = tree_of(imported)
@@ -388,5 +467,6 @@ def _report(
     if imported.left_out:
         count = len(imported.left_out)
         console.say(f"not carried over: {count}, see the {plural('warning', count)} above")
-    if written.kept:
-        console.say(f"left alone in {folder}, not written by this import: {', '.join(written.kept)}")
+    left = [name for name in written.kept if not is_of(name)]
+    if left:
+        console.say(f"left alone in {folder}, not written by this import: {', '.join(left)}")

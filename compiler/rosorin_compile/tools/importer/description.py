@@ -131,17 +131,19 @@ def outputs(imported: Imported, why: str = "") -> Outputs:
     return made
 
 
-def write(imported: Imported, wanted: Outputs, schema: str = "") -> dict[str, str]:
+def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
     """Return the files of a description, text by name; the first is ``robot.yaml``.
 
-    The tree has to be there. ``schema`` is where editors find the schema, from the folder of the files. The result is
-    the same for the same tree, whatever the machine.
+    The tree has to be there. ``schema`` is where editors find the schema, from the folder of the files. ``split`` says
+    whether it is several files; without it a long one is. The result is the same for the same tree, whatever the
+    machine.
     """
     document = _Document(tree_of(imported)).made(wanted)
     head = [f"yaml-language-server: $schema={schema}"] if schema else []
-    if sum(len(value) for value in document.values() if isinstance(value, dict)) <= MAX_LINES:
+    few = sum(len(value) for value in document.values() if isinstance(value, dict)) <= MAX_LINES
+    if split is False or (split is None and few):
         whole = _file(ROOT_FILE, document, imported, wanted, head)
-        if whole.count("\n") <= MAX_LINES:
+        if split is False or whole.count("\n") <= MAX_LINES:
             return {ROOT_FILE: whole}
     parts = {name: {key: document.pop(key) for key in keys if key in document} for name, keys in _FILES.items()}
     parts = {name: part for name, part in parts.items() if part}

@@ -24,6 +24,10 @@ from ...startup.records import NamedTuple
 from ..package.finding import package_of
 from ..package.installing import missing
 from ..usage import WrongUsage
+from .merging.again import Again, Wanted, imported_again, recorded, remove
+from .merging.record import ENDING, is_of, text_of
+from .merging.record import of as record_of
+from .merging.together import with_more
 from .switching import Line, lines_to_change
 
 RULES = (
@@ -32,6 +36,15 @@ RULES = (
         "The package has a description or a test of this name that was imported from another source, with other "
         "arguments, or does not say from what; nothing is written.",
         "`--name` gives this robot a name of its own. To import the other one anew, remove its description and test.",
+        READING,
+    ),
+    Rule(
+        "import-no-record",
+        "The package has a description of this source that stands otherwise than it would be imported, and nothing "
+        "says how it was imported: what somebody changed in it cannot be told from what the source changed; nothing is "
+        "written.",
+        "`--name` imports it beside that one. Or import the source as it was then with `-o`, and put the `.imported` "
+        "files that come of it beside those of the description.",
         READING,
     ),
 )
@@ -60,7 +73,8 @@ class Put(NamedTuple):
     """What was put into a package: the files that are new, those that were there and are other ones, and what to do.
 
     ``add`` are lines by the file that they belong to, ``change`` lines of launch files. ``holds`` says whether the test
-    is one of this source. ``finished`` is what is to be said of a run before, ``taken`` is why nothing was put.
+    is one of this source. ``finished`` is what is to be said of a run before, ``refused`` is why nothing was put,
+    ``again`` what came of it where the description was there. ``others`` are robots that have a changed file, too.
     """
 
     written: tuple[str, ...]
@@ -70,7 +84,9 @@ class Put(NamedTuple):
     test: str
     finished: list[Diagnostic]
     holds: bool = True
-    taken: Diagnostic | None = None
+    refused: Sequence[Diagnostic] = ()
+    again: Again | None = None
+    others: Sequence[str] = ()
 
 
 class Said(NamedTuple):
@@ -197,38 +213,84 @@ def put_into(
     name: str,
     files: Mapping[str, str],
     tree: Map,
+    asked: Wanted,
     grown: Mapping[str, str] = {},
 ) -> Put:
-    """Put the files of a description into a package, all or nothing; what is there stays. Raises OutputError.
+    """Put the files of a description into a package, all or nothing. Raises OutputError, WrongUsage.
 
     ``source`` is the file that it was imported from, seen from the package, with what it was ``given``; ``tree`` is
-    that of the description. Nothing is put where the name is that of another robot there. ``grown`` are files of other
-    robots that have more now, by what they were: only what is still that is replaced.
+    that of the description. Nothing is put where the name is that of another robot there. A description of the source
+    that is there is put together with the new state of it, as ``asked``; other files that are there stay. ``grown`` are
+    files of other robots that have more now, by what they were: only what is still that is replaced.
     """
     description, test = _places(name)
-    wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in files.items()}
     there = package.folder / description
     with alone(package.folder) as held:
+        finished = held.finished.told()
         taken = _taken(package, Said(source, dict(given), f"{description}/{ROOT_FILE}"), name, files, tree)
-        if taken is not None:
-            return Put((), (), {}, (), test, held.finished.told(), taken=taken)
-        if there.exists() and any(there.iterdir()):
-            wanted = {}
+        again = None if taken or not _has_files(there) else _again(package, description, files, asked)
+        refused = [taken] if taken else again.diagnostics if again and again.refused else []
+        if refused:
+            return Put((), (), {}, (), test, finished, refused=refused)
+        made = again.files if again else {**files, **_records(there, files, grown, asked)}
+        wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in made.items()}
         wanted[test] = _test(package, source, f"{description}/{ROOT_FILE}", given).encode()
         more = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in grown.items()}
         kept = [
             file
             for file in wanted
             if _differs(package.folder / file, wanted[file])
+            and (file == test or not (again or is_of(file)))
             and (file not in more or _differs(package.folder / file, more[file]))
         ]
         fresh = held.place({file: data for file, data in wanted.items() if file not in kept})
-    others = {file: text.encode() for file, text in files.items()}
-    if any(_differs(there / file, data) for file, data in others.items()):
-        kept.insert(0, description)
+        if again:
+            remove(there, again.gone)
     change = lines_to_change(package.folder, source, description, frozenset(tree.get("args") or ()))
     add = {file: found for file, found in _to_add(package, description, test, files).items() if found}
-    return Put(fresh, tuple(kept), add, change, test, held.finished.told(), _said(package.folder / test) is not None)
+    written = tuple(file for file in fresh if not is_of(file))
+    others = _others(package.folder, name, written) if again else []
+    holds = _said(package.folder / test) is not None
+    return Put(written, tuple(kept), add, change, test, finished, holds, (), again, others)
+
+
+def _has_files(folder: Path) -> bool:
+    return folder.is_dir() and any(folder.iterdir())
+
+
+def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], asked: Wanted) -> dict[str, str]:
+    """Return the record of a new robot; that of a file of others has what it adds, and not what somebody changed."""
+    made = record_of(files, asked.words)
+    for file in files:
+        record = Path(os.path.normpath(there / f"{file}{ENDING}"))
+        if file.startswith("../") and record.is_file():
+            before = text_of(record)
+            made[f"{file}{ENDING}"] = with_more(before, grown[file], files[file]) if file in grown else before
+    return made
+
+
+def _again(package: Package, description: str, files: Mapping[str, str], asked: Wanted) -> Again:
+    """Put the description that is there and what its source says now together. Raises WrongUsage."""
+    there = package.folder / description
+    record = recorded(there, asked.words, files)
+    if record is not None:
+        return imported_again(there, record, files, asked)
+    others = [file for file, text in files.items() if _differs(there / file, text.encode())]
+    if not others:
+        return Again({}, record_of(files, asked.words), [], [], [])
+    message = (
+        f"{description} stands otherwise than it would be imported ({listed(others)}), and no {ROOT_FILE}{ENDING} "
+        "there says how it was imported: what the source changed cannot be told from what was changed here"
+    )
+    help = f"import it beside this one with --name, or the source as it was then with -o, and copy the {ENDING} files"
+    return Again({}, {}, [], [error("import-no-record", message, None, help)], [], refused=True)
+
+
+def _others(package: Path, name: str, written: Sequence[str]) -> list[str]:
+    """Return the other descriptions of a package that include what was written for one of them, too."""
+    names = [f"../{file.removeprefix(f'{DESCRIPTIONS}/')}" for file in written if file.startswith(f"{DESCRIPTIONS}/")]
+    found = (path for path in sorted((package / DESCRIPTIONS).glob(f"*/{ROOT_FILE}")) if path.parent.name != name)
+    return [path.parent.name for path in found if any(one in _text(path) for one in names)]
 
 
 def _differs(path: Path, data: bytes) -> bool:
@@ -302,6 +364,9 @@ def told(package: Package, put: Put) -> Iterator[str]:
         yield f"{name}: {file} is there with changes of its own, and stays as it is"
     if not put.written and not put.kept:
         yield f"{name}: unchanged"
+    yield from put.again.lines if put.again else ()
+    if put.others:
+        yield f"{name}: {listed(put.others)} includes what was changed, too: import that again"
 
 
 def to_do(package: Package, put: Put) -> Iterator[str]:

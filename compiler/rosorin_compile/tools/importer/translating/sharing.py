@@ -21,6 +21,8 @@ from ....frontend.packages import package_name
 from ....meaning.sameness import different
 from ....model import Robot
 from ....project import DESCRIPTIONS, ROOT_FILE
+from ..merging.record import ENDING, read, text_of
+from ..merging.together import renewed
 from .pieces import File, Macro
 from .program import Program
 from .proving import MAX_COMBINATIONS, TOLERANCE
@@ -56,6 +58,9 @@ class Sharing:
         names of this robot is taken for what this robot needs.
         """
         self.shared.pop(file.name, None)
+        before = self._before(file.name, text)
+        if before is not None:
+            return before
         if file.name in self.refused or not self._is_shared(program, file):
             return file.name, text
         place = self._place(file)
@@ -67,6 +72,25 @@ class Sharing:
             return file.name, text
         self.shared[file.name] = address or place
         return (address, found) if address else (place, text)
+
+    def _before(self, name: str, text: str) -> tuple[str, str] | None:
+        """Return where an import before has put a file, and what it is there now; None if it was not there.
+
+        What somebody has edited since is put together with that later: here it is what the import wrote that counts.
+        """
+        record = read(self.folder) if self.folder.is_dir() else None
+        if record is None:
+            return None
+        if name in record.files:
+            own = f"../{self.folder.name}/{name}"
+            others = (_text(one) or "" for one in sorted(self.folder.parent.glob(f"*/{ROOT_FILE}")))
+            return name, renewed(record.files[name], text) if any(own in one for one in others) else text
+        same = sorted(self.folder.parent.glob(f"*/**/{Path(name).name}{ENDING}"))
+        for address in (os.path.relpath(one, self.folder).removesuffix(ENDING) for one in same):
+            if any(address in one for one in record.files.values()):
+                self.shared[name] = address
+                return address, renewed(text_of(self._at(f"{address}{ENDING}")), text)
+        return None
 
     def _found(self, program: Program, file: File, text: str, theirs: bool, addresses: list[str]) -> tuple[str, str]:
         """Return the first address at which there is what a file becomes, and the text there; empty if none is."""

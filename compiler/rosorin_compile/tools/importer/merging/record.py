@@ -1,0 +1,58 @@
+"""Record: what an import wrote, kept as it was beside each file of a description: ``robot.yaml.imported``.
+
+It is what the next import of the same source is held against: plain YAML, with the words of the import in the first
+line of that of ``robot.yaml``. It belongs to the description, and goes with it into version control.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from ....project import ROOT_FILE
+from ....startup.records import NamedTuple
+
+ENDING = ".imported"
+_PROGRAM = "# rosorin-compile import "
+
+
+class Record(NamedTuple):
+    """What an import before wrote: the words that it was given, and its files, text by name."""
+
+    words: list[str]
+    files: dict[str, str]
+
+
+def of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
+    """Return the record of the files of a description, text by name."""
+    made = {f"{name}{ENDING}": text for name, text in files.items()}
+    first = f"{_PROGRAM}{shlex.join(words)}\n"
+    return {name: f"{first}{text}" if name == f"{ROOT_FILE}{ENDING}" else text for name, text in made.items()}
+
+
+def is_of(name: str) -> bool:
+    """Say whether a file is the record of another one."""
+    return name.endswith(ENDING)
+
+
+def read(folder: Path, others: Iterable[str] = ()) -> Record | None:
+    """Return the record of the description in a folder; None if it has none, or a damaged one.
+
+    ``others`` are names of files outside of the folder that may have one, too. Raises OSError.
+    """
+    try:
+        first, line, root = text_of(folder / f"{ROOT_FILE}{ENDING}").partition("\n")
+        words = shlex.split(first.removeprefix(_PROGRAM))
+        names = [path.relative_to(folder).as_posix() for path in sorted(folder.rglob(f"*{ENDING}")) if path.is_file()]
+        names += [f"{name}{ENDING}" for name in others if name.startswith("../")]
+        texts = {name: text_of(folder / name) for name in names if (folder / name).is_file()}
+    except (ValueError, FileNotFoundError, NotADirectoryError):
+        return None
+    files = {name.removesuffix(ENDING): text for name, text in texts.items()}
+    return Record(words, {**files, ROOT_FILE: root}) if first.startswith(_PROGRAM) and line and words else None
+
+
+def text_of(path: Path) -> str:
+    """Return a text with the line ends that it has. Raises OSError, ValueError."""
+    return path.read_bytes().decode()

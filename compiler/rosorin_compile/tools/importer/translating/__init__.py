@@ -22,9 +22,10 @@ from ..description import Outputs, tree_of
 from .attempting import Attempt, Changed, How, accepted, attempt
 from .fixing import MOST_SWITCHES, reached, switches_of, undecided, value_of
 from .flattened import Place, place_of
+from .lifting import can_lift, own_place
 from .pieces import Macro
 from .program import Fixed, Program
-from .proving import PROBE, Combination, Fault, Source, choices_of, combinations, faults, other_values
+from .proving import PROBE, Combination, Fault, Source, choices_of, combinations, faults, moves, other_values
 from .scopes import Variable
 from .texts import Unsupported
 from .walking import AtTop, InMacro, InProperty, Walker
@@ -209,6 +210,7 @@ class _Mending:
         """Forget what was found to be wrong."""
         self.out: dict[str, WrittenOut] = {}
         self.flat: dict[Place, WrittenOut] = {}
+        self.lifted: dict[Place, WrittenOut] = {}
         self.unsaid: dict[str, str] = {}
         self.explicit: set[str] = set()
         self.texts = self.turns = self.chains = False
@@ -225,14 +227,12 @@ class _Mending:
                 said = f'what is included is named by it: "{problem.element.get("filename")}"'
                 self.freeze(problem.name, said, problem.element.span)
             except InMacro as problem:
-                found = self.in_macro(problem)
+                found = None if self.set_aside(problem.problem, problem.macro) else self.in_macro(problem)
             except InProperty as problem:
                 found = Translation({}, reason=problem.reason) if problem.name in self.unsaid else None
                 self.unsaid[problem.name] = problem.reason
             except AtTop as problem:
-                place = place_of(problem.element.span)
-                found = _nothing(problem.problem) if place in self.flat else None
-                self.flat[place] = _flat(problem.element, problem.problem)
+                found = None if self.set_aside(problem.problem, None) else self.at_top(problem)
             except Unsupported as problem:
                 found = _nothing(problem)
             except MarkupError as problem:
@@ -240,6 +240,27 @@ class _Mending:
             if found is not None:
                 return found
         return Translation({}, reason=self.last[0].text if self.last else "no end of mending")
+
+    def set_aside(self, problem: Unsupported, macro: Macro | None) -> bool:
+        """Lift the one element that a problem is about out of its macro, or take it as it is expanded; say whether."""
+        place, element = own_place(problem), problem.element
+        if place is None or element is None or place in self.flat:
+            return False
+        if macro is None or place in self.lifted:  # it cannot be said at the top either
+            self.lifted.pop(place, None)
+            self.flat[place] = _flat(element, problem)
+            return True
+        if not can_lift(macro, element, self.lifted):
+            return False
+        self.lifted[place] = _flat(element, problem)._replace(flat=False)
+        return True
+
+    def at_top(self, problem: AtTop) -> Translation | None:
+        """Take what stands at the top of a file as it is expanded; say so if that was done already."""
+        place = place_of(problem.element.span)
+        found = _nothing(problem.problem) if place in self.flat else None
+        self.flat[place] = _flat(problem.element, problem.problem)
+        return found
 
     def in_macro(self, problem: InMacro) -> Translation | None:
         """Write a macro out; say so if that was done already."""
@@ -267,6 +288,7 @@ class _Mending:
             self.texts,
             self.turns,
             self.fixed,
+            frozenset(self.lifted),
         )
         how = how._replace(chains=self.chains)
         made = attempt(source.path, options, how)
@@ -277,7 +299,7 @@ class _Mending:
         self.last, refused = faults(made.files, source, rows, made.packages, made.documents.elements)
         if self.last:
             return self.mend(made, len(accepts), len(trees))
-        more = undecided(reached(made.program, self.flat), choices) or self.unfollowed(made, used)
+        more = undecided(reached(made.program, self.flat), choices) or self.unfollowed(made, used) or self.unread(made)
         if more:  # what there is would not follow them
             self.fix(more, made.program)
             return None
@@ -287,7 +309,8 @@ class _Mending:
             made = attempt(source.path, options, how)
         self.proven = _Proven(made, how, [row for row in rows if all(text != PROBE for _, text in row)])
         frozen = tuple(self.why[name] for name in made.program.fixed if name in self.why)
-        return _translation(made, self.out, self.flat, rows, possible, refused)._replace(frozen=frozen)
+        told = {**self.flat, **self.lifted}
+        return _translation(made, self.out, told, rows, possible, refused)._replace(frozen=frozen)
 
     def fix(self, arguments: Mapping[str, str], program: Program) -> None:
         """Begin anew without some arguments; what is flat and follows them says why."""
@@ -324,6 +347,15 @@ class _Mending:
         elif not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
             return Translation({}, reason=texts[0])
         return None
+
+    def unread(self, made: Attempt) -> dict[str, str]:
+        """Return the arguments that the translation does not read, but that xacro makes another robot of."""
+        others = {name: one for name, one in made.program.arguments.items() if not one.used}
+        rows = other_values(others, self.source.options.arguments)
+        found = {
+            name: value_of(made.program, name) for name, text in rows.items() if moves(self.source, ((name, text),))
+        }
+        return {name: text for name, text in found.items() if text is not None}
 
     def unfollowed(self, made: Attempt, used: Mapping[str, Variable]) -> dict[str, str]:
         """Return the arguments that may be any number or text, but that the translation does not follow."""
@@ -381,7 +413,7 @@ def _translation(
     possible: int,
     refused: list[Combination],
 ) -> Translation:
-    kept = [macro.name for macro in made.macros]
+    kept = [macro.name for macro in made.macros if macro.body is None or not macro.body.is_empty()]
     lost = dict(out)
     for name, macro in made.program.macros.items():
         if macro.called and name not in kept and name not in lost:

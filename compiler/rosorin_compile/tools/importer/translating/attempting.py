@@ -81,6 +81,7 @@ class How(NamedTuple):
     texts: bool
     turns: bool
     fixed: Mapping[str, str]
+    lifted: frozenset[Place] = frozenset()
     words: Found = Found()
     shares: frozenset[str] | None = None
     chains: bool = False
@@ -89,7 +90,7 @@ class How(NamedTuple):
 def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
     program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
-    walker = Walker(program, how.inlined, how.flat, how.trees, pins(program))
+    walker = Walker(program, how.inlined, how.flat, how.trees, pins(program), how.lifted)
     walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
     chosen = not how.chains and said_by_uses(walker.seen)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from ....xml.markup import Element
 from .blocks import ORIGIN_LEVELS, owner
 from .pieces import Call, Entry, Given, Handed, Item, Macro, Whens, Xml
-from .scopes import FILE, FREE, NAME, Scope, Value, is_plain, literal, note
+from .scopes import FILE, FREE, NAME, XML, Scope, Value, is_plain, literal, note
 from .texts import Unsupported
 
 if TYPE_CHECKING:
@@ -105,13 +106,32 @@ def _in_link(
             solid.items.insert(0, solid_name(walker, child, scope))
         if child.tag == "collision":
             solid.items = [item for item in solid.items if item.key not in ("material", "rgba", "texture")]
-            for material in child.children:
-                for made in walker.xml_item(material, scope, ()) if _makes_material(walker, material) else ():
-                    solid.add("urdf_elements", made)
+            for made in _materials_in(walker, child, scope):
+                solid.add("urdf_elements", made)
         entry.add(child.tag, solid, when, comments)
     else:
         return False
     return True
+
+
+def _materials_in(walker: Walker, element: Element, scope: Scope) -> list[Any]:
+    """Return the materials that an element of a collision holds, where nothing but readers of XML looks for them."""
+    found: list[Any] = []
+    for child in element.children:
+        macro = walker.program.macro(child.tag.removeprefix("xacro:"), child)
+        if _makes_material(walker, child):
+            found += walker.xml_item(child, scope, ())
+        elif child.tag in ("xacro:if", "xacro:unless"):
+            group = Xml("", when=(walker.condition(child, scope),), content=_materials_in(walker, child, scope))
+            found += [group] if group.content else []
+        elif child.tag.startswith("xacro:") and macro is not None:
+            inner = macro.element
+            walker.write_out(macro, child, scope, partial(_take_materials, walker, inner, found))
+    return found
+
+
+def _take_materials(walker: Walker, element: Element, found: list[Any], scope: Scope) -> None:
+    found += _materials_in(walker, element, scope)
 
 
 def _makes_material(walker: Walker, element: Element) -> bool:
@@ -189,7 +209,7 @@ def _in_solid(walker: Walker, child: Element, scope: Scope, when: Whens, entry: 
 
 def _material(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry) -> None:
     if child.get("name"):
-        entry.put("material", walker.value(child, "name", scope, NAME), when)
+        entry.put("material", walker.value(child, "name", scope, XML), when)  # a part has none of its own
     for item in reads(walker, child, scope, "material").items:
         entry.put(item.key, item.value, (*when, *item.when))
 

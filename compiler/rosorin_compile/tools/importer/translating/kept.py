@@ -12,6 +12,7 @@ from ....frontend.expression.functions import CONSTANTS, OF_DESCRIPTIONS, functi
 from ....units import UNITS
 from ....xml.markup import COMMENT, Element, MarkupError, Remark, parse
 from ..layout import Expression
+from .choices import node_of
 from .expressions import negated, usable, written
 from .naming import expanded, without_prefix
 from .pieces import Call, Xml
@@ -21,6 +22,7 @@ from .scopes import (
     Value,
     Variable,
 )
+from .texts import Unsupported
 from .values import Values
 
 _SHORT = 90
@@ -28,6 +30,8 @@ _SHORT = 90
 
 class Elements(Values):
     """Renders elements that are kept."""
+
+    named_texts = True  # what stands under a condition may be a named value
 
     def element(self, node: Xml) -> Any:
         """Return elements that are kept, as text."""
@@ -123,6 +127,11 @@ class Elements(Values):
             return ""
         if "${" not in text and len(lines) == 1 and len(text) <= _SHORT:
             return repr(text)
+        if not self.named_texts:
+            node = node_of(Expression(" ".join(line.strip() for line in lines)))
+            if node is None:
+                raise Unsupported("a condition in elements that are kept")
+            return written(node)
         for name, known in self.extra.items():
             if known == (Expression(text) if "${" in text else text):
                 return name

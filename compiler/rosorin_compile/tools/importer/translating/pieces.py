@@ -174,6 +174,7 @@ class Xml:
     attributes: list[tuple[str, Value]] = field(default_factory=list)
     content: list[Any] = field(default_factory=list)
     when: Whens = ()
+    element: Element | None = None
 
 
 @dataclass(eq=False)
@@ -191,3 +192,7 @@ class Body:
     locals: list[Variable] = field(default_factory=list)
     flat: list[Any] = field(default_factory=list)
     guards: list[tuple[str, list[str], Whens, Element]] = field(default_factory=list)
+
+    def is_empty(self) -> bool:
+        """Say whether it makes nothing."""
+        return not (self.links or self.joints or self.uses or self.elements or self.materials)

@@ -134,9 +134,24 @@ def other_values(arguments: Mapping[str, Variable], given: Mapping[str, str]) ->
             made[name] = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
         elif variable.kind() == LIST and isinstance(value, list):
             made[name] = " ".join(repr(one * 1.25 + 0.01) for one in value)
+        elif not variable.used and text.lower() in ("true", "false"):
+            made[name] = "false" if text.lower() == "true" else "true"
         elif variable.kind() == WORDS and XML in variable.head().evidence and NAME not in variable.head().evidence:
             made[name] = f"{text}{PROBE}"
     return made
+
+
+def moves(source: Source, row: Combination) -> bool:
+    """Say whether xacro makes another robot of a combination of arguments than without it."""
+    known = row in source.known
+    base, other = source.read(()), source.read(row)
+    if not known:
+        source.known.pop(row)  # nobody asks for it
+    one = lower(base.tree).robot if base.tree is not None else None
+    two = lower(other.tree).robot if other.tree is not None else None
+    if one is None or two is None:
+        return False
+    return bool(different(_settled(one), _settled(two), TOLERANCE, carried_by_urdf=True))
 
 
 def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:

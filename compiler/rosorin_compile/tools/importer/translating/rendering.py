@@ -62,7 +62,8 @@ class Renderer(Elements):
             for body in (*(file.body for file in self.program.files.values()), *inner):
                 self.macro = body.macro
                 for named in body.materials:
-                    self.material(named, body.file.name)
+                    with self.at_top(named.at, body.macro, named.element):
+                        self.material(named, body.file.name)
             for file in self.program.files.values():
                 self.file(file)
             for macro in self.macros:
@@ -135,11 +136,11 @@ class Renderer(Elements):
     def text_of(self, macro: Macro) -> Any:
         """Return the text that a macro makes among elements that are kept."""
         lines: list[str] = []
+        self.named_texts = False  # they would need the parameters of this value
         for item in self.merged(macro.text or []):
             lines += self.lines_of(item, "")
+        self.named_texts = True
         text = "\n".join(lines)
-        if self.extra:
-            raise Unsupported("a condition in elements that are kept", macro.place)
         return Expression(text) if "${" in text else text
 
     def file(self, file: File) -> None:
@@ -175,11 +176,11 @@ class Renderer(Elements):
         target = into if into is not None else self.documents.files.setdefault(file, {})
         for section, entries in (("links", body.links), ("joints", body.joints)):
             for named in entries:
-                with self.at_top(named.at, into):
+                with self.at_top(named.at, body.macro, named.element):
                     self.named(named, target.setdefault(section, {}), file, (*path, section))
         self.tell_apart(body.uses)
         for use in body.uses:
-            with self.at_top(use.at, into):
+            with self.at_top(use.at, body.macro, None):
                 self.use(use, target.setdefault("use", {}), file, (*path, "use"))
         for number, flat in enumerate(body.flat):
             self.flat(flat, target, file, number)
@@ -192,12 +193,15 @@ class Renderer(Elements):
             self.extra = {}
 
     @contextmanager
-    def at_top(self, element: Element | None, into: Any) -> Iterator[None]:
-        """Tell what cannot be said of an element at the top of a file."""
+    def at_top(self, element: Element | None, macro: Macro | None, own: Element | None) -> Iterator[None]:
+        """Tell what cannot be said of an element at the top of a file, or of ``own`` in a macro."""
         try:
             yield
         except Unsupported as problem:
-            if into is not None or element is None:
+            problem.element = problem.element or own
+            if macro is not None:
+                raise InMacro(macro, problem) from None
+            if element is None:
                 raise
             raise AtTop(element, problem) from None
 
@@ -248,10 +252,10 @@ class Renderer(Elements):
     def elements(self, body: Body, target: dict[str, Any], file: str, path: tuple[Any, ...]) -> None:
         made = target.pop("urdf_elements", [])
         for name, known, when, element in body.guards:
-            with self.at_top(element, None if body.macro is None else target):
+            with self.at_top(element, body.macro, None):
                 self.guard(name, known, when, made)
         for number, item in enumerate(body.elements):
-            with self.at_top(item.at, target if body.macro is not None or item.at is None else None):
+            with self.at_top(item.at, body.macro, item.value.element):
                 condition = self.condition(item.when)
                 if isinstance(condition, ast.Constant) and not condition.value:
                     continue
@@ -319,10 +323,17 @@ class Renderer(Elements):
         section = self.documents.section(file, "materials")
         if isinstance(name, Expression) and self.macro is not None:
             raise Unsupported("a material of a macro", named.element.span)
-        if any(name in other.get("materials", ()) for other in self.documents.files.values()):
-            return
         if self.macro is not None and (when is not None or any(map(has_expression, entry.values()))):
             raise Unsupported("a material of a macro", named.element.span)
+        holder = next((one for one in self.documents.files.values() if name in one.get("materials", ())), None)
+        if holder is not None:
+            known = self.alternatives[id(holder["materials"]), str(name)]
+            chosen = merged("", [*known, (entry, when)]) if known[-1][1] is not None else None
+            if chosen is not None:  # of several on conditions each may be meant; after one on none no other is
+                known.append((entry, when))
+                holder["materials"][name] = chosen
+            return
+        self.alternatives[id(section), str(name)] = [(entry, when)]
         section[name] = conditional(entry, when)
         if "rgba" in entry and isinstance(entry["rgba"], list) and not has_expression(entry["rgba"]):
             self.looks[name] = entry["rgba"]

@@ -39,6 +39,7 @@ class Value:
     scope: Scope
     sink: str
     span: Span | None = None
+    idle: bool = False  # a default that no call takes
 
 
 @dataclass(eq=False)
@@ -78,7 +79,8 @@ class Variable:
     def kind(self) -> str:
         """Return what the variable holds."""
         head = self.head()
-        literals = [literal(value.text) for value in head.values if is_plain(value.text)]
+        values = [value for value in head.values if not value.idle] or head.values
+        literals = [literal(value.text) for value in values if is_plain(value.text)]
         evidence = head.evidence
         if any(sink in evidence for sink in LISTS) or (
             any(isinstance(one, list) for one in literals)
@@ -100,7 +102,7 @@ class Variable:
             return WORDS
         if evidence & {*NUMBERS, "reckoned", "equated"}:
             return NUMBER
-        if head.values and all(_is_reckoned(one.text) for one in head.values):
+        if values and all(_is_reckoned(one.text) for one in values):
             return NUMBER
         return WORDS if evidence & {XML, NAME, FILE, "compared"} else ANY
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ....xml.markup import Element
+from .naming import variables_in
 from .pieces import Body, Macro, When, Whens
 from .program import Program
 from .scopes import (
@@ -91,6 +92,9 @@ class Setting:
             if known in self.fixed and not when:
                 self.new_local(name, value, body, target, when, target)
                 return
+            if _reads(known, value, when):
+                self.anew(name, value, body, target, when, target)
+                return
             known.values.append(value)
             known.definitions.append((value, when))
             self.hand(value, known)
@@ -107,12 +111,23 @@ class Setting:
                 self.hand(before, made)
             return
         if isinstance(known, Bound):
-            target.set_from_here(name, Bound(text, scope))
+            left = tuple(on for on in when if decided(on) is None)
+            if left:
+                self.chosen_property(element, scope, target, left)
+            else:
+                target.set_from_here(name, Bound(text, scope))
             return
         if not isinstance(target, MacroScope) and target.parent is not None and not when and "(" not in text:
             target.names[name] = Bound(text, scope)
             return
         self.new_local(name, value, body, target, when)
+
+    def anew(self, name: str, value: Value, body: Body, holder: Scope, when: Whens, later: Scope) -> None:
+        """Take a property that is set on a condition from what it was before."""
+        before = Value(f"${{{name}}}", value.scope, FREE, value.span)
+        made = self.new_local(name, value, body, holder, when, later)
+        made.definitions.insert(0, (before, ()))
+        self.hand(before, made)
 
     def target(self, element: Element, scope: Scope) -> Scope:
         """Return the scope that a property is set in."""
@@ -168,7 +183,10 @@ class Setting:
         """Take a property within an element that is set on a condition: a named value of the part."""
         name, value = element.get("name"), Value(element.get("value"), scope, FREE, element.span)
         known = target.latest().find(name)
-        if isinstance(known, Variable) and known.where == LOCAL and known not in self.fixed and target.set_later(name):
+        own = (
+            isinstance(known, Variable) and known.where == LOCAL and known not in self.fixed and target.set_later(name)
+        )
+        if isinstance(known, Variable) and own and not _reads(known, value, when):
             known.values.append(value)
             known.definitions.append((value, when))
             self.hand(value, known)
@@ -177,10 +195,12 @@ class Setting:
         body = holder.macro.body if holder is not None else self.program.root.body
         if body is None:
             raise Unsupported(f'the property "{name}" is set on a condition', element.span)
-        before = known
+        if own:
+            self.anew(name, value, body, holder or target, when, target)
+            return
         made = self.new_local(name, value, body, holder or target, when, target)
-        if isinstance(before, Bound):
-            made.definitions.insert(0, (Value(before.text, before.scope, FREE, element.span), ()))
+        if isinstance(known, Bound):
+            made.definitions.insert(0, (Value(known.text, known.scope, FREE, element.span), ()))
             made.values.insert(0, made.definitions[0][0])
 
     def hand(self, value: Value, variable: Variable) -> None:
@@ -207,8 +227,14 @@ class Setting:
                 argument.head().evidence |= more
                 changed = changed or bool(more)
         for argument, variable in self.flows:  # what is given nothing else is of the kind of the argument
-            if variable.where != ARGUMENT and not any(is_plain(one.text) for one in variable.head().values):
+            said = [one for one in variable.head().values if not one.idle]
+            if variable.where != ARGUMENT and not any(is_plain(one.text) for one in said):
                 variable.head().values += [one for one in argument.values if is_plain(one.text)]
+
+
+def _reads(variable: Variable, value: Value, when: Whens) -> bool:
+    """Say whether a value on a condition, or the condition, is made of what a variable is by then."""
+    return bool(when) and any(variable in variables_in(one) for one in (value, *(on.value for on in when)))
 
 
 def constant(value: Value) -> Any:

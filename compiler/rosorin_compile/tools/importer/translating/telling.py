@@ -16,13 +16,18 @@ def told(translation: Translation) -> Iterator[str]:
     if not translation.files:
         yield f"flat, without macros and arguments: {translation.reason}{_at(translation.span)}"
         return
-    elements = [one for one in translation.written_out if one.name.startswith("<")]
+    elements = [one for one in translation.written_out if one.name.startswith("<") and one.flat]
+    lifted = [one for one in translation.written_out if one.name.startswith("<") and not one.flat]
     macros = [one for one in translation.written_out if not one.name.startswith("<")]
     kept, lost = len(translation.kept), len({one.name for one in macros})
     if kept or lost:
         line = f"{kept} of {counted(kept + lost, 'macro')} kept"
         yield f"{line}, {lost} written out where {'it is' if lost == 1 else 'they are'} called" if lost else line
     yield from _reasons(macros)
+    if lifted:
+        where = "its part" if len(lifted) == 1 else "their parts"
+        yield f"at the top, not in {where}: {counted(len(lifted), 'element')}"
+    yield from _reasons(lifted)
     if elements:
         yield f"as xacro expands {'it' if len(elements) == 1 else 'them'}: {counted(len(elements), 'element')}"
     yield from _reasons(elements)

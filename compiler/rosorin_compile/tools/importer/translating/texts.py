@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from ....diagnostics import Span
 from ....startup.records import NamedTuple
+from ....xml.markup import Element
 
 TEXT, EXPRESSION, EXTENSION = "text", "expression", "extension"
 # As LEXER of xacro 2.1.
@@ -16,12 +17,13 @@ _PARAMETER = re.compile(r"^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?(" + _DEFAULT + r")(?:
 
 
 class Unsupported(Exception):
-    """Something of xacro that is not translated; ``reason`` in words, at a place."""
+    """Something of xacro that is not translated; ``reason`` in words, at a place; the one ``element`` it is about."""
 
-    def __init__(self, reason: str, span: Span | None = None) -> None:
+    def __init__(self, reason: str, span: Span | None = None, element: Element | None = None) -> None:
         super().__init__(reason)
         self.reason = reason
         self.span = span
+        self.element = element
 
 
 class Token(NamedTuple):

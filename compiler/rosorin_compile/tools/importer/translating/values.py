@@ -612,6 +612,8 @@ def _literal_of(text: str, kind: str, value: Value, unquoted: bool = False) -> A
     found = text if unquoted and kind == WORDS else literal(text)
     if kind == FLAG and (isinstance(found, bool) or found in (0, 1)):
         return bool(found)
+    if kind == FLAG and found in ("true", "True", "false", "False"):  # quoted; a condition reads it
+        return found in ("true", "True")
     if kind == LIST:
         numbers = str(found).split() if isinstance(found, str) else text.split()
         if len(numbers) > 1:

@@ -7,6 +7,7 @@ a link or a joint a named value with parameters. ``inlined`` are macros that are
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from fnmatch import fnmatchcase
 from typing import Any
 
 from ....frontend.tree import Map
@@ -14,6 +15,7 @@ from ....xml.markup import Element, Remark
 from .entries import joint_entry, link_entry, material_entry, one_of_level, reads, units_of
 from .fixing import value_of
 from .flattened import Place, flat_entries, place_of
+from .lifting import elements_at, equal_to, leading_to, macro_around, pattern_of
 from .naming import variables_in
 from .pieces import Body, Call, Entry, Handed, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Fixed, Program, comments_within, with_comments
@@ -47,13 +49,20 @@ class Walker(Setting):
         flat: frozenset[Place] = frozenset(),
         trees: Sequence[Map] = (),
         pins: Mapping[tuple[str, str], str] | None = None,
+        lifted: frozenset[Place] = frozenset(),
     ) -> None:
         super().__init__(program)
+        self.lifted = {id(one): one for one in elements_at(program, lifted)}
+        self.inner_flat = {id(one): place_of(one.span) for one in elements_at(program, flat) if macro_around(one)}
+        self.lifting: set[Macro] | None = None  # the macros that lead to what is lifted, while that is taken
         self.pins = pins or {}
         self.inlined = inlined
         self.flat = flat
         self.trees = trees
         self.depth = 0
+        self.defaults: list[tuple[Macro, str, Value]] = []
+        self.taken: set[tuple[Macro, str]] = set()  # the parameters whose defaults are taken
+        self.resolved: dict[int, str] = {}  # what is called by an expression, while it is taken for one macro
         self.at: Element | None = None  # what stands at the top of a file and is walked over
         self.current: dict[str, list[tuple[Macro, Whens]]] = {}
         self.seen: list[Macro] = []
@@ -68,7 +77,38 @@ class Walker(Setting):
             note(condition)
         file = self.program.root
         self.robot(file.document.root, file.body, file.body.scope, (), top=True)
+        if self.lifted:
+            self.lift()
+        for macro, name, default in self.defaults:
+            default.idle = (macro, name) not in self.taken
+        for place in self.inner_flat.values():
+            file.body.flat += flat_entries(self.trees, place, (), ())
         self.spread()
+
+    def lift(self) -> None:
+        """Take what is lifted out of macros, as if these were written out where they are called."""
+        self.lifting, self.current = leading_to(self.program, self.lifted.values()), {}
+        file = self.program.root
+        try:
+            self.robot(file.document.root, file.body, file.body.scope, (), top=True)
+        except AtTop as found:
+            found.problem.element = found.problem.element or next(iter(self.lifted.values()))
+            raise
+        finally:
+            self.lifting = None
+
+    def passes_over(self, child: Element) -> bool:
+        """Say whether an element is not taken now: it is lifted, or flat; or only what is lifted is taken."""
+        if id(child) in self.inner_flat:
+            return True
+        if self.lifting is None:
+            return id(child) in self.lifted
+        if child.tag in ("xacro:if", "xacro:unless", "xacro:include", "xacro:macro", "xacro:property", "xacro:arg"):
+            return False
+        if not child.tag.startswith("xacro:"):
+            return id(child) not in self.lifted
+        name = child.get("macro") if child.tag == "xacro:call" else child.tag.removeprefix("xacro:")
+        return "$" not in name and (found := self.program.macro(name, child)) is not None and found not in self.lifting
 
     def note_properties(self, names: Iterable[str]) -> None:
         """Take down how properties at the top of files are used."""
@@ -100,8 +140,15 @@ class Walker(Setting):
 
     def one(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
         """Take one element; what cannot be said of one at the top of a file is told as ``AtTop``."""
+        if self.passes_over(child):
+            return
         if not top or child.tag in ("xacro:if", "xacro:unless", "xacro:include"):
-            self.any(child, body, scope, when, comments, top)
+            try:
+                self.any(child, body, scope, when, comments, top)
+            except Unsupported as problem:
+                if problem.element is None and not child.tag.startswith("xacro:"):
+                    problem.element = child
+                raise
             return
         if place_of(child.span) in self.flat:
             body.flat += flat_entries(self.trees, place_of(child.span), when, comments)
@@ -167,7 +214,7 @@ class Walker(Setting):
             self.note_properties(self.program.add(self.file_named(element, scope), element))
         files = self.program.tops.get(id(element))
         guard = self.program.guards.get(id(element))
-        if guard is not None:
+        if guard is not None and self.lifting is None:
             for condition in when:
                 note(condition.value)
             body.guards.append((*guard, when, element))
@@ -249,7 +296,7 @@ class Walker(Setting):
         """Return the macro that an element calls. Raises Unsupported."""
         name = element.tag.removeprefix("xacro:")
         if name == "call":
-            target = element.get("macro")
+            target = self.resolved.get(id(element), element.get("macro"))
             if "$" in target:
                 raise Unsupported(f'the macro "{target}" is called by an expression', element.span)
             name = target
@@ -261,6 +308,34 @@ class Walker(Setting):
             raise Unsupported(f'there is no macro "{name}"', element.span)
         macro.called = True
         return macro
+
+    def is_open(self, element: Element) -> bool:
+        """Say whether an expression says which macro an element calls, and it is not taken for one of them."""
+        return element.tag == "xacro:call" and "$" in element.get("macro") and id(element) not in self.resolved
+
+    def targets(self, element: Element, scope: Scope) -> Iterator[Whens]:
+        """Take what an expression calls for each macro in turn that may be meant, and yield on which condition."""
+        called, found = element.get("macro"), False
+        pattern, given = pattern_of(called), element.attributes.keys() - {"macro"}
+        for macro in list(self.program.macros.values()):
+            needed = {one.name for one in macro.parameters if not one.block and one.default is None and not one.forward}
+            if not (fnmatchcase(macro.name, pattern) and needed <= given <= {one.name for one in macro.parameters}):
+                continue
+            on = When(Value(equal_to(called, macro.name), scope, CONDITION, element.span), True)
+            holds = decided(on)
+            if holds is False:
+                continue
+            found = True
+            note(on.value)
+            self.resolved[id(element)] = macro.name
+            try:
+                yield () if holds else (on,)
+            finally:
+                self.resolved.pop(id(element), None)
+            if holds:
+                return
+        if not found:
+            raise Unsupported(f'the macro "{called}" is called by an expression', element.span)
 
     def given(self, macro: Macro, element: Element, scope: Scope) -> dict[str, Value]:
         """Return what a call gives to the parameters of a macro, by name; defaults where it gives nothing."""
@@ -274,9 +349,11 @@ class Walker(Setting):
                 continue
             if parameter.forward:
                 found = scope.find(parameter.name)
-                if found is not None and not self.is_new(found, scope):
+                by_itself = parameter.default is None and parameter.of_caller is None
+                if found is not None and (by_itself or not self.is_new(found, scope)):
                     made[parameter.name] = Value(f"${{{parameter.name}}}", scope, FREE, element.span)
                     continue
+            self.taken.add((macro, parameter.name))
             if parameter.of_caller is not None:
                 made[parameter.name] = Value(parameter.of_caller, scope, FREE, element.span)
             elif parameter.default is None:
@@ -312,6 +389,10 @@ class Walker(Setting):
 
     def call(self, element: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
         """Take a call of a macro among links and joints."""
+        if self.is_open(element):
+            for on in self.targets(element, scope):
+                self.call(element, body, scope, (*when, *on), comments)
+            return
         candidates = self.candidates(element)
         if candidates:
             name = self.spelt(element.tag.removeprefix("xacro:"), element)
@@ -324,7 +405,7 @@ class Walker(Setting):
             self.current[name] = before
             return
         macro = self.macro_of(element)
-        if macro.name in self.inlined or not self.as_part(macro):
+        if self.lifting is not None or macro.name in self.inlined or not self.as_part(macro):
             self.write_out(macro, element, scope, lambda inner: self.robot(macro.element, body, inner, when))
             return
         use = Use(macro, self.given(macro, element, scope), {}, scope, when, comments, element, self.at or element)
@@ -421,6 +502,7 @@ class Walker(Setting):
                 value = Value(parameter.default, macro.file.body.scope, FREE, macro.place)
                 made.values.append(value)
                 self.hand(value, made)
+                self.defaults.append((macro, parameter.name, value))
             macro.variables[parameter.name] = made
             macro.scope.names[parameter.name] = made
 
@@ -459,6 +541,9 @@ class Walker(Setting):
             self.inner_property(child, scope, when)
         elif tag == "xacro:macro":
             self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), when)
+        elif self.is_open(child):
+            for chosen in self.targets(child, scope):
+                yield from self.inner(child, scope, level, (*when, *chosen), comments)
         elif tag.startswith("xacro:"):
             macro = self.macro_of(child)
             if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
@@ -532,7 +617,7 @@ class Walker(Setting):
 
     def xml(self, element: Element, scope: Scope) -> Xml:
         """Return an element that is kept as text."""
-        made = Xml(element.tag)
+        made = Xml(element.tag, element=element)
         for name, attribute in element.attributes.items():
             if not name.startswith(("xacro:", "xmlns:xacro")):
                 value = Value(attribute.value, scope, XML, attribute.span)
@@ -564,6 +649,9 @@ class Walker(Setting):
         if item.tag == "xacro:macro":
             self.define(self.program.by_element[id(item)], item.get("name").removeprefix("xacro:"), when)
             return []
+        if self.is_open(item):
+            groups = [Xml("", when=on, content=self.xml_item(item, scope, when)) for on in self.targets(item, scope)]
+            return [one for group in groups for one in ([group] if group.when else group.content)]
         if item.tag.startswith("xacro:"):
             macro = self.macro_of(item)
             if macro.name not in self.inlined and self.as_text(macro):

@@ -141,6 +141,7 @@ class _Mending:
         self.lost: list[WrittenOut] = []
         self.proven: _Proven | None = None
         self.words = Found()
+        self.changing: frozenset[str] = frozenset()
         self.begin()
         self.made = self.translated()
 
@@ -289,6 +290,7 @@ class _Mending:
             self.turns,
             self.fixed,
             frozenset(self.lifted),
+            self.changing,
         )
         how = how._replace(chains=self.chains)
         made = attempt(source.path, options, how)
@@ -335,6 +337,10 @@ class _Mending:
             return None
         if not self.turns and any("more than a full turn" in text for text in texts):
             self.turns = True
+            return None
+        if made.program.changed() - self.changing:
+            self.changing |= made.program.changed()
+            self.begin()
             return None
         if len(accepted(source)) > accepts:  # other arguments break other rules
             return None

@@ -82,6 +82,7 @@ class How(NamedTuple):
     turns: bool
     fixed: Mapping[str, str]
     lifted: frozenset[Place] = frozenset()
+    changing: frozenset[str] = frozenset()
     words: Found = Found()
     shares: frozenset[str] | None = None
     chains: bool = False
@@ -89,7 +90,7 @@ class How(NamedTuple):
 
 def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
-    program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed)
+    program = Program(path, options.packages, options.arguments, how.unsaid, how.fixed, how.changing)
     walker = Walker(program, how.inlined, how.flat, how.trees, pins(program), how.lifted)
     walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))

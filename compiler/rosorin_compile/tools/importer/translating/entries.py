@@ -143,7 +143,7 @@ def _makes_material(walker: Walker, element: Element) -> bool:
 
 
 def solid_name(walker: Walker, child: Element, scope: Scope) -> Item:
-    return Item("name", walker.value(child, "name", scope, NAME))
+    return Item("name", walker.value(child, "name", scope, XML))  # a part puts nothing before it
 
 
 def _in_inertial(walker: Walker, child: Element, scope: Scope, when: Whens, entry: Entry, _: Comments) -> bool:

@@ -60,8 +60,10 @@ class Program:
         given: Mapping[str, str],
         unsaid: Mapping[str, str] | None = None,
         fixed: Mapping[str, str] | None = None,
+        changing: frozenset[str] = frozenset(),
     ) -> None:
         self.scope = Scope()
+        self.changing = changing  # properties that are what they were set to last, wherever they are read
         self.unsaid = unsaid or {}
         self.fixed = fixed or {}
         self.packages = Packages(packages, os.environ, path)
@@ -374,6 +376,14 @@ class Program:
         if comments:
             self.property_comments.setdefault(name, comments)
 
+    def changed(self) -> frozenset[str]:
+        """Return the properties that are set to another value later on, on no condition."""
+        return frozenset(
+            name
+            for name, known in self.properties.items()
+            if len({one.value.text for one in known if not one.when}) > 1
+        )
+
     def _name_properties(self) -> list[str]:
         """Give each property a variable; one that is an argument and nothing else is that argument.
 
@@ -389,6 +399,8 @@ class Program:
         fresh = [name for name in self.properties if name not in self.scope.names]
         for name in fresh:
             definitions = self.properties[name]
+            if name in self.changing:
+                continue
             if name in self.unsaid:
                 self.scope.names[name] = Unsaid(self.unsaid[name])
                 continue

@@ -576,7 +576,7 @@ class Renderer(Elements):
         """Write the properties that anything uses."""
         self.macro = None
         for name, definitions in self.program.properties.items():
-            variable = self.program.scope.names[name]
+            variable = self.program.scope.names.get(name)
             if not isinstance(variable, Variable) or variable.where == ARGUMENT or variable not in self.used:
                 continue
             file = self.program.property_files[name].name
@@ -589,22 +589,35 @@ class Renderer(Elements):
             self.documents.remark(file, ("let", variable.ours), self.program.property_comments.get(name, ()))
 
     def arguments(self) -> None:
-        """Write the arguments that anything uses."""
+        """Write the arguments that anything uses; one that is made of others stands behind them, in the first file."""
+        composed: list[tuple[Variable, dict[str, Any]]] = []
         for name, variable in self.program.arguments.items():
             if variable not in self.used:
                 continue
-            kind = variable.kind()
-            declared: dict[str, Any] = {"type": argument_type(variable)}
-            given = self.program.given.get(name)
-            text = given if given is not None else variable.values[0].text if _own(variable) else None
-            if text is not None:
-                kind = WORDS if kind in (LIST, TABLE, ANY) else kind
-                declared["default"] = self.of_variable(Value(text, self.program.scope, "free"), variable, kind)
-            if declared["type"] == "text" and is_choice(variable) and len(self.choices.get(name, ())) > 1:
-                declared["one_of"] = list(self.choices[name])
-            file = self.program.argument_files[name].name
-            self.documents.section(file, "args")[variable.ours] = declared
-            self.documents.remark(file, ("args", variable.ours), variable.comments)
+            declared = self.declared(name, variable)
+            if isinstance(declared.get("default"), Expression):
+                composed.append((variable, declared))
+            else:
+                self.argument(self.program.argument_files[name].name, variable, declared)
+        for variable, declared in composed:
+            self.argument(self.program.root.name, variable, declared)
+
+    def argument(self, file: str, variable: Variable, declared: dict[str, Any]) -> None:
+        self.documents.section(file, "args")[variable.ours] = declared
+        self.documents.remark(file, ("args", variable.ours), variable.comments)
+
+    def declared(self, name: str, variable: Variable) -> dict[str, Any]:
+        """Return the entry of an argument."""
+        kind = variable.kind()
+        declared: dict[str, Any] = {"type": argument_type(variable)}
+        given = self.program.given.get(name)
+        text = given if given is not None else variable.values[0].text if _own(variable) else None
+        if text is not None:
+            kind = WORDS if kind in (LIST, TABLE, ANY) else kind
+            declared["default"] = self.of_variable(Value(text, self.program.scope, "free"), variable, kind)
+        if declared["type"] == "text" and is_choice(variable) and len(self.choices.get(name, ())) > 1:
+            declared["one_of"] = list(self.choices[name])
+        return declared
 
 
 def _list_of(texts: list[str]) -> ast.expr:

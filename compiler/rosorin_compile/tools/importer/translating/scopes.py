@@ -109,10 +109,14 @@ class Variable:
 
 @dataclass(eq=False)
 class Bound:
-    """A parameter of a macro that is written out where it is called: its value, in the scope of the call."""
+    """A parameter of a macro that is written out where it is called: its value, in the scope of the call.
+
+    Also a property that is set within an element; ``when`` are the conditions on which it alone is.
+    """
 
     text: str
     scope: Scope
+    when: tuple[Any, ...] = ()
 
 
 @dataclass(eq=False)

@@ -102,13 +102,13 @@ class Setting:
         if isinstance(known, Variable) and not (
             isinstance(target, MacroScope) and known in target.macro.implicit.values() and not known.values
         ):
-            if not isinstance(target, MacroScope) or known not in target.macro.variables.values():
-                raise Unsupported(f'the property or parameter "{name}" is set anew', element.span)
-            made = self.new_local(name, value, body, target, when, target)
-            if when:  # else it is what was given
-                before = Value(f"${{{name}}}", target, FREE, element.span)
-                made.definitions.insert(0, (before, ()))
-                self.hand(before, made)
+            left = tuple(on for on in when if decided(on) is None)
+            if left:
+                self.anew(name, value, body, target, left, target)
+            elif isinstance(target, MacroScope) and known in target.macro.variables.values():
+                self.new_local(name, value, body, target, (), target)
+            else:
+                target.set_from_here(name, Bound(text, scope))
             return
         if isinstance(known, Bound):
             left = tuple(on for on in when if decided(on) is None)
@@ -121,6 +121,17 @@ class Setting:
             target.names[name] = Bound(text, scope)
             return
         self.new_local(name, value, body, target, when)
+
+    def changing(self, element: Element, scope: Scope, when: Whens) -> None:
+        """Take a property at the top of a file that is set to another value later on: it holds until then."""
+        name, here = element.get("name"), scope.begun()
+        if "default" in element.attributes:
+            if scope.latest().find(name) is None:
+                here.set_from_here(name, Bound(element.get("default"), scope))
+        elif left := tuple(on for on in when if decided(on) is None):
+            self.chosen_property(element, scope, here, left)
+        else:
+            here.set_from_here(name, Bound(element.get("value"), scope))
 
     def anew(self, name: str, value: Value, body: Body, holder: Scope, when: Whens, later: Scope) -> None:
         """Take a property that is set on a condition from what it was before."""
@@ -146,6 +157,7 @@ class Setting:
         taken = {"name", "prefix"} | {one.ours for one in body.locals} | {one.ours for one in _variables(target)}
         if body.macro is None:
             taken |= {one.ours for one in _variables(self.program.scope)}
+            taken |= {one.ours for file in self.program.files.values() for one in file.body.locals}  # all share them
         made = Variable(name, LOCAL, usable(name, lambda one: one in taken), span=value.span)
         made.values.append(value)
         made.definitions = [(value, when)]
@@ -192,6 +204,9 @@ class Setting:
             self.hand(value, known)
             return
         holder = next((one for one in _around(scope) if isinstance(one, MacroScope)), None)
+        if known is None or (holder is not None and known in holder.macro.implicit.values()):
+            target.set_from_here(name, Bound(value.text, scope, when))  # whoever reads it elsewhere has no value of it
+            return
         body = holder.macro.body if holder is not None else self.program.root.body
         if body is None:
             raise Unsupported(f'the property "{name}" is set on a condition', element.span)
@@ -200,7 +215,7 @@ class Setting:
             return
         made = self.new_local(name, value, body, holder or target, when, target)
         if isinstance(known, Bound):
-            made.definitions.insert(0, (Value(known.text, known.scope, FREE, element.span), ()))
+            made.definitions.insert(0, (Value(known.text, known.scope, FREE, element.span), known.when))
             made.values.insert(0, made.definitions[0][0])
 
     def hand(self, value: Value, variable: Variable) -> None:

@@ -87,6 +87,7 @@ class Walker(Setting):
 
     def lift(self) -> None:
         """Take what is lifted out of macros, as if these were written out where they are called."""
+        self.program.scope.later = None
         self.lifting, self.current = leading_to(self.program, self.lifted.values()), {}
         file = self.program.root
         try:
@@ -113,7 +114,7 @@ class Walker(Setting):
     def note_properties(self, names: Iterable[str]) -> None:
         """Take down how properties at the top of files are used."""
         for name in names:
-            variable = self.program.scope.names[name]
+            variable = self.program.scope.names.get(name)
             for definition in self.program.properties[name] if isinstance(variable, Variable) else ():
                 for on in definition.when:
                     note(on.value)
@@ -173,7 +174,9 @@ class Walker(Setting):
         elif tag == "xacro:include":
             self.include(child, body, scope, when, top)
         elif tag == "xacro:property":
-            if not top:
+            if top and child.get("name") in self.program.changing:
+                self.changing(child, scope, when)
+            elif not top:
                 before = len(body.locals)
                 self.local(child, body, scope, when)
                 for variable in body.locals[before:]:
@@ -266,7 +269,7 @@ class Walker(Setting):
     def define(self, macro: Macro, name: str, when: Whens) -> None:
         """Take down that a name is that of a macro from here on; under a condition it may be."""
         name = f"{macro.file.space}.{name}".strip(".")
-        known = [one for one in self.current.get(name, []) if when and one[0] is not macro]
+        known = [one for one in self.current.get(name, []) if one[0] is not macro and not set(when) <= set(one[1])]
         self.current[name] = [*known, (macro, when)]
 
     def known(self, name: str, element: Element) -> list[tuple[Macro, Whens]]:
@@ -418,12 +421,8 @@ class Walker(Setting):
     def block_entry(self, macro: Macro, name: str, block: Element, scope: Scope) -> Entry:
         """Return what a block says that a call hands over."""
         level = macro.block_levels.get(name)
-        if level is None and not any(
-            one.tag == "xacro:insert_block" and one.get("name") == name for one in macro.element.iter()
-        ):
+        if level is None:  # nothing inserts it, or what does is never there
             return Entry()
-        if level is None:
-            raise Unsupported(f'the block "{name}" of the macro "{macro.name}" is inserted among links', block.span)
         whole = next(one.block for one in macro.parameters if one.name == name) == "**"
         made = (reads if whole else one_of_level)(self, block, scope, level)
         macro.blocks_given.setdefault(name, []).append(made)

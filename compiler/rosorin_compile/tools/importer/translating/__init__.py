@@ -9,7 +9,7 @@ are), ``walking`` with ``setting`` and ``entries`` (what is made), ``naming`` (s
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from ..description import Outputs, tree_of
 from .attempting import Attempt, Changed, How, accepted, attempt
 from .fixing import MOST_SWITCHES, reached, switches_of, undecided, value_of
 from .flattened import Place, place_of
-from .lifting import can_lift, own_place
+from .lifting import can_lift, elements_at, macro_around, own_place
 from .pieces import Macro
 from .program import Fixed, Program
 from .proving import PROBE, Combination, Fault, Source, choices_of, combinations, faults, moves, other_values
@@ -459,7 +459,12 @@ def _blame(
 ) -> bool:
     """Give the macros at fault long names, or write them out; say whether there was anything to change."""
     by_name = {macro.ours: macro for macro in made.macros} | {macro.name: macro for macro in made.macros}
+    inner = {place_of(one.span): one for one in _inner_elements(made.program, found)}
     for fault in found:
+        places = [place for place in fault.own if place in inner and place not in flat]
+        if places and any(name in out for name in fault.macros):  # its macro was not to blame
+            flat[places[0]] = _flat(inner[places[0]], Unsupported(f"not proven: {fault.text}"))
+            return True
         for name in fault.macros:
             macro = by_name.get(name)
             if macro is not None and _demote(macro, fault, out, explicit):
@@ -487,6 +492,12 @@ def _blame(
     for macro in left:
         out[macro.name] = WrittenOut(macro.name, f"not proven: {found[0].text}", macro.place)
     return bool(left)
+
+
+def _inner_elements(program: Program, found: Sequence[Fault]) -> list[Element]:
+    """Return the elements of macros that faults name."""
+    elements = elements_at(program, {place for fault in found for place in fault.own})
+    return [one for one in elements if macro_around(one) is not None]
 
 
 def _demote(macro: Macro, fault: Fault, out: dict[str, WrittenOut], explicit: set[str]) -> bool:

@@ -41,12 +41,12 @@ def _several(where: str, source: Sequence[str], again: Sequence[str]) -> Iterato
     for element in mine:
         other = _partner(element, others)
         if other is None:
-            yield f"{where}{_called(element)}: only xacro has it"
+            yield f"{where}{called(element)}: only xacro has it"
             continue
         others.remove(other)
-        yield f"{where}{_called(element)}: {difference(element, other)}"
+        yield f"{where}{called(element)}: {difference(element, other)}"
     for element in others:
-        yield f"{where}{_called(element)}: only the translation has it"
+        yield f"{where}{called(element)}: only the translation has it"
 
 
 def _only(some: Sequence[str], others: Sequence[str]) -> list[Element]:
@@ -98,13 +98,14 @@ def difference(one: Element, other: Element) -> str:
         one, other = first, second
 
 
-def _called(element: Element) -> str:
+def called(element: Element) -> str:
+    """Return what an element is called in a sentence."""
     tag, name = _key(element)
     return f'<{tag} {"name" if element.get("name") else "reference"}="{name}">' if name else f"<{tag}>"
 
 
 def _tag(element: Element | None) -> str | None:
-    return None if element is None else _called(element)
+    return None if element is None else called(element)
 
 
 def _said(path: Sequence[str], one: str | None, other: str | None) -> str:
@@ -121,4 +122,4 @@ def _cut(text: str, length: int) -> str:
     return text if len(text) <= length else f"{text[: length - 3].rstrip()}..."
 
 
-__all__ = ["difference", "shortened"]
+__all__ = ["called", "difference", "shortened"]

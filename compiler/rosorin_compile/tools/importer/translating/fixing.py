@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from fnmatch import fnmatchcase
 
 from ....startup.records import NamedTuple
 from ....xml.markup import Element, Remark
-from .flattened import Place, place_of
+from .flattened import Place
+from .lifting import called_by, elements_at, macro_around
 from .pieces import Macro
 from .program import Program
 from .scopes import ARGUMENT, FLAG, sole_name
@@ -41,22 +43,81 @@ def switches_of(program: Program) -> dict[str, str]:
 
 def reached(program: Program, flat: Collection[Place]) -> dict[str, str]:
     """Return the arguments that may have a say in elements that are flat, with their texts; rather one too many."""
-    texts = [_text_of(element) for file in program.files.values() for element in _at(file.document.root, flat)]
-    seen: set[str] = set()
+    elements = elements_at(program, flat)
+    calls = _Calls(program) if elements else None
+    waiting: list[_Said] = [_Said(_text_of(element), None) for element in elements if macro_around(element) is None]
+    for element in elements:
+        macro = _macro_of(program, element)
+        if macro is not None and calls is not None:
+            waiting += [_Said(_text_of(element), macro), *calls.around(element, macro, set())]
+    seen: set[tuple[str, Macro | None]] = set()
     found: dict[str, str] = {}
-    while texts:
-        for name in sorted(set(_WORD.findall(texts.pop())) - seen):
-            seen.add(name)
-            macro = program.macros.get(name)
-            if macro is not None:
-                texts.append(_text_of(macro.element))
-            texts += [one.value.text for one in program.properties.get(name, ())]
+    while waiting:
+        said, within = waiting.pop()
+        for name in sorted(set(_WORD.findall(said)) - {name for name, macro in seen if macro is within}):
+            seen.add((name, within))
+            waiting += calls.behind(name, within) if calls is not None else ()
             variable = program.arguments.get(name)
             text = value_of(program, name) if variable is not None else None
             if variable is not None and variable.where == ARGUMENT and text is not None:
                 found[name] = text
-                texts.append(text)
-    return found
+                waiting.append(_Said(text, None))
+    return {name: found[name] for name in program.arguments if name in found}
+
+
+class _Said(NamedTuple):
+    """A text, and the macro that its names are looked up in."""
+
+    text: str
+    macro: Macro | None
+
+
+class _Calls:
+    """The calls of all macros, and what names in macros stand for by them."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        elements = (one for file in program.files.values() for one in file.document.root.iter())
+        self.found = [(pattern, one) for one in elements for pattern in called_by(one)]
+
+    def of(self, macro: Macro) -> list[Element]:
+        """Return the elements that call a macro."""
+        name = macro.element.get("name").removeprefix("xacro:")
+        return [element for pattern, element in self.found if fnmatchcase(name, pattern)]
+
+    def behind(self, name: str, within: Macro | None) -> list[_Said]:
+        """Return the texts that a name may stand for: a macro, a property, what calls give for a parameter."""
+        macro = self.program.macros.get(name)
+        made = [_Said(_text_of(macro.element), None if within is None else macro)] if macro is not None else []
+        made += [_Said(one.value.text, None) for one in self.program.properties.get(name, ())]
+        if within is None:
+            return made
+        set_in = [one for one in within.element.iter() if one.tag == "xacro:property" and one.get("name") == name]
+        made += [_Said(one.get("value", one.get("default")), within) for one in set_in]
+        for parameter in within.parameters:
+            if parameter.name == name:
+                made.append(_Said(parameter.default or parameter.of_caller or "", None))
+                made += [_Said(call.get(name), _macro_of(self.program, call)) for call in self.of(within)]
+        return made
+
+    def around(self, element: Element, macro: Macro | None, seen: set[int]) -> list[_Said]:
+        """Return the conditions on which an element of a macro is there: around it, and around what calls that."""
+        made: list[_Said] = []
+        here = element.parent
+        while here is not None and here.tag != "xacro:macro":
+            made += [_Said(here.get("value"), macro)] if here.tag in ("xacro:if", "xacro:unless") else []
+            here = here.parent
+        for call in self.of(macro) if macro is not None and id(macro) not in seen else ():
+            made += self.around(call, _macro_of(self.program, call), {*seen, id(macro)} if macro is not None else seen)
+        return made
+
+
+def _macro_of(program: Program, element: Element) -> Macro | None:
+    """Return the macro that an element stands in, at whatever depth."""
+    here = element.parent
+    while here is not None and here.tag != "xacro:macro":
+        here = here.parent
+    return program.by_element.get(id(here)) if here is not None else None
 
 
 def pins(program: Program) -> dict[tuple[str, str], str]:
@@ -114,10 +175,6 @@ def _fixed_text(
 def undecided(found: Mapping[str, str], choices: Mapping[str, Collection[str]]) -> dict[str, str]:
     """Return the arguments of which the proof compares one value alone."""
     return {name: text for name, text in found.items() if len(choices.get(name, ())) < 2}
-
-
-def _at(root: Element, places: Collection[Place]) -> list[Element]:
-    return [element for element in root.iter() if place_of(element.span) in places]
 
 
 def _text_of(element: Element) -> str:

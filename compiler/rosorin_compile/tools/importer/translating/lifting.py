@@ -66,7 +66,7 @@ def leading_to(program: Program, elements: Collection[Element]) -> set[Macro]:
     wanted = {id(element) for element in elements}
     inner = {macro: list(macro.element.iter()) for macro in program.macros.values()}
     found = {macro for macro, within in inner.items() if any(id(one) in wanted for one in within)}
-    called = {macro: {pattern for one in within for pattern in _called(one)} for macro, within in inner.items()}
+    called = {macro: {pattern for one in within for pattern in called_by(one)} for macro, within in inner.items()}
     before = -1
     while before != len(found):
         before = len(found)
@@ -77,7 +77,7 @@ def leading_to(program: Program, elements: Collection[Element]) -> set[Macro]:
     return found
 
 
-def _called(element: Element) -> Iterator[str]:
+def called_by(element: Element) -> Iterator[str]:
     """Yield the name of the macro that an element calls; as a pattern where an expression has a say in it."""
     if element.tag == "xacro:call":
         yield pattern_of(element.get("macro"))
@@ -113,4 +113,4 @@ def _spelt(piece: Token) -> str:
     return piece.text if piece.kind == EXPRESSION else f"'$({piece.text})'"
 
 
-__all__ = ["can_lift", "elements_at", "equal_to", "leading_to", "macro_around", "own_place", "pattern_of"]
+__all__ = ["called_by", "can_lift", "elements_at", "equal_to", "leading_to", "macro_around", "own_place", "pattern_of"]

@@ -34,8 +34,8 @@ from ....startup.records import NamedTuple, replace
 from ....xml.elements import canonical, tree_of
 from ..round_trip import Unrounded
 from ..words.proving import without_words
-from .differing import shortened
-from .flattened import Place, outermost
+from .differing import called, shortened
+from .flattened import Place, outermost, place_of
 from .scopes import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
 
 MAX_COMBINATIONS = 32
@@ -56,6 +56,7 @@ class Fault(NamedTuple):
     combination: Combination
     tops: tuple[Place, ...] = ()
     refused: bool = False
+    own: tuple[Place, ...] = ()  # the elements themselves, where the fault names them
 
 
 class Source:
@@ -116,7 +117,8 @@ def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> d
             values += [one for one in ("0", "1") if one not in values]
         elif kind in (WORDS, "any"):
             values += [one for one in compared if one not in values]
-            if NAME in variable.head().evidence and 0 < len(values) == said:
+            names = NAME in variable.head().evidence and 0 < len(values) == said
+            if names or (compared and len(values) == 1):  # what holds for none of the texts that it is compared with
                 values.append(PROBE)
         made[name] = values
     return made
@@ -226,7 +228,11 @@ def _faults(
     if errors or compiled.robot is None:
         return [
             Fault(
-                _told(one), _parts_at(one, stage, files), row, _elements_at(one, stage, files, elements), refused=True
+                _told(one, stage),
+                _parts_at(one, stage, files),
+                row,
+                _elements_at(one, stage, files, elements),
+                refused=True,
             )
             for one in errors[:5]
         ]
@@ -247,12 +253,19 @@ def _faults(
     found, again = _meant(source, again, asks_for_humble(compiled.robot)) if in_words else ([], again)
     source, again = _settled(source), _settled(again)
     found = [*found, *different(source, again, TOLERANCE, carried_by_urdf=True)][:8]
-    macros = _macros_of(made)
-    tops = _tops_of(made)
+    entries = _entries_of(made)
     return [
-        Fault(told, _named_in(one, macros), row, tuple(tops[name] for name in sorted(_words(one) & tops.keys())))
+        _fault(told, row, [*_spans_in(one, entries), *_spans_called(told, made)])
         for one, told in zip(found, shortened(found, source, again), strict=True)
     ]
+
+
+def _fault(told: str, row: Combination, spans: list[Span]) -> Fault:
+    """Return a fault of what stands at some places of the source: the innermost macros first."""
+    via = [one.message for span in spans for one in getattr(span, "via", ())]
+    macros = dict.fromkeys(re.findall(r'the macro "([^"]+)"', " ".join(via)))
+    tops, own = (tuple(dict.fromkeys(map(place, spans))) for place in (outermost, place_of))
+    return Fault(told, tuple(macros), row, tops, own=own)
 
 
 def _meant(source: Robot, again: Robot, humble: bool) -> tuple[list[str], Robot]:
@@ -261,10 +274,12 @@ def _meant(source: Robot, again: Robot, humble: bool) -> tuple[list[str], Robot]
     return found, without_words(again, source)
 
 
-def _told(diagnostic: Diagnostic) -> str:
+def _told(diagnostic: Diagnostic, stage: Path) -> str:
+    """Return what an error says, with files as the description calls them: where they stand now is gone soon."""
     span = diagnostic.span
     where = f" ({Path(span.source.path).name}:{span.line})" if span else ""
-    return f"{diagnostic.message}{where}"
+    said = diagnostic.message.replace(f"{stage}/", "").replace(f"{stage.resolve()}/", "")
+    return f"{said}{where}"
 
 
 def _parts_at(diagnostic: Diagnostic, stage: Path, files: Mapping[str, str]) -> tuple[str, ...]:
@@ -331,38 +346,33 @@ def _part_at(text: str, line: int) -> list[str]:
     return []
 
 
-def _macros_of(made: Imported) -> dict[str, list[str]]:
-    """Return the macros that made each link and joint, the innermost first."""
-    found: dict[str, list[str]] = {}
+def _entries_of(made: Imported) -> dict[str, list[Span]]:
+    """Return where each link and joint was made."""
+    found: dict[str, list[Span]] = {}
     for section in ("links", "joints"):
         entries: Any = made.tree.get(section) if made.tree is not None else None
         for name in entries or ():
-            via = getattr(entries.value_spans[name], "via", ())
-            found.setdefault(name, []).extend(re.findall(r'the macro "([^"]+)"', " ".join(one.message for one in via)))
+            found.setdefault(name, []).append(entries.value_spans[name])
     return found
 
 
-def _tops_of(made: Imported) -> dict[str, Place]:
-    """Return the element at the top of a file that made each link and joint."""
-    found: dict[str, Place] = {}
-    for section in ("links", "joints"):
-        entries: Any = made.tree.get(section) if made.tree is not None else None
-        for name in entries or ():
-            found[name] = outermost(entries.value_spans[name])
-    return found
+def _spans_in(text: str, entries: Mapping[str, list[Span]]) -> list[Span]:
+    """Return where the links and joints were made that a sentence names."""
+    words = _words(text)
+    return [span for name, spans in entries.items() if name in words for span in spans]
+
+
+def _spans_called(told: str, made: Imported) -> list[Span]:
+    """Return where the elements were made that a sentence is about."""
+    elements: Any = made.tree.get("urdf_elements") if made.tree is not None else None
+    if not told.startswith("<") or elements is None:
+        return []
+    pairs = zip(elements, elements.value_spans, strict=True)
+    return [span for text, span in pairs if told.startswith(f"{called(tree_of(str(text)))}: ")]
 
 
 def _words(text: str) -> set[str]:
     return set(re.findall(r"[\w./-]+", text))
-
-
-def _named_in(text: str, macros: Mapping[str, list[str]]) -> tuple[str, ...]:
-    words = _words(text)
-    found: list[str] = []
-    for name, made_by in macros.items():
-        if name in words:
-            found += made_by
-    return tuple(dict.fromkeys(found))
 
 
 def _settled(robot: Robot) -> Robot:

@@ -22,6 +22,7 @@ from .flattened import Flat, place_of
 from .kept import Elements
 from .naming import lead_of, prefix_pieces, variables_in, without_prefix, words_apart
 from .pieces import Body, Entry, File, Macro, Named, Use, Whens
+from .proving import PROBE
 from .scopes import (
     ANY,
     ARGUMENT,
@@ -101,7 +102,7 @@ class Renderer(Elements):
                 if use.macro.prefix is not None or "name" not in use.macro.variables:
                     continue
                 value = use.given.get("name")
-                key = str(self.text(Value(value.text, value.scope, NAME, value.span))) if value is not None else ""
+                key = self.name_in(value) if value is not None else ""
                 if not key or key in seen or not isinstance(plain_scalar(key), str) or "/" in key:
                     spoilt.add(use.macro)
                     spoilt.update([seen[key]] if key in seen else [])
@@ -113,8 +114,15 @@ class Renderer(Elements):
         for owner, uses in groups:
             self.macro = owner
             values = [use.given["name"] for use in uses if use.macro.by_key]
-            self.reserved[owner] = {str(self.text(Value(one.text, one.scope, NAME, one.span))) for one in values}
+            self.reserved[owner] = {self.name_in(one) for one in values}
         self.macro = None
+
+    def name_in(self, value: Value) -> str:
+        """Return a value as a name; empty where it cannot be said, which is told where it is used."""
+        try:
+            return str(self.text(Value(value.text, value.scope, NAME, value.span)))
+        except Unsupported:
+            return ""
 
     def called(self, macro: Macro) -> None:
         """Write a macro that is a named value with parameters."""
@@ -615,8 +623,9 @@ class Renderer(Elements):
         if text is not None:
             kind = WORDS if kind in (LIST, TABLE, ANY) else kind
             declared["default"] = self.of_variable(Value(text, self.program.scope, "free"), variable, kind)
-        if declared["type"] == "text" and is_choice(variable) and len(self.choices.get(name, ())) > 1:
-            declared["one_of"] = list(self.choices[name])
+        choices = [one for one in self.choices.get(name, ()) if one != PROBE]
+        if declared["type"] == "text" and is_choice(variable) and len(choices) > 1:
+            declared["one_of"] = choices
         return declared
 
 

@@ -295,6 +295,17 @@ class Walker(Setting):
             made.append((macro, (*when, *negated)))
         return made
 
+    def each_candidate(self, element: Element) -> Iterator[Whens]:
+        """Take a call for each macro of one name in turn, and yield on which condition it is."""
+        name = self.spelt(element.tag.removeprefix("xacro:"), element)
+        before = self.current[name]
+        for one, on in self.candidates(element):
+            self.current[name] = [(one, ())]
+            for condition in on:
+                note(condition.value)
+            yield on
+        self.current[name] = before
+
     def macro_of(self, element: Element) -> Macro:
         """Return the macro that an element calls. Raises Unsupported."""
         name = element.tag.removeprefix("xacro:")
@@ -313,11 +324,16 @@ class Walker(Setting):
         return macro
 
     def is_open(self, element: Element) -> bool:
-        """Say whether an expression says which macro an element calls, and it is not taken for one of them."""
-        return element.tag == "xacro:call" and "$" in element.get("macro") and id(element) not in self.resolved
+        """Say whether a call may mean several macros, or an expression says which, and it is not taken for one."""
+        if element.tag == "xacro:call" and "$" in element.get("macro"):
+            return id(element) not in self.resolved
+        return element.tag.startswith("xacro:") and len(self.known(element.tag.removeprefix("xacro:"), element)) > 1
 
     def targets(self, element: Element, scope: Scope) -> Iterator[Whens]:
-        """Take what an expression calls for each macro in turn that may be meant, and yield on which condition."""
+        """Take a call for each macro in turn that may be meant, and yield on which condition it is."""
+        if element.tag != "xacro:call" or "$" not in element.get("macro"):
+            yield from self.each_candidate(element)
+            return
         called, found = element.get("macro"), False
         pattern, given = pattern_of(called), element.attributes.keys() - {"macro"}
         for macro in list(self.program.macros.values()):
@@ -395,17 +411,6 @@ class Walker(Setting):
         if self.is_open(element):
             for on in self.targets(element, scope):
                 self.call(element, body, scope, (*when, *on), comments)
-            return
-        candidates = self.candidates(element)
-        if candidates:
-            name = self.spelt(element.tag.removeprefix("xacro:"), element)
-            before = self.current[name]
-            for one, on in candidates:
-                self.current[name] = [(one, ())]
-                for condition in on:
-                    note(condition.value)
-                self.call(element, body, scope, (*when, *on), comments)
-            self.current[name] = before
             return
         macro = self.macro_of(element)
         if self.lifting is not None or macro.name in self.inlined or not self.as_part(macro):

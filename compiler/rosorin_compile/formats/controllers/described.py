@@ -8,13 +8,13 @@ from functools import partial
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import first_of
-from ...frontend.tree import Path, Seq, at
+from ...frontend.tree import Path, Seq, at, exists
 from ...model import Edge, Output, Robot
 from ...model.control import POSITION, VELOCITY
 from ...rules.case import Case
 from ...rules.tf_tree import is_tree
 from ...startup import TYPE_CHECKING
-from ..distributions import known
+from ..distributions import known, title
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
@@ -41,9 +41,24 @@ RULES = (
         "Add the edge with the controller as its publisher; or nothing, if nobody is to publish it.",
         CONTROL,
     ),
+    Rule(
+        "controllers-joint-states",
+        "A warning: hardware blocks have states of joints, and no controller publishes them: a "
+        "`joint_state_broadcaster` does, and without `joint_states` robot_state_publisher moves no frame.",
+        "`controllers: {joint_state_broadcaster: {type: joint_state_broadcaster}}`.",
+        CONTROL,
+    ),
+    Rule(
+        "controllers-distribution",
+        "A warning: the controllers are for one distribution, and the hardware blocks of every URDF for another one.",
+        "Write the same `control` and `distribution`; or a URDF for each.",
+        CONTROL,
+    ),
 )
 
 
+_BLOCKS = "control"  # the option of a URDF that asks for hardware blocks
+_BROADCASTER = "/JointStateBroadcaster"
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 
 
@@ -57,6 +72,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     values = managed(output, distribution)
     for found in against_kind(f"the {MANAGER}", manager(distribution), values):
         yield _placed(case, found, ("outputs", output.name), ("manager",))
+    yield from _joint_states(case, output)
+    yield from _apart(case, output, distribution)
     drive = case.robot.drive
     if not is_tree(case) or not all(name in case.robot.joint for name in _of_drive(case.robot)):
         return  # which has rules of its own
@@ -69,6 +86,37 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         wrong = {found.key for found in findings}
         if one.kind is not None and one.kind.odometry and not wrong & {key for key, _ in _ENDS}:
             yield from _odometry(case, one)
+
+
+def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield that nobody publishes the states that the hardware has; said once, of the first output for controllers."""
+    robot = case.robot
+    first = next(one for one in robot.outputs if one.backend == output.backend)
+    states = [(block, joint) for block in robot.control for joint in block.joints if joint.state]
+    if not robot.controllers or not states or first.name != output.name:
+        return
+    if any("joint_state_broadcaster" in one.type or one.type.endswith(_BROADCASTER) for one in robot.controllers):
+        return
+    block, joint = states[0]
+    message = (
+        f'no controller publishes the states that hardware block "{block.name}" has, such as that of "{joint.name}"'
+    )
+    help = "controllers: {joint_state_broadcaster: {type: joint_state_broadcaster}}"
+    yield case.problem("controllers-joint-states", message, ("controllers",), help, severity=WARNING, key=True)
+
+
+def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
+    """Yield that the hardware blocks are all written for another distribution."""
+    blocks = {one.name: str(said) for one in case.robot.outputs if (said := one.options.get(_BLOCKS))}
+    if not case.robot.control or not blocks or distribution in map(known, blocks.values()):
+        return
+    name, said = next(iter(blocks.items()))
+    message = f'output "{output.name}" is for {title(asked(output))}, and the hardware blocks of output "{name}" are'
+    message += f" for {title(said)}"
+    help = f'distribution: {said} here, or control: {asked(output)} in output "{name}"'
+    path = ("outputs", output.name, "distribution")
+    place = path if exists(case.tree, path) else path[:2]
+    yield case.problem("controllers-distribution", message, place, help, severity=WARNING, within=True)
 
 
 def _of_drive(robot: Robot) -> Iterator[str]:

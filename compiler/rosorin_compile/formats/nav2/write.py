@@ -15,6 +15,7 @@ from ...model import Mesh, Output, Publisher, Robot, Sensor
 from ...model.footprint import CORNERS, Footprint, footprint, padded, solids
 from ...model.footprint import outside as reaching_out
 from ...model.standing import Cloud, Clouds
+from ...model.tucked import left_out
 from ...rules.case import Case
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
@@ -42,6 +43,13 @@ RULES = (
         NAVIGATION,
     ),
     Rule("nav2-pose", "The robot has no pose of this name.", "Name one of `poses`.", NAVIGATION),
+    Rule(
+        "nav2-pose-left-out",
+        "A warning: the pose of the footprint does not name a joint, and what that moves decides on the footprint, for "
+        "it is where it reaches farthest.",
+        "Name the joint in the pose.",
+        NAVIGATION,
+    ),
     Rule(
         "nav2-source",
         "An observation source is no sensor that sees obstacles, has no topic, or is lower than any obstacle.",
@@ -94,12 +102,22 @@ def known(robot: Robot, output: Output) -> tuple[Known | None, list[Found]]:
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
-    wrong += [*_base(robot, base, frames), *_owners(robot, frames)]
+    of_base = list(_base(robot, base, frames))
+    wrong += [*of_base, *_owners(robot, frames)]
+    if pose in poses and not of_base and robot.is_tree:
+        wrong += _left_out(robot, base, str(pose), poses[str(pose)])
     if not frames.map and not any(one.rule == "navigation-owner" for one in wrong):
         message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"
         way_out = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
         wrong.append(Found("navigation-no-map", message, (), way_out, WARNING, key=True))
     return Known(frames, base, poses.get(pose, {}) if pose is not None else {}), wrong
+
+
+def _left_out(robot: Robot, base: str, pose: str, positions: Mapping[str, float]) -> Iterator[Found]:
+    for one in left_out(robot, base, positions, _clouds(robot)):
+        reaches = f'"{one.link}" reaches {one.reach:.3g} m from "{base}", as far as it can: {one.least:.3g} m elsewhere'
+        message = f'pose "{pose}" does not name joint "{one.joint}", which stays at zero, where {reaches}'
+        yield Found("nav2-pose-left-out", message, ("pose",), "name it in the pose", WARNING)
 
 
 def _base(robot: Robot, base: str, frames: Frames) -> Iterator[Found]:

@@ -40,6 +40,13 @@ RULES = (
         OUTPUTS,
     ),
     Rule(
+        "moveit-chain-swapped",
+        "A warning: the chain of a planning group ends at a link that its base hangs on: base and tip are swapped. "
+        "MoveIt takes the joints, and its solvers move the wrong end.",
+        "`chain: {base: LINK, tip: LINK}`: the tip is what moves.",
+        OUTPUTS,
+    ),
+    Rule(
         "moveit-state",
         "A pose that is to be a state of a group names none of its joints. A note: a pose names some joints of a group "
         "and not all, and so is a state of none.",
@@ -156,10 +163,25 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         elif group.chain is not None and group.chain[0] == group.chain[1]:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{group.chain[0]}"'
             yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
+        elif group.chain is not None and _is_above(case, *reversed(group.chain)):
+            base, tip = group.chain
+            message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", on which it hangs'
+            help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
+            yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, severity=WARNING, within=True)
         elif _is_sound(planning, group) and not planning.joints_in(group):
             message = f'planning group "{group.name}" has no joint: MoveIt leaves it out'
             help = "give it a chain, joints, links or groups"
             yield case.problem("moveit-group", message, path, help, key=True)
+
+
+def _is_above(case: Case, link: str, other: str) -> bool:
+    """Say whether another link hangs on a link, by joints of which one moves."""
+    robot = case.robot
+    if not (link in robot.link and other in robot.link and is_tree(case)):
+        return False
+    way = robot.chain(other)
+    above = next((index for index, joint in enumerate(way) if joint.parent == link), None)
+    return above is not None and any(not joint.is_fixed for joint in way[above:])
 
 
 def _circle(planning: Planning, group: Group) -> list[str]:

@@ -82,6 +82,11 @@ def show_progress() -> None:
         progress.show(_unguarded(sys.stderr))
 
 
+def log_progress() -> None:
+    """Write a line of what takes long now and then into standard error, if no terminal shows it."""
+    progress.log(_unguarded(sys.stderr))
+
+
 def paint(text: str, stream: TextIO) -> None:
     """Print a text in which our own colours are."""
     pieces = re.split(_COLOUR, text)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from typing import TextIO
 
 AFTER = 2.0  # seconds
+LOGGED_EVERY = 10.0  # seconds between two lines of a log
 _EVERY = 0.1
 _WIDTH = 30
 _COLUMNS = 80
@@ -44,9 +45,7 @@ class _Line:
         if now < (self.due if fresh else self.next):
             return
         self.next = now + _EVERY
-        text = " ".join(filter(None, [printable(self.about), printable(what)]))
-        if counted and (done or total):
-            text += f" {done:,}" + (f" of {total:,}" if total else "")
+        text = self._said(what, done, total, counted)
         if total:
             share = min(1.0, done / total)  # a recording may hold more than it says
             full = int(_WIDTH * share)
@@ -54,6 +53,12 @@ class _Line:
         text += printable(more)
         self.shown = True
         self._write(f"\r{_cut(text, self._columns() - 1)}\x1b[K")
+
+    def _said(self, what: str, done: int, total: int, counted: bool) -> str:
+        text = " ".join(filter(None, [printable(self.about), printable(what)]))
+        if counted and (done or total):
+            text += f" {done:,}" + (f" of {total:,}" if total else "")
+        return text
 
     def wipe(self) -> None:
         """Wipe the line off."""
@@ -72,6 +77,24 @@ class _Line:
             return _COLUMNS
 
 
+class _Log(_Line):
+    """Lines of a log, one now and then: there is no terminal."""
+
+    def begin(self) -> None:
+        """Begin anew: nothing is written for a while."""
+        self.next = self.clock() + LOGGED_EVERY
+
+    def step(self, what: str, done: int, total: int, counted: bool, more: str = "") -> None:
+        """Write a step when it is time."""
+        now = self.clock()
+        if now >= self.next:
+            self.next = now + LOGGED_EVERY
+            self._write(f"{self._said(what, done, total, counted)}{printable(more)}\n")
+
+    def wipe(self) -> None:
+        """Leave the lines as they are."""
+
+
 _line: _Line | None = None
 
 
@@ -79,6 +102,12 @@ def show(stream: TextIO, clock: Callable[[], float] | None = None) -> None:
     """Show from now on what takes long, on a stream that is a terminal; ``clock`` gives seconds."""
     global _line
     _line = _Line(stream, clock or (lambda: time.monotonic()))
+
+
+def log(stream: TextIO, clock: Callable[[], float] | None = None) -> None:
+    """Write from now on a line of what takes long every few seconds, unless it is shown on a terminal."""
+    global _line
+    _line = _line or _Log(stream, clock or (lambda: time.monotonic()))
 
 
 def hide() -> None:

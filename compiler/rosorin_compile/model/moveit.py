@@ -102,13 +102,17 @@ class CollisionMatrix:
     """Pairs of links that need no check, as they were computed.
 
     ``of`` is a digest of what that was done of, ``states`` how many random states were tried, ``meshes`` the digests of
-    mesh files by name.
+    mesh files by name. ``how``, ``shapes`` and ``joints`` are digests of the search, of the shapes of each link, and of
+    each joint: by them a pair is known that is the same as then.
     """
 
     of: str
     states: int
     pairs: tuple[DisabledCollision, ...]
     meshes: Mapping[str, str] = field(default_factory=dict)
+    how: str = ""
+    shapes: Mapping[str, str] = field(default_factory=dict)
+    joints: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 import yaml
 
 from rosorin_compile.cli import main
+from rosorin_compile.diagnostics import progress
 from rosorin_compile.diagnostics.progress import hide, show
+from rosorin_compile.tools.collisions import search as search_module
+from rosorin_compile.tools.collisions.search import Search
 from support.commands import Shown, ask
 
 pytest.importorskip("mujoco", minversion="4")
@@ -239,3 +243,67 @@ def test_a_terminal_shows_how_far_it_is(reach: Path, capsys: Shown) -> None:
     assert "trying states 5,0" in terminal.text
     assert "bringing links near each other" in terminal.text
     assert "trying" not in capsys.readouterr().out
+
+
+def test_without_a_terminal_there_are_lines_of_a_log(reach: Path, capsys: Shown, monkeypatch) -> None:
+    assert reach
+    monkeypatch.setattr(progress, "LOGGED_EVERY", 0.0)
+    assert main(["collisions", "reach", "--quiet"]) == 0
+    assert capsys.readouterr().err == ""
+    assert main(["collisions", "reach", "--force"]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert any(line.startswith("trying states 5,0") for line in lines), lines[:5]
+    assert any(line.startswith("bringing links near each other") for line in lines)
+    assert not any("\r" in line or "\x1b" in line for line in lines)
+
+
+@pytest.mark.usefixtures("reach")
+def test_pairs_stay_whose_shapes_and_joints_are_the_same(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another tip: its pairs alone are searched anew. A joint between, or the search, changes what it is between."""
+    ask(capsys, "collisions", "reach")
+    before = pairs()
+    asked = searched(monkeypatch)
+    smaller = ROBOT.replace(
+        "tip: {collision: [{sphere: {radius: 2 mm}}]}", "tip: {collision: [{sphere: {radius: 1 mm}}]}"
+    )
+    included(smaller)
+    said = ask(capsys, "collisions", "reach")
+    assert "28 pairs as before: the same shapes, and the same joints between" in said
+    assert asked == {pair for pair in asked if "tip" in pair}
+    assert {pair: one for pair, one in pairs().items() if "tip" not in pair} == {
+        pair: one for pair, one in before.items() if "tip" not in pair
+    }
+    asked.clear()
+    included(smaller.replace("lower: -1.5, upper: 1.5", "lower: -1, upper: 1"))
+    ask(capsys, "collisions", "reach")
+    moved = {"arm", "tip"}
+    assert asked
+    assert all(len(moved.intersection(pair)) == 1 for pair in asked), "the joint is between no others"
+    assert "as before" not in ask(capsys, "collisions", "reach", "--force")
+
+
+def searched(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
+    """Return the pairs that are brought near each other from now on."""
+    asked: set[tuple[str, str]] = set()
+    nearest = Search._nearest
+
+    def watched(search: Search, pair: tuple[str, str]) -> float:
+        asked.add(pair)
+        return nearest(search, pair)
+
+    monkeypatch.setattr(Search, "_nearest", watched)
+    monkeypatch.setattr(search_module, "_cores", lambda: 1)
+    return asked
+
+
+@pytest.mark.usefixtures("reach")
+def test_one_core_and_two_find_the_same(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And so does a second process that ends before it has told anything."""
+    found = []
+    for cores in (1, 2):
+        monkeypatch.setattr(search_module, "_cores", lambda cores=cores: cores)
+        ask(capsys, "collisions", "reach", "--force")
+        found.append(MATRIX.read_bytes())
+    monkeypatch.setattr(search_module.pickle, "dump", lambda *_: os._exit(1))
+    ask(capsys, "collisions", "reach", "--force")
+    assert found[0] == found[1] == MATRIX.read_bytes()

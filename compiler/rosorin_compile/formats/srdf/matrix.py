@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from itertools import combinations
 from pathlib import Path
 
 from ...model import Mesh, Shape, Transform
+from ...model.moveit import DisabledCollision, Pair
 from ...startup import TYPE_CHECKING
 from ...startup.cache import sha256
-from .planning import Planning
+from ...startup.records import NamedTuple
+from .planning import Planning, ordered
 
 if TYPE_CHECKING:
     from typing import Any
@@ -33,6 +36,58 @@ def digest(planning: Planning) -> str:
     }
     text = json.dumps(said, sort_keys=True, separators=(",", ":"))
     return _hash(text.encode())
+
+
+class Parts(NamedTuple):
+    """Digests of what decides on single pairs: the search, the shapes of each link with its meshes, and each joint."""
+
+    how: str
+    shapes: Mapping[str, str]
+    joints: Mapping[str, str]
+
+
+def parts(planning: Planning, meshes: Mapping[str, str]) -> Parts:
+    """Return the digests of what decides on single pairs; ``meshes`` are those of mesh files, by name."""
+    shapes = {}
+    for name in sorted(planning.solids):
+        files = [meshes.get(one.geometry.file, "") for one in planning.solids[name] if isinstance(one.geometry, Mesh)]
+        shapes[name] = _short([[_solid(one) for one in planning.solids[name]], files])
+    joints = {name: _short(_joint(planning, name)) for name in sorted(_carrying(planning))}
+    return Parts(_short([_FORM, vars(planning.said.search)]), shapes, joints)
+
+
+def _short(said: Any) -> str:
+    return _hash(json.dumps(said, sort_keys=True, separators=(",", ":")).encode())[:16]
+
+
+def same_pairs(planning: Planning, now: Parts) -> dict[Pair, DisabledCollision | None]:
+    """Return the pairs of a matrix whose shapes and joints between are the same as then; None for one to be checked."""
+    matrix = planning.said.matrix
+    if matrix is None or matrix.how != now.how:
+        return {}
+    then = {ordered(pair.links): pair for pair in matrix.pairs}
+    shapes = [name for name, one in now.shapes.items() if matrix.shapes.get(name) == one]
+    joints = {name for name, one in now.joints.items() if matrix.joints.get(name) == one}
+    ways = {name: planning.chain(name) for name in shapes}
+    found: dict[Pair, DisabledCollision | None] = {}
+    for pair in combinations(sorted(shapes), 2):
+        one, other = (ways[name] for name in pair)
+        between = {joint.name for joint in one}.symmetric_difference(joint.name for joint in other)
+        if between | _leaders(planning, between) <= joints:
+            found[ordered(pair)] = then.get(ordered(pair))
+    return found
+
+
+def _leaders(planning: Planning, names: Iterable[str]) -> set[str]:
+    """Return the joints that some joints follow, and those that these follow."""
+    found: set[str] = set()
+    waiting = list(names)
+    while waiting:
+        mimic = planning.joints[waiting.pop()].mimic
+        if mimic is not None and mimic.joint not in found:
+            found.add(mimic.joint)
+            waiting += [mimic.joint] if mimic.joint in planning.joints else []
+    return found
 
 
 def _carrying(planning: Planning) -> set[str]:

@@ -76,7 +76,13 @@ def moveit_of(entry: Mapping[str, Any]) -> Moveit:
         search=CollisionSearch(**search),
         matrix=computed
         and CollisionMatrix(
-            computed["of"], computed["states"], tuple(map(_disabled_of, computed["pairs"])), computed.get("meshes", {})
+            computed["of"],
+            computed["states"],
+            tuple(map(_disabled_of, computed["pairs"])),
+            computed.get("meshes", {}),
+            computed.get("how", ""),
+            computed.get("shapes", {}),
+            computed.get("joints", {}),
         ),
     )
 

@@ -9,14 +9,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ...diagnostics import error
-from ...diagnostics.console import Console
+from ...diagnostics.console import Console, log_progress
 from ...diagnostics.progress import step
 from ...diagnostics.registry import WRITING, Rule
 from ...diagnostics.wording import counted, listed
-from ...formats.srdf.matrix import digest, digests, meshes_of
+from ...formats.srdf.matrix import Parts, digest, digests, meshes_of, parts, same_pairs
 from ...formats.srdf.planning import Planning, ordered, urdf_of
 from ...frontend.yaml_text import scalar
-from ...model.moveit import NEVER, REASONS, DisabledCollision
+from ...model.moveit import NEVER, REASONS, DisabledCollision, Pair
 from ...project import ON_STDIN, Description
 from ..given import Given, given_arguments
 from ..options import argument_options, one_robot, package_option, place, quiet_option
@@ -56,6 +56,8 @@ def run(options: argparse.Namespace) -> int:
     no_stdin(words, "name its file")
     description = one(words[0] if words else "", _HOW)
     console = Console("text", options.quiet)
+    if not options.quiet:
+        log_progress()
     known = understood(given, description, console)
     if known is None:
         return PROBLEMS
@@ -106,10 +108,14 @@ def _compute(
         console.say(f"{planning.robot.name}: the collision matrix is that of {planning.urdf.file}; --force computes it")
         return FINE
     _need()
-    pairs, tried = _searched(console, planning, known, files)
+    now = parts(planning, meshes)
+    same = {} if options.force else same_pairs(planning, now)
+    pairs, tried = _searched(console, planning, known, files, same)
     if pairs is None:
         return PROBLEMS
-    return _write(console, planning, description, path, _text(planning, of, tried, meshes, pairs), pairs, tried)
+    if same:
+        console.say(f"{counted(len(same), 'pair')} as before: the same shapes, and the same joints between")
+    return _write(console, planning, description, path, _text(planning, of, tried, meshes, now, pairs), pairs, tried)
 
 
 def _need() -> None:
@@ -121,7 +127,11 @@ def _need() -> None:
 
 
 def _searched(
-    console: Console, planning: Planning, known: Known, files: Mapping[str, Path]
+    console: Console,
+    planning: Planning,
+    known: Known,
+    files: Mapping[str, Path],
+    same: Mapping[Pair, DisabledCollision | None],
 ) -> tuple[list[DisabledCollision] | None, int]:
     """Return the pairs that need no check, and how many states were tried; None after saying what is wrong."""
     from ..physics.files import Meshes, named_meshes
@@ -135,7 +145,7 @@ def _searched(
         console.show(meshes.told)
         _refused(console, "without all meshes nobody knows what never touches", "--package NAME=PATH names a package")
         return None, 0
-    search = Search(planning, meshes, step)
+    search = Search(planning, meshes, step, same)
     pairs = search.run()
     if search.by_hulls:
         names = listed([" and ".join(pair) for pair in sorted(search.by_hulls)], 3)
@@ -148,7 +158,12 @@ def _searched(
 
 
 def _text(
-    planning: Planning, of: str, tried: int, meshes: Mapping[str, str], pairs: Sequence[DisabledCollision]
+    planning: Planning,
+    of: str,
+    tried: int,
+    meshes: Mapping[str, str],
+    now: Parts,
+    pairs: Sequence[DisabledCollision],
 ) -> str:
     """Return the file that the description includes."""
     lines = [
@@ -159,9 +174,11 @@ def _text(
         f'    of: "{of}"',
         f"    states: {tried}",
     ]
-    if meshes:
-        lines.append("    meshes:")
-        lines += [f'      {scalar(name, False)}: "{one}"' for name, one in sorted(meshes.items())]
+    lines.append(f'    how: "{now.how}"')
+    for key, told in (("meshes", meshes), ("shapes", now.shapes), ("joints", now.joints)):
+        if told:
+            lines.append(f"    {key}:")
+            lines += [f'      {scalar(name, False)}: "{one}"' for name, one in sorted(told.items())]
     lines.append("    pairs:" if pairs else "    pairs: []")
     for pair in pairs:
         names = ", ".join(scalar(name, True) for name in pair.links)

@@ -6,7 +6,7 @@ those that the URDF has for it. Meshes are their convex hulls, which touch befor
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ...formats.srdf.planning import Planning, ordered
 from ...model import Transform
 from ...model.moveit import Pair
+from ...startup.records import replace
 from ..physics.scene import Overlap, Scene, solids_of
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     Numbers = NDArray[np.int_]
 
 FAR = 0.02  # m: links that stay farther apart than this are said to do so, without the distance
+_POSE = 7  # numbers of a place: x, y, z, and a quaternion
 TOUCH = 1e-6  # m: faces that lie on each other touch, whatever the rounding of the poses made of it
 
 
@@ -34,6 +36,7 @@ class Contacts(Scene):
     def __init__(self, planning: Planning, meshes: Meshes, left_out: Iterable[Pair] = ()) -> None:
         self.planning, self.meshes = planning, meshes
         self.robot = planning.robot
+        self.kinematics = replace(planning.robot, edges=()).kinematics  # by the joints alone
         self.tops = sorted(planning.solids)
         self.order = {name: number for number, name in enumerate(self.tops)}
         self.body_of = dict(self.order)
@@ -62,22 +65,43 @@ class Contacts(Scene):
             if one in self.body_of and other in self.body_of:
                 yield self.body_of[one], self.body_of[other]
 
-    def place(self, positions: Mapping[str, float], look: bool = True) -> None:
-        """Put the links where joint positions (rad or m) have them, and let MuJoCo ``look`` for contacts."""
-        placed = self.robot.poses_in_root(positions)
-        numbers: list[float] = []
-        for top in self.tops:
-            numbers += [*placed[top].xyz, *placed[top].quaternion()]
-        self.data.qpos[:] = numbers
+    def placed(self, states: Sequence[Mapping[str, float]]) -> Floats:
+        """Return where the links are in states (rad or m by joint, the same joints in all), as rows for ``put``."""
+        import numpy as np
+
+        names = states[0].keys() if states else ()
+        positions = {name: np.array([state[name] for state in states]) for name in names}
+        frames = self.kinematics.all_frames(self.robot.root, positions, self.tops)
+        rows = np.empty((len(states), len(self.tops), _POSE))
+        quaternion = np.empty(4)
+        for number, top in enumerate(self.tops):
+            turns, places = frames[top]
+            rows[:, number, :3] = places
+            for row, turn in zip(rows, np.broadcast_to(turns, (len(states), 3, 3)), strict=True):
+                self.mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(turn).reshape(-1))
+                row[number, 3:] = quaternion
+        return rows.reshape(len(states), -1)
+
+    def put(self, row: Floats, look: bool = True) -> None:
+        """Put the links where a row of ``placed`` has them, and let MuJoCo ``look`` for contacts."""
+        self.data.qpos[:] = row
         self.mujoco.mj_kinematics(self.model, self.data)
         if look:
             self.mujoco.mj_collision(self.model, self.data)
 
+    def place(self, positions: Mapping[str, float], look: bool = True) -> None:
+        """Put the links where joint positions (rad or m) have them, and let MuJoCo ``look`` for contacts."""
+        self.put(self.placed([positions])[0], look)
+
     def touching(self, positions: Mapping[str, float]) -> dict[Pair, float]:
         """Return the pairs of links that touch at joint positions, and the distance (m), below zero deep."""
+        return self.touching_at(self.placed([positions])[0]) if len(self.tops) > 1 else {}
+
+    def touching_at(self, row: Floats) -> dict[Pair, float]:
+        """Return the same where a row of ``placed`` has the links."""
         if len(self.tops) < 2:
             return {}
-        self.place(positions)
+        self.put(row)
         contact = self.data.contact
         found: dict[Pair, float] = {}
         for (one, other), far in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):

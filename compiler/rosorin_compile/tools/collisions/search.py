@@ -18,11 +18,14 @@ reason to leave a pair out where the meshes themselves do not.
 from __future__ import annotations
 
 import math
+import os
+import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations
 from random import Random
 from typing import Any
 
+from ...diagnostics.progress import hide
 from ...formats.srdf.planning import Planning, ordered
 from ...model import Joint
 from ...model.moveit import ADJACENT, ALWAYS, DEFAULT, NEVER, DisabledCollision, Pair
@@ -35,6 +38,7 @@ _HALVINGS, _FIRST_STEP = 8, 0.1  # of the descent: how often a step is halved th
 _NEAREST, _STARTS = 24, 3  # states of a pair that are looked at closely, and from which it is brought nearer
 _AT_ONCE = 1000  # states whose distances are held
 _FARTHEST = 10.0  # m: nothing of a robot is farther from its other parts
+_WORTH_IT = 8  # pairs: fewer are done before a second process is there
 _ASKED = 5  # states in which the meshes of a pair are asked, beside the hulls
 
 Positions = dict[str, float]
@@ -43,10 +47,17 @@ Positions = dict[str, float]
 class Search:
     """One search: what is known of each pair so far. ``found`` has the pairs that need no check."""
 
-    def __init__(self, planning: Planning, meshes: Meshes, tick: Callable[[str, int, int], None]) -> None:
+    def __init__(
+        self,
+        planning: Planning,
+        meshes: Meshes,
+        tick: Callable[[str, int, int], None],
+        same: Mapping[Pair, DisabledCollision | None] | None = None,
+    ) -> None:
         self.planning = planning
         self.meshes = meshes
         self.tick = tick
+        self.same = dict(same or {})
         self.how = planning.said.search
         self.random = Random(self.how.seed)  # noqa: S311 - a search that anybody can repeat
         self.found: dict[Pair, DisabledCollision] = {}
@@ -63,19 +74,25 @@ class Search:
         pairs = list(combinations(links, 2))
         for pair in adjacent(self.planning):
             self.found[pair] = DisabledCollision(pair, ADJACENT)
+        for pair, one in self.same.items():
+            if pair not in self.found and (one is None or one.reason != ADJACENT):
+                self.found |= {} if one is None else {pair: one}
+                self.hit |= {pair} if one is None else set()
         start = default_state(self.planning)
         for pair, far in self.contacts.touching(start).items():
-            if pair not in self.found and self._is_real(pair, [start]):
+            if pair not in self.found and pair not in self.hit and self._is_real(pair, [start]):
                 self.found[pair] = DisabledCollision(pair, DEFAULT, _rounded(far))
-        rigid = [pair for pair in pairs if pair not in self.found and not self.between(pair)]
+        kept = {*self.found, *self.hit}
+        rigid = [pair for pair in pairs if pair not in kept and not self.between(pair)]
         self._measure(rigid, start)
-        self._rounds()
-        self._try(self.how.trials)
+        if any(pair not in kept and pair not in self.found for pair in pairs):
+            self._rounds()
+            self._try(self.how.trials)
         left = [pair for pair in pairs if pair not in self.found and pair not in self.hit]
-        for number, pair in enumerate(left):
-            self.tick("bringing links near each other", number, len(left))
-            if not self._is_unbounded(pair):
-                self._never(pair)
+        self.bounding.settle()
+        for pair, nearest in in_two([one for one in left if not self._is_unbounded(one)], self._nearest, self._told):
+            if nearest > max(self.how.clearance, TOUCH):
+                self.found[pair] = self._far(pair, nearest)
         return [self.found[pair] for pair in sorted(self.found)]
 
     def between(self, pair: Pair) -> list[Joint]:
@@ -113,7 +130,9 @@ class Search:
         """Find the pairs that are in collision in nearly every state."""
         most = int(ROUND * self.how.always)
         for _ in range(_MOST_ROUNDS):
-            self.contacts = Contacts(self.planning, self.meshes, self.found)
+            self.contacts = Contacts(
+                self.planning, self.meshes, {*self.found, *(one for one in self.same if one in self.hit)}
+            )
             hits: dict[Pair, list[Positions]] = {}
             deepest: dict[Pair, float] = {}
             for state, touching in self._states(ROUND):
@@ -136,23 +155,29 @@ class Search:
 
     def _states(self, count: int) -> Iterator[tuple[Positions, Mapping[Pair, float]]]:
         """Yield random states and the pairs that touch there, and keep what is worth knowing of them."""
-        for index in range(count):
-            state = {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
-            touching = self.contacts.touching(state)
-            self.tried += 1
-            self.bounding.take(state, self.contacts)
-            self.hit.update(touching)
-            if index % 20 == 0:
-                self.tick("trying states", self.tried, max(self.how.trials + ROUND, self.tried))
-            yield state, touching
+        for first in range(0, count, _AT_ONCE):
+            states = [self._state() for _ in range(min(_AT_ONCE, count - first))]
+            for state, row in zip(states, self.contacts.placed(states), strict=True):
+                touching = self.contacts.touching_at(row)
+                self.tried += 1
+                self.bounding.take(state, self.contacts)
+                self.hit.update(touching)
+                if self.tried % 20 == 1:
+                    self.tick("trying states", self.tried, max(self.how.trials + ROUND, self.tried))
+                yield state, touching
 
-    def _never(self, pair: Pair) -> None:
-        """Call a pair Never, unless it comes too near when its joints are turned to that end."""
+    def _state(self) -> Positions:
+        return {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
+
+    def _told(self, done: int, total: int) -> None:
+        self.tick("bringing links near each other", done, total)
+
+    def _nearest(self, pair: Pair) -> float:
+        """Return how near (m) a pair comes when its joints are turned to that end; it draws numbers of its own."""
+        self.random = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - whatever else is searched
         seen = [(self.contacts.exact(pair, state, _FARTHEST), state) for state in self.bounding.nearest(pair)]
         starts = sorted(seen, key=lambda one: one[0])[:_STARTS]
-        nearest = min((self._descend(pair, *start) for start in starts), default=math.inf)
-        if nearest > max(self.how.clearance, TOUCH):
-            self.found[pair] = self._far(pair, nearest)
+        return min((self._descend(pair, *start) for start in starts), default=math.inf)
 
     def _descend(self, pair: Pair, best: float, state: Positions) -> float:
         """Return how near (m) a pair comes where joints between are turned, one by one and together."""
@@ -213,9 +238,9 @@ class Bounding:
             self.rows.append(np.minimum.reduceat(contacts.apart_at_least(*self.sides), self.begins))
             self.states.append(state)
             if len(self.rows) == _AT_ONCE:
-                self._settle()
+                self.settle()
 
-    def _settle(self) -> None:
+    def settle(self) -> None:
         """Keep of the states so far those that are nearest."""
         import numpy as np
 
@@ -230,8 +255,58 @@ class Bounding:
 
     def nearest(self, pair: Pair) -> list[Positions]:
         """Return the states in which a pair was nearest, as far as spheres can tell."""
-        self._settle()
+        self.settle()
         return [self.states[when] for when in self.when[:, self.number[pair]].tolist()]
+
+
+def in_two(
+    pairs: Sequence[Pair], work: Callable[[Pair], float], told: Callable[[int, int], None]
+) -> Iterator[tuple[Pair, float]]:
+    """Yield what a work says of each pair, every second one done by a copy of this process where there are two cores.
+
+    What the copy does not answer for is done here.
+    """
+    second = _Second(pairs[1::2], work) if len(pairs) >= _WORTH_IT and _cores() > 1 else None
+    own = pairs if second is None else pairs[::2]
+    for number, pair in enumerate(own):
+        told(number * len(pairs) // len(own), len(pairs))
+        yield pair, work(pair)
+    if second is not None:
+        answers = second.answers()
+        for pair in pairs[1::2]:
+            yield pair, answers[pair] if pair in answers else work(pair)
+
+
+def _cores() -> int:
+    if not hasattr(os, "fork"):
+        return 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class _Second:
+    """A copy of this process that does a part of a work, and tells it through a pipe when it is done."""
+
+    def __init__(self, pairs: Sequence[Pair], work: Callable[[Pair], float]) -> None:
+        self.pipe, into = os.pipe()
+        self.process = os.fork()
+        if self.process == 0:
+            hide()  # its steps are those of a part
+            try:
+                with open(into, "wb") as stream:  # noqa: PTH123 - a pipe
+                    pickle.dump({pair: work(pair) for pair in pairs}, stream)
+            finally:
+                os._exit(0)
+        os.close(into)
+
+    def answers(self) -> dict[Pair, float]:
+        """Return what it says of its pairs; nothing if it ended before that."""
+        with open(self.pipe, "rb") as stream:  # noqa: PTH123
+            content = stream.read()
+        os.waitpid(self.process, 0)
+        try:
+            return dict(pickle.loads(content))  # noqa: S301 - of a copy of this process
+        except (EOFError, pickle.UnpicklingError):
+            return {}
 
 
 def bounds_of(planning: Planning) -> dict[str, tuple[float, float]]:

@@ -234,7 +234,8 @@ def test_the_robot_can_be_included_and_attached_twice_into_a_scene(tmp_path):
     (tmp_path / "scene.xml").write_text(f'<mujoco><include file="robot.xml"/>{floor}</mujoco>', "utf-8")
     with no_warning():
         assert mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml")).nkey == 2
-        scene = mujoco.MjSpec.from_string(f'<mujoco><option integrator="implicitfast"/>{floor}</mujoco>')
+        option = '<option integrator="implicitfast" cone="elliptic" impratio="100"/>'  # those of the robot
+        scene = mujoco.MjSpec.from_string(f"<mujoco>{option}{floor}</mujoco>")
         for prefix in ("left_", "right_"):
             robot = mujoco.MjSpec.from_file(str(tmp_path / "robot.xml"))
             scene.attach(robot, prefix=prefix, frame=scene.worldbody.add_frame())

@@ -210,7 +210,7 @@ FORMAT = Format(
         "option": {
             "type": "object",
             "description": "Settings of the simulation, in MuJoCo's words and SI units; default: integrator"
-            " implicitfast.",
+            " implicitfast; for what is free or drives also cone elliptic, and on rollers or feet impratio 100.",
             "properties": SETTINGS,
             "additionalProperties": False,
         },

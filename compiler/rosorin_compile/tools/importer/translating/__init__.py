@@ -28,12 +28,14 @@ from .program import Fixed, Program
 from .proving import PROBE, Combination, Fault, Source, choices_of, combinations, faults, moves, other_values
 from .scopes import Variable
 from .texts import Unsupported
+from .values import ARGUMENTS
 from .walking import AtTop, InMacro, InProperty, Walker
 from .wording import Found, find
 from .wording import told as lines
 
 MAX_ATTEMPTS = 40
 _NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")
+_DIMENSION = re.compile(r" is an? [\w ]+ \(\S+\), but \S+ is an? [\w ]+ \(| is a number, not an? \w+ \(")
 WITHIN = "what calls it is written out"
 
 
@@ -215,6 +217,7 @@ class _Mending:
         self.unsaid: dict[str, str] = {}
         self.explicit: set[str] = set()
         self.texts = self.turns = self.chains = False
+        self.plain: frozenset[str] = frozenset()
         self.last: list[Fault] = []
 
     def translated(self) -> Translation:
@@ -292,7 +295,7 @@ class _Mending:
             frozenset(self.lifted),
             self.changing,
         )
-        how = how._replace(chains=self.chains)
+        how = how._replace(chains=self.chains, plain=self.plain)
         made = attempt(source.path, options, how)
         source.environment = made.program.environment.keys()
         used = {name: one for name, one in made.program.arguments.items() if one.used}
@@ -329,6 +332,12 @@ class _Mending:
         ``accepts`` and ``trees`` are how many rules were accepted and how many robots known when this was attempted.
         """
         source, texts = self.source, [one.text for one in self.last]
+        reckons = [one for one in self.last if _DIMENSION.search(one.text)]
+        plain = {name for one in reckons for name in one.macros} - self.plain
+        plain = plain or ({ARGUMENTS} - self.plain if reckons else plain)
+        if plain:
+            self.plain |= plain
+            return None
         if made.chosen:
             self.chains = True
             return None

@@ -66,7 +66,8 @@ class How(NamedTuple):
 
     ``texts``: vectors may be texts in tables; ``turns``: angles may be more than a full turn. ``shares``: files are
     shared with other robots, and of these what is there is taken for what this robot needs; None: nothing is shared.
-    ``chains``: what is chosen among many is chosen in the part, not by its uses.
+    ``chains``: what is chosen among many is chosen in the part, not by its uses. ``plain``: macros that reckon with
+    masses and lengths as with numbers; ``ARGUMENTS`` among them are the arguments.
     """
 
     imported: Imported
@@ -86,6 +87,7 @@ class How(NamedTuple):
     words: Found = Found()
     shares: frozenset[str] | None = None
     chains: bool = False
+    plain: frozenset[str] = frozenset()
 
 
 def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
@@ -101,6 +103,7 @@ def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
     data = Data(program, how.changed.folder)
     renderer = Renderer(program, walker.seen, choices, data)
     renderer.vectors_are_texts, renderer.turns = how.texts, how.turns
+    renderer.plain = how.plain
     renderer.meshes = how.changed.meshes or ""
     renderer.words = how.words.spots
     documents = renderer.render()

@@ -41,7 +41,7 @@ from .scopes import (
     is_plain,
 )
 from .texts import TEXT, Unsupported
-from .values import Documents, declared_type, default_of, final, has_expression
+from .values import ARGUMENTS, Documents, declared_type, default_of, final, has_expression
 from .walking import AtTop, InMacro, InProperty
 from .wording import OPTIONS, Spot, Words
 
@@ -516,7 +516,8 @@ class Renderer(Elements):
             declared: dict[str, Any] = {}
             kind = declared_type(variable)
             if kind:
-                declared["type"] = kind
+                plain = kind in ("length", "mass") and {macro.name, macro.ours} & self.plain
+                declared["type"] = "number" if plain else kind
             default = None if self.shadows(macro, name) else self.said_default(macro, name)
             if default is not None:
                 declared["default"] = self.of_variable(
@@ -617,7 +618,9 @@ class Renderer(Elements):
     def declared(self, name: str, variable: Variable) -> dict[str, Any]:
         """Return the entry of an argument."""
         kind = variable.kind()
-        declared: dict[str, Any] = {"type": argument_type(variable)}
+        kind_of = argument_type(variable)
+        plain = kind_of in ("length", "mass") and ARGUMENTS in self.plain
+        declared: dict[str, Any] = {"type": "number" if plain else kind_of}
         given = self.program.given.get(name)
         text = given if given is not None else variable.values[0].text if _own(variable) else None
         if text is not None:

@@ -41,6 +41,7 @@ from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported
 from .walking import InMacro
 
 OWN = "own prefix"
+ARGUMENTS = "$(arg)"  # among the macros whose masses and lengths are numbers: the arguments
 _DEGREES = {"angle": "deg", "speed": "deg/s"}
 
 
@@ -88,6 +89,7 @@ class Values:
         self.shares: dict[str, Expression] = {}
         self.vectors_are_texts = False  # of tables: "0 0 1" in YAML
         self.turns = False  # some angles are more than a full turn
+        self.plain: frozenset[str] = frozenset()  # macros whose masses and lengths are numbers
         self.meshes = ""  # put before relative names of meshes
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}

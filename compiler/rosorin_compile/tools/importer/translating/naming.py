@@ -19,6 +19,7 @@ from .scopes import Bound, Scope, Value, Variable, is_argument, is_plain, names_
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, tokens
 
 Scoped = tuple[Token, Scope]
+MAX_DEPTH = 30
 
 
 def expanded(text: str, scope: Scope, depth: int = 0) -> list[Scoped]:
@@ -375,6 +376,22 @@ def without_prefix(pieces: list[Scoped], prefix: tuple[Variable, str]) -> list[S
         return None
     text = rest[0][0].text.removeprefix(prefix[1])
     return [(Token(TEXT, text), rest[0][1]), *rest[1:]] if text else rest[1:]
+
+
+def may_be_own(macro: Macro, short: list[Scoped]) -> bool:
+    """Say whether a short name may be that of a link or joint which a part makes, itself or by parts in it."""
+    body, prefix = macro.body, macro.prefix
+    if body is None or prefix is None or any(_makes_names(use.macro, 0) for use in body.uses):
+        return True
+    named = (without_prefix(expanded(one.name.text, one.name.scope), prefix) for one in (*body.links, *body.joints))
+    return [piece for piece, _ in short] in [[piece for piece, _ in one or ()] for one in named]
+
+
+def _makes_names(macro: Macro, depth: int) -> bool:
+    body = macro.body
+    if body is None or depth > MAX_DEPTH:
+        return body is not None
+    return bool(body.links or body.joints) or any(_makes_names(use.macro, depth + 1) for use in body.uses)
 
 
 def _composed(use: Use, macro: Macro, nameless: set[Macro]) -> bool:

@@ -81,7 +81,7 @@ class Program:
         self.property_comments: dict[str, tuple[str, ...]] = {}
         self.conditions: list[Value] = []
         self.unclear: dict[int, Unsupported] = {}
-        self.guards: dict[int, tuple[str, list[str]]] = {}
+        self.guards: dict[int, list[tuple[str, list[str]]]] = {}
         self.missing: list[tuple[str, Span]] = []
         self.tops: dict[int, list[tuple[File, Whens]]] = {}
         self.root = self._file(path, root=True)
@@ -148,8 +148,8 @@ class Program:
     def _include(self, element: Element, file: File, when: Whens, within: tuple[str, ...]) -> None:
         chosen = self.chosen(element, file)
         if chosen is not None:
-            for target, condition in chosen:
-                self._include_one(target, element, (*when, condition), within)
+            for target, conditions in chosen:
+                self._include_one(target, element, (*when, *conditions), within, conditions)
             return
         target = self.resolve(element.get("filename"), file, element.span)
         if re.search(r"[*?[]", str(target)):
@@ -158,7 +158,9 @@ class Program:
             return
         self._include_one(target, element, when, within)
 
-    def _include_one(self, target: Path, element: Element, when: Whens, within: tuple[str, ...]) -> None:
+    def _include_one(
+        self, target: Path, element: Element, when: Whens, within: tuple[str, ...], own: Whens = ()
+    ) -> None:
         key = os.path.abspath(target)
         if key in within or len(within) > 40:
             raise Unsupported(f"{Path(key).name} includes itself", element.span)
@@ -170,9 +172,7 @@ class Program:
         except (MarkupError, OSError):
             self.missing.append((str(target), element.span))
             return
-        self.tops.setdefault(id(element), []).append((included, ()))
-        own = when[-1:] if "$(arg" in element.get("filename") or "${" in element.get("filename") else ()
-        self.tops[id(element)][-1] = (included, own)
+        self.tops.setdefault(id(element), []).append((included, own))
         self._collect(included.document.root, included, when, (*within, key))
 
     def add(self, name: str, element: Element) -> list[str]:
@@ -181,6 +181,17 @@ class Program:
             here = Path(element.document.source.path).parent
             path = self.packages.resolve(name, Path()) if "://" in name else Path(os.path.normpath(here / name))
             self._include_one(path or Path("/no-package"), element, (), ())
+        return self._name_properties()
+
+    def file_of(self, element: Element) -> File | None:
+        """Return the file that an element stands in."""
+        return next((one for one in self.files.values() if one.document is element.document), None)
+
+    def add_chosen(self, pieces: list[Token], element: Element, file: File) -> list[str]:
+        """Take down the files that arguments in a macro choose by their names; return the properties that are new."""
+        if id(element) not in self.tops:
+            for target, conditions in self.choices(pieces, element, file) or ():
+                self._include_one(target, element, conditions, (), conditions)
         return self._name_properties()
 
     def _space(self, element: Element) -> str:
@@ -203,41 +214,47 @@ class Program:
                 return found
         return None
 
-    def chosen(self, element: Element, file: File) -> list[tuple[Path, When]] | None:
-        """Return the files that an include may mean whose name has one argument in it, each with its condition.
+    def chosen(self, element: Element, file: File) -> list[tuple[Path, Whens]] | None:
+        """Return the files that an include may mean whose name has arguments in it, each with its conditions.
 
         None for a name without arguments; nothing where no file is called so.
         """
-        pattern, form, argument = "", "", ""
-        for kind, text in self.spelt(element.get("filename"), 0):
+        return self.choices(self.spelt(element.get("filename"), 0), element, file)
+
+    def choices(self, pieces: list[Token], element: Element, file: File) -> list[tuple[Path, Whens]] | None:
+        """Return the files that have the name which some pieces make: of plain text, packages and arguments."""
+        pattern, form = "", ""
+        names: dict[str, list[str]] = {}
+        for kind, text in pieces:
             if kind != EXTENSION or text.split()[:1] == ["find"]:
                 plain = text if kind == TEXT else str(self.packages.find(self._package(text)) or "/no-package")
                 pattern, form = pattern + glob.escape(plain), form + re.escape(plain)
                 continue
             name = text.split()[1]
-            if argument and name != argument:
-                raise self._fixed(argument, element)
-            if name in element.get("filename") and f"(?P<{name}>" in form:
-                form += f"(?P={name})"
-            else:
-                form += f"(?P<{name}>[^/]*)"
-            pattern, argument = pattern + "*", name
-        if not argument:
+            form += f"(?P={name})" if name in names else f"(?P<{name}>[^/]*)"
+            pattern, names[name] = pattern + "*", []
+        if not names:
             return None
-        if not re.search(r"\w", pattern):
-            raise self._fixed(argument, element)
-        self.guards[id(element)] = (argument, [])
         base = "" if pattern.startswith("/") else f"{glob.escape(str(Path(file.path).parent))}/"
-        found: list[tuple[Path, When]] = []
-        for one in _fitting(base + pattern)[:MAX_CHOICES]:
+        fitting = _fitting(base + pattern) if re.search(r"\w", pattern) else []
+        several = len(names) > 1
+        if not re.search(r"\w", pattern) or (several and not 0 < len(fitting) <= MAX_CHOICES):
+            raise self._fixed(next(iter(names)), element)
+        found: list[tuple[Path, Whens]] = []
+        for one in fitting[:MAX_CHOICES]:
             match = re.fullmatch((re.escape(f"{Path(file.path).parent}/") if base else "") + form, one)
-            if match and match[argument] and Path(one).is_file():
-                text = f"${{'$(arg {argument})' == '{match[argument]}'}}"
-                value = Value(text, self.scope, CONDITION, element.span)
-                self.conditions.append(value)
-                found.append((Path(one), When(value, True)))
-                self.guards[id(element)][1].append(match[argument])
+            if match and all(match.groupdict().values()) and Path(one).is_file():
+                found.append((Path(one), tuple(self._is(name, match[name], element) for name in names)))
+                for name, known in names.items():
+                    known += [match[name]] if match[name] not in known else []
+        self.guards[id(element)] = list(names.items())
         return found
+
+    def _is(self, name: str, text: str, element: Element) -> When:
+        """Return the condition that an argument is a text."""
+        value = Value(f"${{'$(arg {name})' == '{text}'}}", self.scope, CONDITION, element.span)
+        self.conditions.append(value)
+        return When(value, True)
 
     def _fixed(self, name: str, element: Element) -> Fixed:
         variable = self.arguments.get(name)

@@ -115,6 +115,8 @@ def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> d
             values += [one for one in ("true", "false") if one not in [value.lower() for value in values]]
         elif kind == NUMBER and "condition" in variable.head().evidence:
             values += [one for one in ("0", "1") if one not in values]
+        elif kind == NUMBER:
+            values += [one for one in compared if one not in values and isinstance(literal(one), (int, float))]
         elif kind in (WORDS, "any"):
             values += [one for one in compared if one not in values]
             names = NAME in variable.head().evidence and 0 < len(values) == said

@@ -249,10 +249,13 @@ class Renderer(Elements):
         condition = self.condition(when)
         if variable is None or (isinstance(condition, ast.Constant) and not condition.value):
             return
-        if known and is_choice(variable):  # only these values are allowed
+        named = variable.kind() in (WORDS, ANY)
+        if known and named and self.allowed(name, variable):  # no other value is
             return
         self.used.add(variable)
-        others = [] if not known else [ast.Compare(ast.Name(variable.ours), [ast.NotIn()], [_list_of(known)])]
+        name_of: ast.expr = ast.Name(variable.ours)
+        name_of = name_of if named else ast.Call(ast.Name("str"), [name_of], [])
+        others = [] if not known else [ast.Compare(name_of, [ast.NotIn()], [_list_of(known)])]
         node = all_of([*([condition] if condition is not None else []), *others])
         text = f"there is no file for this {name} here: translate it, and add it to include"
         made.append(conditional(Expression(f"${{error({text!r})}}"), node))
@@ -626,10 +629,15 @@ class Renderer(Elements):
         if text is not None:
             kind = WORDS if kind in (LIST, TABLE, ANY) else kind
             declared["default"] = self.of_variable(Value(text, self.program.scope, "free"), variable, kind)
-        choices = [one for one in self.choices.get(name, ()) if one != PROBE]
-        if declared["type"] == "text" and is_choice(variable) and len(choices) > 1:
-            declared["one_of"] = choices
+        if allowed := self.allowed(name, variable):
+            declared["one_of"] = allowed
         return declared
+
+    def allowed(self, name: str, variable: Variable) -> list[str]:
+        """Return the texts that an argument may be; nothing where it may be any."""
+        choices = [one for one in self.choices.get(name, ()) if one != PROBE]
+        one_of = argument_type(variable) == "text" and is_choice(variable) and len(choices) > 1
+        return choices if one_of else []
 
 
 def _list_of(texts: list[str]) -> ast.expr:

@@ -15,7 +15,7 @@ from .choices import Alternative, conditional, merged, node_of
 from .data import Data
 from .expressions import Rendering, all_of, bare, folded, negated, printed, usable, written
 from .flattened import Place
-from .naming import Scoped, expanded, sole_variable, without_prefix
+from .naming import Scoped, expanded, may_be_own, sole_variable, without_prefix
 from .pieces import Call, Entry, Given, Handed, Item, Listed, Macro, Whens, Xml
 from .program import Program
 from .scopes import (
@@ -216,8 +216,9 @@ class Values:
         """Return a text with the expressions in it."""
         pieces = expanded(value.text, value.scope)
         prefix = self.macro.prefix if self.macro else None
-        if value.sink == NAME and prefix is not None:
-            pieces = without_prefix(pieces, prefix) or pieces
+        if value.sink == NAME and prefix is not None and self.macro is not None:
+            short = without_prefix(pieces, prefix)
+            pieces = short if short and may_be_own(self.macro, short) else pieces
         mount = self.macro.mount if self.macro and value.sink == NAME else None
         if mount is not None and sole_variable(value) is mount:
             return "mount"

@@ -16,7 +16,7 @@ from .entries import joint_entry, link_entry, material_entry, one_of_level, read
 from .fixing import value_of
 from .flattened import Place, flat_entries, place_of
 from .lifting import elements_at, equal_to, leading_to, macro_around, pattern_of
-from .naming import variables_in
+from .naming import expanded, variables_in
 from .pieces import Body, Call, Entry, Handed, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Fixed, Program, comments_within, with_comments
 from .scopes import (
@@ -31,10 +31,11 @@ from .scopes import (
     Unsaid,
     Value,
     Variable,
+    is_argument,
     note,
 )
 from .setting import MacroScope, Setting, constant, decided, foreign
-from .texts import Parameter, Unsupported
+from .texts import EXPRESSION, Parameter, Token, Unsupported, tokens
 
 MAX_DEPTH = 60
 
@@ -214,10 +215,9 @@ class Walker(Setting):
 
     def include(self, element: Element, body: Body, scope: Scope, when: Whens, top: bool) -> None:
         if id(element) in self.program.unclear:
-            self.note_properties(self.program.add(self.file_named(element, scope), element))
+            self.note_properties(self.files_named(element, body, scope))
         files = self.program.tops.get(id(element))
-        guard = self.program.guards.get(id(element))
-        if guard is not None and self.lifting is None:
+        for guard in self.program.guards.get(id(element), ()) if self.lifting is None else ():
             for condition in when:
                 note(condition.value)
             body.guards.append((*guard, when, element))
@@ -229,12 +229,18 @@ class Walker(Setting):
             else:
                 self.robot(file.document.root, body, scope, (*when, *more), top=True)
 
-    def file_named(self, element: Element, scope: Scope) -> str:
-        """Return the name of a file that is included in a macro. Raises Fixed for one that an argument has a say in."""
+    def files_named(self, element: Element, body: Body, scope: Scope) -> list[str]:
+        """Take down the files that a macro includes; return the properties that are new.
+
+        Raises Fixed where an argument has a say in the name, but not as a piece of it.
+        """
         value = Value(element.get("filename"), scope, FREE, element.span)
         text = constant(value)
         if isinstance(text, str):
-            return text
+            return self.program.add(text, element)
+        pieces = [_plain(piece) for piece, _ in expanded(value.text, scope)]
+        if all(piece.kind != EXPRESSION for piece in pieces):
+            return self.program.add_chosen(pieces, element, self.program.file_of(element) or body.file)
         for variable in variables_in(value):
             name = variable.name if variable.where == ARGUMENT else ""
             said = value_of(self.program, name) if name else None
@@ -669,6 +675,12 @@ class Walker(Setting):
             self.write_out(macro, item, scope, take)
             return found
         return [self.xml(item, scope)]
+
+
+def _plain(piece: Token) -> Token:
+    """Return a piece of a text; an argument that is read as an expression as what it is."""
+    whole = tokens(piece.text) if piece.kind == EXPRESSION and is_argument(piece.text) else []
+    return whole[0] if len(whole) == 1 else piece
 
 
 class AtTop(Exception):

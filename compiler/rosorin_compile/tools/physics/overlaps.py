@@ -204,12 +204,24 @@ def _designs(case: Case, designs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic
     message = (
         f"{counted(len(designs), 'pair')} of parts overlap{'s' if len(designs) == 1 else ''} in every position that was"
         f" tried, or at a joint, as parts do that are built into each other: {', '.join(names)}"
-        f"{and_more(len(designs) - _SHOWN)}"
+        f"{and_more(len(designs) - _SHOWN)}{_rubbing(case, [pair for pair, _ in deepest])}"
     )
     path = shape_path(case, deepest[0][1].other)
     help = "nothing to do, if they are; else move them"
     found = case.problem("parts-always-overlap", message, path, help, severity=NOTE, key=True)
     yield found._replace(related=(), of=(), numbers=())
+
+
+def _rubbing(case: Case, pairs: Sequence[Pair]) -> str:
+    """Return the end of a sentence about a wheel that turns on in a part that does not carry it; empty without one."""
+    for pair in pairs:
+        for wheel, other in (pair, pair[::-1]):
+            axle, beside = (case.robot.joint_to.get(name) for name in (wheel, other))
+            if axle is None or axle.type != "continuous" or other == axle.parent:
+                continue
+            if beside is None or beside.type != "continuous":
+                return f'; "{wheel}" turns on in "{other}", and rubs on it in a simulation'
+    return ""
 
 
 def _hulls(case: Case, hulls: Mapping[Pair, Overlap]) -> Iterator[Diagnostic]:

@@ -25,7 +25,6 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 from urllib.parse import unquote
 
 from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
@@ -33,11 +32,12 @@ from ..diagnostics.registry import FORMATS, Rule
 from ..diagnostics.wording import first_of
 from ..frontend.accepting import EVERYTHING
 from ..frontend.packages import Packages
-from ..frontend.tree import Map, Seq
+from ..frontend.tree import Map
 from ..model import Output, Robot
 from ..project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
 from ..startup.records import NamedTuple, replace
 from . import FORMATS as RECORDS
+from .named_files import MESH, TEXTURE, Named, Written, is_relative, named_meshes, named_textures, written
 
 RULES = (
     Rule(
@@ -68,7 +68,6 @@ RULES = (
     ),
 )
 
-MESH, TEXTURE = "mesh", "texture"
 _SEVERAL = {MESH: "meshes", TEXTURE: "textures"}
 
 # The errors about meshes that a description may accept, such as one that was imported away from its meshes.
@@ -78,14 +77,6 @@ _PUT = "put the file beside the description, or correct the name"
 _SHOWN = 3  # files named of many
 _MOST_ABOVE = 4  # folders above that of an included robot that its meshes are named from
 _HERE, _NOT_THERE, _ODD = range(3)
-
-
-class Named(NamedTuple):
-    """A mesh as a description names it, and the places where it does; ``kind`` says whether it is one or a texture."""
-
-    name: str
-    spans: list[Span]
-    kind: str = MESH
 
 
 class Found(NamedTuple):
@@ -135,29 +126,6 @@ class Places(NamedTuple):
     environment: Mapping[str, str]
 
 
-class Written(NamedTuple):
-    """Where the files of a folder of a description say that their meshes are: folders, and those of packages."""
-
-    folders: list[Path]
-    packages: dict[str, Path]
-
-
-def written(tree: Map) -> dict[Path, Written]:
-    """Return what the sources of files say about where meshes are, by the folders in which these files stand."""
-    found: dict[Path, Written] = {}
-    for entry in (tree, *(tree.get("links") or {}).values()):
-        source = entry.get("source") if isinstance(entry, Map) else None
-        if isinstance(source, Map) and ("folder" in source or "packages" in source):
-            by = Path(source.span.source.path).parent
-            here = found.setdefault(by, Written([], {}))
-            folder = by / str(source.get("folder") or ".")
-            if "folder" in source and folder not in here.folders:
-                here.folders.append(folder)
-            for name, place in (source.get("packages") or {}).items():
-                here.packages.setdefault(name, by / str(place))
-    return found
-
-
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Look for all meshes that a description names, and textures, for the artifacts that are made of it."""
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
@@ -203,45 +171,9 @@ def files_named(tree: Map, source: Path, packages: Mapping[str, Path], relative:
     return searched._replace(diagnostics=told)
 
 
-def is_relative(name: str) -> bool:
-    """Say whether the name of a file is relative, and no address."""
-    return not (name.startswith("/") or "://" in name)
-
-
 def textures_of(tree: Map, places: Places) -> Mapping[str, Path]:
     """Return the files of all images that are found, by their names in a description."""
     return _Search(places, [], [], written(tree)).run(named_textures(tree)).by_name
-
-
-def named_textures(tree: Map) -> list[Named]:
-    """Return the textures of a description, each name once."""
-    found: dict[str, list[Span]] = {}
-    for node in _maps(tree):
-        if isinstance(node.get("texture"), str) and node["texture"]:
-            found.setdefault(node["texture"], []).append(node.value_spans["texture"])
-    return [Named(name, list(dict.fromkeys(spans)), TEXTURE) for name, spans in found.items()]
-
-
-def named_meshes(tree: Map) -> Iterator[Named]:
-    """Yield the meshes of a description, each name once."""
-    found: dict[str, list[Span]] = {}
-    for node in _maps(tree):
-        mesh = node.get("mesh")
-        if isinstance(mesh, Map) and isinstance(mesh.get("file"), str):
-            found.setdefault(mesh["file"], []).append(mesh.value_spans["file"])
-    return (Named(name, list(dict.fromkeys(spans))) for name, spans in found.items())
-
-
-def _maps(tree: Map) -> Iterator[Map]:
-    """Yield the entries of a description, but for its outputs and what is for MuJoCo alone, in their order."""
-    waiting: list[Any] = [value for key, value in tree.items() if key != "outputs"][::-1]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, Map):
-            yield node
-            waiting += [value for key, value in node.items() if key != "mjcf"][::-1]
-        elif isinstance(node, Seq):
-            waiting += list(node)[::-1]
 
 
 class _Search:
@@ -433,7 +365,8 @@ class _Search:
                 help = f"correct the name, or say where the package is: --package {name}=FOLDER"
                 self._absent(one, f"not in the package {name}{self._left()}", help, WARNING)
             else:
-                help = f"--package {name}=FOLDER says where it is; readers of the URDF look for it themselves"
+                folder = self._likely(one, rest.partition("/")[2])
+                help = f"--package {name}={folder} says where it is; readers of the URDF look for it themselves"
                 self._absent(one, f"not found: there is no package {name} here{self._left()}", help, severity)
         elif scheme or one.name.startswith("/"):
             self._absent(one, f"not on this machine{self._left()}", "correct the name", severity)
@@ -450,6 +383,11 @@ class _Search:
                 return
             help += ", or take mjcf out of outputs" if self.opening else ""
             self._absent(one, what, help, ERROR if self.opening else WARNING)
+
+    def _likely(self, one: Named, path: str) -> str:
+        """Return a folder around a robot of others that has a file of a package; FOLDER if there is none."""
+        above = () if self.opening or self.naming else (self.places.description.absolute().parent, *_around(one))
+        return next((shown(folder) for folder in above if path and _kind(folder / path) == _HERE), "FOLDER")
 
     def _left(self) -> str:
         """Return which artifacts go without a mesh, as the end of a sentence."""

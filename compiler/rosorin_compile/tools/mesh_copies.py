@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 from ..diagnostics import NOTE, WARNING, Diagnostic, has_errors
 from ..diagnostics.progress import step
 from ..diagnostics.registry import FORMATS, Rule
-from ..formats.mesh_files import Found, Named, Searched, told
+from ..formats.mesh_files import Found, Searched, told
+from ..formats.named_files import Named
 from .extract.problems import ExtractProblem
 from .mesh_soundness import MOST_FACES, NotSound, check, check_pointer, is_text
 

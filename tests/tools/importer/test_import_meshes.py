@@ -255,6 +255,17 @@ def test_a_package_that_the_command_line_names_is_written_down(here: Path, capsy
     assert "mesh-not-found" not in capsys.readouterr().err
 
 
+def test_a_folder_that_is_called_otherwise_is_offered(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "vendor" / "urdf").mkdir()
+    (here / "vendor" / "meshes" / "cover.stl").write_text(TETRAHEDRON, "utf-8")
+    (here / "vendor" / "arm.urdf").rename(here / "vendor" / "urdf" / "arm.urdf")
+    assert run("import", "vendor/urdf/arm.urdf") == 0
+    way_out = "--package arm=vendor"
+    assert f" {way_out} says where it is" in capsys.readouterr().err
+    assert run("import", "vendor/urdf/arm.urdf", "--force", *way_out.split()) == 0
+    assert "package://arm" not in capsys.readouterr().err
+
+
 def test_a_path_that_only_this_machine_has_is_told(
     here: Path, tmp_path_factory: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
 ) -> None:

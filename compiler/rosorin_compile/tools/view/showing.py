@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from ...diagnostics import WARNING, Diagnostic, Span, has_errors
 from ...diagnostics.console import Console
 from ...diagnostics.wording import printable
-from ...formats.mesh_files import Places, files_of, named_meshes, textures_of
+from ...formats.mesh_files import Places, files_of, textures_of
+from ...formats.named_files import named_meshes
 from ...formats.page import MESHES, Embedding
 from ...formats.page.data import mesh_names, robot_data, texture_names
 from ...formats.page.images import Side, beside, image_type

@@ -260,7 +260,8 @@ def test_a_mesh_of_a_urdf_that_comes_and_goes(home: Path, capsys: pytest.Capture
     assert not again(capsys)
     assert again(capsys)
     put(home / "descriptions/mine/m.stl", stl(b"other"))
-    assert again(capsys)  # no artifact has it
+    assert not again(capsys)  # it is beside the URDF
+    assert (home / "outputs/mine/m.stl").read_bytes().startswith(b"other")
     (home / "descriptions/mine/m.stl").unlink()
     assert not again(capsys)
 

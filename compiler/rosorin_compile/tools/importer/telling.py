@@ -25,7 +25,7 @@ from ...formats.mesh_files import files_named
 from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
 from ...frontend.packages import Packages, package_name
 from ...frontend.tree import Map, Seq
-from ...project import DESCRIPTIONS, OUTPUTS, ROOT_FILE
+from ...project import DESCRIPTIONS, OUTPUTS, ROOT_FILE, is_file
 from ...startup.records import NamedTuple
 
 RULES = (
@@ -75,7 +75,8 @@ def renamed(
         return Renamed(_saying(moved(tree, meshes), "", known), told, meshes)
     base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
     outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
-    top, names = (base, dict(zip(relative, relative, strict=True))) if keeps else _names(base, relative, files)
+    stay = keeps or not (files or any(is_file(base / name) for name in relative))  # what leads nowhere stays as it is
+    top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
     bare = [name for name in files if name not in names and not _is_of_package(name)]
     if bare:
         told.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))

@@ -88,32 +88,23 @@ class Setting:
             return
         known = target.names.get(name)
         value = Value(text, scope, FREE, element.span)
+        open_ends = tuple(on for on in when if decided(on) is None)
         if isinstance(known, Variable) and known.where == LOCAL:
-            if known in self.fixed and not when:
-                self.new_local(name, value, body, target, when, target)
-                return
-            if _reads(known, value, when):
-                self.anew(name, value, body, target, when, target)
-                return
-            known.values.append(value)
-            known.definitions.append((value, when))
-            self.hand(value, known)
+            self.local_again(name, known, value, body, target, when)
             return
         if isinstance(known, Variable) and not (
             isinstance(target, MacroScope) and known in target.macro.implicit.values() and not known.values
         ):
-            left = tuple(on for on in when if decided(on) is None)
-            if left:
-                self.anew(name, value, body, target, left, target)
+            if open_ends:
+                self.anew(name, value, body, target, open_ends, target)
             elif isinstance(target, MacroScope) and known in target.macro.variables.values():
                 self.new_local(name, value, body, target, (), target)
             else:
                 target.set_from_here(name, Bound(text, scope))
             return
         if isinstance(known, Bound):
-            left = tuple(on for on in when if decided(on) is None)
-            if left:
-                self.chosen_property(element, scope, target, left)
+            if open_ends:
+                self.chosen_property(element, scope, target, open_ends)
             else:
                 target.set_from_here(name, Bound(text, scope))
             return
@@ -121,6 +112,17 @@ class Setting:
             target.names[name] = Bound(text, scope)
             return
         self.new_local(name, value, body, target, when)
+
+    def local_again(self, name: str, known: Variable, value: Value, body: Body, target: Scope, when: Whens) -> None:
+        """Take a property of a macro that it has set before."""
+        if known in self.fixed and not when:
+            self.new_local(name, value, body, target, when, target)
+        elif _reads(known, value, when):
+            self.anew(name, value, body, target, when, target)
+        else:
+            known.values.append(value)
+            known.definitions.append((value, when))
+            self.hand(value, known)
 
     def changing(self, element: Element, scope: Scope, when: Whens) -> None:
         """Take a property at the top of a file that is set to another value later on: it holds until then."""

@@ -16,21 +16,13 @@ def told(translation: Translation) -> Iterator[str]:
     if not translation.files:
         yield f"flat, without macros and arguments: {translation.reason}{_at(translation.span)}"
         return
-    elements = [one for one in translation.written_out if one.name.startswith("<") and one.flat]
-    lifted = [one for one in translation.written_out if one.name.startswith("<") and not one.flat]
     macros = [one for one in translation.written_out if not one.name.startswith("<")]
     kept, lost = len(translation.kept), len({one.name for one in macros})
     if kept or lost:
         line = f"{kept} of {counted(kept + lost, 'macro')} kept"
         yield f"{line}, {lost} written out where {'it is' if lost == 1 else 'they are'} called" if lost else line
     yield from _reasons(macros)
-    if lifted:
-        where = "its part" if len(lifted) == 1 else "their parts"
-        yield f"at the top, not in {where}: {counted(len(lifted), 'element')}"
-    yield from _reasons(lifted)
-    if elements:
-        yield f"as xacro expands {'it' if len(elements) == 1 else 'them'}: {counted(len(elements), 'element')}"
-    yield from _reasons(elements)
+    yield from _elements(translation)
     if translation.idle:
         them = "it" if len(translation.idle) == 1 else "them"
         yield f"left out, because nothing calls {them}: {listed(translation.idle)}"
@@ -57,6 +49,19 @@ def told(translation: Translation) -> Iterator[str]:
     if translation.refused:
         first = " ".join(f"{name}:={value}" for name, value in translation.refused[0])
         yield f"not compared, because xacro refuses it: {first}"
+
+
+def _elements(translation: Translation) -> Iterator[str]:
+    """Yield the lines about elements that stand elsewhere than in the xacro, or as it expands them."""
+    elements = [one for one in translation.written_out if one.name.startswith("<")]
+    lifted, flat = ([one for one in elements if one.flat == is_flat] for is_flat in (False, True))
+    if lifted:
+        where = "its part" if len(lifted) == 1 else "their parts"
+        yield f"at the top, not in {where}: {counted(len(lifted), 'element')}"
+    yield from _reasons(lifted)
+    if flat:
+        yield f"as xacro expands {'it' if len(flat) == 1 else 'them'}: {counted(len(flat), 'element')}"
+    yield from _reasons(flat)
 
 
 def _reasons(lost: Sequence[WrittenOut]) -> Iterator[str]:

@@ -126,6 +126,7 @@ class Controller:
     """A controller: ``type`` as the description has it, ``params`` by their full keys (``a.b.c``).
 
     ``hardware`` is the block whose joints it moves, ``sensor`` the one that it speaks for; empty if not said.
+    ``inactive``: it is configured when the robot starts, and somebody switches to it later.
     """
 
     name: str
@@ -133,4 +134,5 @@ class Controller:
     params: Mapping[str, Any] = field(default_factory=dict)
     hardware: str = ""
     sensor: str = ""
+    inactive: bool = False
     source: Source = NO_SOURCE

@@ -196,3 +196,19 @@ outputs: {controllers: {file: c.yaml}}
     nodes = parameters(path)
     assert nodes["left_moves"]["joints"] == ["left_shoulder"]
     assert nodes["right_moves"]["gains"] == {"right_shoulder": {"p": 2.0}}
+
+
+def test_a_controller_before_another_one_claims_nothing_of_its_joints(tmp_path: Path) -> None:
+    params = "{dof_names: [JOINT], command_interface: effort, reference_and_state_interfaces: [velocity]}"
+    pid = f"{{type: pid, params: {params}}}"
+    wheels = ("front_left", "left", "front_right", "right")
+    chain = "".join(f"  {name}_pid: {pid.replace('JOINT', name)}\n" for name in wheels)
+    sides = "left_wheel_names: [front_left_pid/front_left, left_pid/left]"
+    sides += ", right_wheel_names: [front_right_pid/front_right, right_pid/right]"
+    robot = changed(
+        tmp_path,
+        "differential",
+        ("controllers:\n  base:", f"controllers:\n{chain}  base:"),
+        ("cmd_vel_timeout: 0.5", f"cmd_vel_timeout: 0.5, {sides}"),
+    )
+    assert parameters(robot)["base"]["left_wheel_names"] == ["front_left_pid/front_left", "left_pid/left"]

@@ -147,6 +147,55 @@ def test_a_controller_that_owns_the_odometry_is_remapped_to_tf(
     assert described.namespace == namespace  # the manager listens there
 
 
+GRIPPER = """\
+robot: hand
+links: {base_link: {}, finger: {}}
+joints:
+  grip:
+    type: prismatic
+    parent: base_link
+    child: finger
+    axis: [0, 1, 0]
+    limit: {lower: 0, upper: 0.04, effort: 20, velocity: 0.1}
+control: {hand: {plugin: mock_components/GenericSystem, joints: {grip: {command: position, state: position}}}}
+moveit: {groups: {fingers: {joints: [grip]}}}
+controllers:
+  states: {type: joint_state_broadcaster}
+  gripper: {type: KIND, hardware: hand}
+  direct: {type: position_group, hardware: hand, inactive: true}
+outputs:
+  urdf: {file: hand.urdf, control: DISTRIBUTION}
+  srdf: {file: hand.srdf}
+  controllers: {file: controllers.yaml, distribution: DISTRIBUTION}
+"""
+
+
+def hand(folder: Path, distribution: str, kind: str = "position_gripper") -> Path:
+    """Write the package of a gripper that MoveIt moves, and return it."""
+    (folder / "hand.yaml").write_text(GRIPPER.replace("DISTRIBUTION", distribution).replace("KIND", kind), "utf-8")
+    words = ["--control", "--moveit", "-q"]
+    assert main(["package", str(folder / "hand.yaml"), "-o", str(folder / "hand"), *words]) == 0
+    return folder / "hand"
+
+
+@pytest.mark.parametrize("distribution", ["humble", "jazzy"])
+def test_a_controller_is_started_inactive(tmp_path: Path, distribution: str) -> None:
+    nodes = nodes_of(hand(tmp_path, distribution), "control.launch.py", "hand_description")
+    inactive = {node.arguments[0]: "--inactive" in node.arguments for node in nodes if node.executable == "spawner"}
+    assert inactive == {"states": False, "gripper": False, "direct": True}
+
+
+@pytest.mark.parametrize(
+    ("kind", "action"), [("position_gripper", "GripperCommand"), ("parallel_gripper", "ParallelGripperCommand")]
+)
+def test_moveit_asks_a_gripper_in_its_own_words(tmp_path: Path, kind: str, action: str) -> None:
+    (node,) = nodes_of(hand(tmp_path, "jazzy", kind), "moveit.launch.py", "hand_description")
+    asked = node.parameters["moveit_simple_controller_manager"]
+    assert asked["controller_names"] == ["gripper"]
+    assert (asked["gripper"]["type"], asked["gripper"]["action_ns"]) == (action, "gripper_cmd")
+    assert asked["gripper"]["joints"] == ["grip"]
+
+
 @pytest.mark.parametrize(
     ("word", "said"),
     [

@@ -43,8 +43,9 @@ RULES = (
     ),
     Rule(
         "controller-interface",
-        "A warning: a controller commands what no hardware block has.",
-        "Give the joint this command in `control`, or name another joint.",
+        "Two controllers that are started claim one command of a joint: the second one does not start. A warning: a "
+        "controller commands what no hardware block has.",
+        "Start one of the two with `inactive: true`; give the joint this command in `control`, or name another joint.",
         CONTROL,
     ),
 )
@@ -55,6 +56,8 @@ _JOINTS = patterns.compile(r"(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints
 _NOT_OF_URDF = ("extra_joints",)
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _WORLD = ("map", "odom", "world", "earth")
+_OF_INTERFACES = (SHORT["joint_trajectory"], SHORT["admittance"])
+_SEVERAL_INTERFACES = "forward_command_controller/MultiInterfaceForwardCommandController"
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
@@ -106,7 +109,11 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
     if "." in key or not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
         return
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
+    controllers = {controller.name for controller in robot.controllers}
     for one in _texts(value):
+        before, slash, joint = one.rpartition("/")
+        if slash and joint in moving and (before in controllers or not controllers):
+            continue  # it stands behind a controller of the chain
         if one not in moving:
             what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
             message, help = f'"{key}" of {name} names "{one}", {what}', did_you_mean(one, moving)
@@ -142,6 +149,15 @@ def _is_size(key: str) -> bool:
 
 def _names(value: Any) -> str:
     return quoted(map(str, value)) if isinstance(value, (list, tuple)) else f'"{value}"'
+
+
+def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield the commands that a controller of a type claims while it is active: joint, command, and the key of it.
+
+    What stands behind another controller, as ``pid/wheel``, is claimed of that.
+    """
+    for key, joints, words in _wanted(kind, values):
+        yield from ((joint, word, key) for joint in joints for word in words if "/" not in joint)
 
 
 def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
@@ -182,7 +198,11 @@ def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[st
             words = [COMMANDS[kind]]
         elif kind == SHORT["forward_command"]:
             words = [values["interface_name"]] if values.get("interface_name") else []
-        elif kind == SHORT["joint_trajectory"] and key == "joints" and not values.get("command_joints"):
+        elif kind == _SEVERAL_INTERFACES and key == "joint":
+            words = _texts(values.get("interface_names"))
+        elif kind in _OF_INTERFACES and key == ("command_joints" if values.get("command_joints") else "joints"):
             words = _texts(values.get("command_interfaces"))
+        elif kind == SHORT["pid"] and key == "dof_names":
+            words = [values["command_interface"]] if values.get("command_interface") else []
         if words and joints:
             yield key, joints, [str(word) for word in words]

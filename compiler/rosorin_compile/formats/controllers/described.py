@@ -7,7 +7,7 @@ from functools import partial
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
-from ...diagnostics.wording import first_of
+from ...diagnostics.wording import first_of, quoted
 from ...frontend.tree import Path, Seq, at, exists
 from ...model import Edge, Output, Robot
 from ...model.control import POSITION, VELOCITY
@@ -18,7 +18,7 @@ from ..distributions import known, title
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
-from .checking import against_robot, frames_of, missing
+from .checking import against_robot, claims, frames_of, missing
 from .filled import Filled, filled, managed
 from .known import owned
 from .types import of_type
@@ -86,6 +86,33 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         wrong = {found.key for found in findings}
         if one.kind is not None and one.kind.odometry and not wrong & {key for key, _ in _ENDS}:
             yield from _odometry(case, one)
+    yield from _claimed(case, output, distribution)
+
+
+def _claimed(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
+    """Yield the commands that two active controllers claim; said once, of the first output for controllers."""
+    if output.name != next(one for one in case.robot.outputs if one.backend == output.backend).name:
+        return
+    owners: dict[tuple[str, str], str] = {}
+    for one in filled(case.robot, distribution):
+        name, taken = one.controller.name, []
+        for joint, word, key in () if one.controller.inactive else claims(one.type, one.values):
+            owner = owners.setdefault((joint, word), name)
+            if owner != name and joint in case.robot.joint:
+                taken.append((owner, joint, word, key))
+        if taken:
+            yield _second_claim(case, name, taken)
+
+
+def _second_claim(case: Case, name: str, taken: list[tuple[str, str, str, str]]) -> Diagnostic:
+    owner, _, word, key = taken[0]
+    joints = quoted(dict.fromkeys(joint for of, joint, what, _ in taken if (of, what) == (owner, word)), most=4)
+    message = f'controllers "{owner}" and "{name}" both claim the {word} of {joints}: the second one does not start'
+    help = f"start one of them later: {name}: {{inactive: true}}; or give them other joints"
+    path = _path(case, ("controllers", name, "params"), key)
+    path = path if exists(case.tree, path) and path[-1] != "params" else ("controllers", name)
+    related = [case.related("the first claim", ("controllers", owner), key=True)]
+    return case.problem("controller-interface", message, path, help, related=related, key=True)
 
 
 def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:

@@ -29,6 +29,7 @@ def lower_controllers(tree: Mapping[str, Any]) -> tuple[Controller, ...]:
             {key: _plain(value) for key, value in flat(entry.get("params") or {}).items()},
             entry.get("hardware", ""),
             entry.get("sensor", ""),
+            entry.get("inactive", False),
             source_of(entry.get("source")),
         )
         for name, entry in (tree.get("controllers") or {}).items()

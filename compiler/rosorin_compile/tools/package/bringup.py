@@ -55,15 +55,17 @@ _ACTIONS = {
     "joint_trajectory_controller/JointTrajectoryController": ("FollowJointTrajectory", "follow_joint_trajectory"),
     "position_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
     "effort_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
+    "parallel_gripper_action_controller/GripperActionController": ("ParallelGripperCommand", "gripper_cmd"),
 }
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 
 
 class Spawned(NamedTuple):
-    """A controller that is started: its name, and the remaps of its topics, from and to."""
+    """A controller that is started: its name, the remaps of its topics, from and to, and whether it is active."""
 
     name: str
     remaps: tuple[tuple[str, str], ...]
+    inactive: bool
 
 
 class Bringup(NamedTuple):
@@ -136,7 +138,10 @@ class Bringup(NamedTuple):
         return {
             "humble": self._distribution() == HUMBLE,
             "control_namespace": str(output.options.get("namespace", "")).strip("/"),
-            "spawned": [Spawned(one.controller.name, tuple(found.get(one.controller.name, ()))) for one in every],
+            "spawned": [
+                Spawned(one.controller.name, tuple(found.get(one.controller.name, ())), one.controller.inactive)
+                for one in every
+            ],
             "own_description": self.places[_URDF] != main,
         }
 

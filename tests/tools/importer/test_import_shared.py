@@ -165,6 +165,19 @@ def test_what_somebody_has_changed_in_a_shared_file_is_told_of_a_robot_that_need
     assert alone(package, capsys) == f"{COMMON} is another: {why}"
 
 
+@pytest.mark.slow
+def test_what_a_macro_reads_is_told_with_why_it_is_another(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tall = SHARED.replace('length="2"', "length=\"${3 if tall and '$(arg up)' == 'true' else 2}\"")
+    given = '<xacro:arg name="up" default="true"/>\n<xacro:property name="tall" value="true"/>'
+    robots(package, tall, two=given + INCLUDE + BOX + POLE, four=given + INCLUDE + BOX + POLE)
+    brought(package, "two")
+    (package / COMMON).write_text((package / COMMON).read_text().replace("${3 if", "${4 if"))
+    why = alone(package, capsys)
+    assert 'part "pole" links ${name} collision cylinder length is ${4 if tall' in why
+    read = '; it reads the property "tall" (four.urdf.xacro:2) and the argument "up" (four.urdf.xacro:1)'
+    assert why.endswith(f" (body.xacro:5){read}")
+
+
 DEFAULT = SHARED.replace("</robot>", '<xacro:property name="high" default="2"/></robot>')
 DEFAULT = DEFAULT.replace('length="2"', 'length="${high}"')
 OWN_HIGH = '<xacro:property name="high" value="4"/>'

@@ -111,6 +111,11 @@ CASES = {
     "names-look-alike": ({}, "Arm", '<link name="Arm">'),
     "optical-frame": ({"hand": BODY, "wrist": "type: fixed"}, "hand_optical", "hand_optical"),
     "owns-world-frame": ({}, "odom", '<link name="odom"/>'),
+    "sensor-sees-itself": (
+        {"arm": BODY + ", collision: [{box: {size: [2, 2, 2]}}]"},
+        "laser_frame",
+        'size="2 2 2"',
+    ),
     "shape-size": (
         {"hand": f"{BODY}, collision: [{{box: {{size: [1, 0, 1]}}}}]"},
         "hand",
@@ -213,6 +218,7 @@ WARNINGS = [
     "size-implausible",
     "two-in-one-place",
     "velocity-looks-like-degrees",
+    "sensor-sees-itself",
     "leading-slash",
     "letters-swapped",
     "names-look-alike",
@@ -231,6 +237,8 @@ def written(rule: str, accept: bool) -> str:
         )
     if rule in ("invisible-letter", "leading-slash", "letters-swapped", "names-look-alike"):
         text = text.replace("hand: {", f'"{name}": {{').replace("child: hand}", f'child: "{name}"}}')
+    if rule == "sensor-sees-itself":
+        text = text.replace("outputs:", "sensors: {laser: {type: lidar_2d, parent: arm, frame: laser_frame}}\noutputs:")
     if rule == "two-in-one-place":
         text = text.replace("parent: arm", "parent: base")
     if rule == "optical-frame":

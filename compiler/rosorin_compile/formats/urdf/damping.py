@@ -31,6 +31,7 @@ RULES = (
         "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass.",
         FORMATS,
         accept="joint",
+        imported="always",
     ),
 )
 

@@ -112,9 +112,9 @@ CASES = {
     "optical-frame": ({"hand": BODY, "wrist": "type: fixed"}, "hand_optical", "hand_optical"),
     "owns-world-frame": ({}, "odom", '<link name="odom"/>'),
     "sensor-sees-itself": (
-        {"arm": BODY + ", collision: [{box: {size: [2, 2, 2]}}]"},
+        {"arm": BODY + ", collision: [{box: {size: [2, 2, 0.1]}}]"},
         "laser_frame",
-        'size="2 2 2"',
+        'size="2 2 0.1"',
     ),
     "shape-size": (
         {"hand": f"{BODY}, collision: [{{box: {{size: [1, 0, 1]}}}}]"},

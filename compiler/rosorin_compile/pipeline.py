@@ -43,6 +43,7 @@ Search = Callable[[Map, Sequence[Output]], "Searched"]
 
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200
+FILE = "file"  # begins the names of all attributes of MJCF that name one
 
 
 class Compiled(NamedTuple):
@@ -387,8 +388,13 @@ def _outputs(robot: Robot, wanted: Sequence[str]) -> tuple[Output, ...]:
 
 
 def _has_files(robot: Robot) -> bool:
-    """Say whether a robot has meshes or textures."""
-    return any(map(_has_file, robot.links)) or any(one.texture for one in robot.materials)
+    """Say whether a robot has meshes or textures, or elements of MJCF that may name files."""
+    texts = (robot.simulation.elements, *(link.mjcf_elements for link in robot.links))
+    return (
+        any(map(_has_file, robot.links))
+        or any(one.texture for one in robot.materials)
+        or any(FILE in text for inner in texts for text in inner)
+    )
 
 
 def _has_file(link: Link) -> bool:

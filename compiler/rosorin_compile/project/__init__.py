@@ -61,7 +61,7 @@ def find(names: list[str], outputs: str | None) -> list[Description]:
             "rosorin-compile init NAME begins one, rosorin-compile import FILE makes one of a URDF, xacro, SDF or MJCF"
         )
         raise NoDescription(f"{where}; name a description, or go to its project; {new}")
-    return [_description(path, outputs) for path in paths]
+    return [described_at(path, outputs) for path in paths]
 
 
 def all_here() -> list[Path]:
@@ -126,7 +126,7 @@ def here() -> list[Description]:
         if _is_project(folder):
             break
         if is_file(folder / ROOT_FILE):
-            return [_description(folder / ROOT_FILE, None)]
+            return [described_at(folder / ROOT_FILE, None)]
     return find([], None)
 
 
@@ -192,7 +192,8 @@ def is_file(path: Path) -> bool:
     return os.path.isfile(path)  # noqa: PTH113 - Path.is_file raises for such a name
 
 
-def _description(path: Path, outputs: str | None) -> Description:
+def described_at(path: Path, outputs: str | None = None) -> Description:
+    """Return the description whose first file is at a path; ``outputs`` as in ``find``."""
     folder = Path(os.path.abspath(path)).parent
     name = folder.name if path.name == ROOT_FILE else path.stem
     if outputs is not None:

@@ -15,11 +15,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..diagnostics import NOTE, WARNING, Diagnostic, has_errors
+from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
 from ..diagnostics.progress import step
 from ..diagnostics.registry import FORMATS, Rule
 from ..formats.mesh_files import Found, Searched, told
-from ..formats.named_files import Named
+from ..formats.named_files import OF_ELEMENT, Named
 from .extract.problems import ExtractProblem
 from .mesh_soundness import MOST_FACES, NotSound, check, check_pointer, is_text
 
@@ -36,7 +36,8 @@ RULES = (
     ),
     Rule(
         "mesh-not-read",
-        "A warning: a mesh or a texture cannot be read, or not by MuJoCo; it is left out of the MJCF.",
+        "A warning: a mesh or a texture cannot be read, or not by MuJoCo; it is left out of the MJCF. An error of one "
+        "that an element of `mjcf_elements` names.",
         "As the message says.",
         FORMATS,
         asked="meshes",
@@ -73,10 +74,10 @@ def brought(searched: Searched, outputs: Path) -> Searched:
 
 
 def _said(failed: Mapping[tuple[str, str, str], Sequence[Named]], converted: Sequence[Named]) -> list[Diagnostic]:
-    said = [
-        told("mesh-not-read", f"left out of the MJCF: {what}", help, WARNING, f)
-        for (what, help, _), f in failed.items()
-    ]
+    said = []
+    for (what, help, kind), files in failed.items():
+        severity, so = (ERROR, "not read") if kind == OF_ELEMENT else (WARNING, "left out of the MJCF")
+        said.append(told("mesh-not-read", f"{so}: {what}", help, severity, files))
     if converted:
         what = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
         said.append(told("mesh-converted", what, "", NOTE, converted)._replace(related=()))

@@ -28,12 +28,22 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
             spec = _read(mujoco, Path(path))
             # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
             spec.compiler.fusestatic = spec.compiler.discardvisual = False
+            _strip_paths(spec)
             name_all(spec)
             made: dict[str, Any] = facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is told, not raised
             made = {"refused": without_made_up(str(problem))}
     made["warnings"] = [str(warning.message) for warning in caught]
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
+
+
+def _strip_paths(spec: Any) -> None:
+    """Give files the names by which MuJoCo looks for them, where it is told to pass over their folders."""
+    if spec.strippath:
+        for asset in (*spec.meshes, *spec.textures, *spec.hfields, *spec.skins):
+            asset.file = asset.file.replace("\\", "/").rpartition("/")[2]
+        for texture in spec.textures:
+            texture.cubefiles = [file.replace("\\", "/").rpartition("/")[2] for file in texture.cubefiles]
 
 
 def load(mujoco: Any, text: str, folder: str) -> str:
@@ -83,18 +93,24 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
     theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
     ours = mujoco.MjSpec.from_string(asked["text"])
     ours.modelfiledir = str(Path(path).parent)
-    for asset in (*ours.meshes, *ours.textures, *ours.hfields):
+    for asset in (*ours.meshes, *ours.textures, *ours.hfields, *ours.skins):
         asset.file = asked["files"].get(asset.file, asset.file)
-    told = {kind: {int(index): name for index, name in names.items()} for kind, names in asked["names"].items()}
+    for texture in ours.textures:
+        texture.cubefiles = [asked["files"].get(file, file) for file in texture.cubefiles]
+    given = {kind: {int(index): name for index, name in names.items()} for kind, names in asked["names"].items()}
     source = theirs.compile()
-    pair = matched.Model(mujoco, source, theirs), matched.Model(mujoco, ours.compile(), ours)
-    comparison = same.Comparison(*pair, told)
+    try:
+        made = ours.compile()
+    except Exception as problem:  # whatever MuJoCo has against it
+        return {"refused": " ".join(str(problem).split())}
+    pair = matched.Model(mujoco, source, theirs), matched.Model(mujoco, made, ours)
+    comparison = same.Comparison(*pair, given)
     found = comparison.run(theirs.stat)
-    made: dict[str, Any] = {"differences": found, "counts": {kind: len(names) for kind, names in pair[0].names.items()}}
+    told: dict[str, Any] = {"differences": found, "counts": {kind: len(names) for kind, names in pair[0].names.items()}}
     gone = [one for one in found if one.feature in ("shapes", "sites") and one.text.endswith(": is not in ours")]
     if all(one.feature in asked["still"] or one in gone for one in found):  # the scene touches nothing then
-        made["motion"] = moves.run(mujoco, comparison)._asdict()
-    return made
+        told["motion"] = moves.run(mujoco, comparison)._asdict()
+    return told
 
 
 def _read(mujoco: Any, path: Path) -> Any:

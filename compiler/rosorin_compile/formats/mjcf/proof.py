@@ -88,6 +88,8 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     answer = ask(imported.files[0], asked)
     if isinstance(answer, str):
         return Proof(unknown=answer)
+    if "refused" in answer:
+        return Proof({"loading": [f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}"]})
     by_feature: dict[str, list[str]] = {}
     motion = answer.get("motion")
     if motion and motion["verdict"] == "differs":

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more, first_of
 from ...model import MERGED, SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
+from ...startup import patterns
 from .bodies import WORLD, body_name, is_free
 from .masses import masses
 
@@ -20,12 +21,21 @@ RULES = (
         FORMATS,
     ),
     Rule(
+        "mjcf-left-out",
+        "A contact pair, a sensor or a tendon names a shape that is left out of the MJCF: MuJoCo would not load that.",
+        "Put the file of its mesh there, or take out what names it.",
+        FORMATS,
+    ),
+    Rule(
         "mjcf-reserved-name",
         "A sensor brings a site that is called like a link, whose own site has that name.",
         "Give the element of its type another name.",
         FORMATS,
     ),
 )
+
+# What names a geom: <pair geom1>, <geom geom> of a tendon, <framepos objtype="geom" objname>.
+_GEOM = patterns.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
 _IMAGE_FORMAT = ".png"
@@ -78,6 +88,19 @@ def is_written(robot: Robot, mesh: Mesh) -> bool:
 def is_textured(robot: Robot, texture: str) -> bool:
     """Say whether the MJCF has a texture, by its name in the description."""
     return bool(texture_path(texture)) and texture not in robot.missing_meshes
+
+
+def named(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
+    """Yield an error for each geom that an MJCF names and does not have; ``left_out`` are those, each with its link."""
+    from html import unescape  # that of xml.sax.saxutils would load http
+
+    for name in dict.fromkeys(_GEOM.findall(text)):
+        link = left_out.get(unescape(name))
+        if link is not None:
+            message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)}):'
+            message += " MuJoCo does not load that"
+            help = "put the file of its mesh there, or take out what names it"
+            yield Diagnostic("mjcf-left-out", ERROR, message, help=help)
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:

@@ -70,8 +70,8 @@ from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
 from .servos import Drive
 from .servos import drives as drives_of
-from .unsaid import has_volume, is_written, mesh_path, refused, texture_path, unpaired, unsaid
-from .write_joints import followers, free_joint, keys, several, single
+from .unsaid import has_volume, is_written, mesh_path, named, refused, texture_path, unpaired, unsaid
+from .write_joints import followers, free_joint, keys, several, single, stands
 from .write_sensors import Element, elements_of
 from .write_simulation import SimulationPrinter
 
@@ -166,7 +166,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     }
     text = templates.own("robot.xml.jinja", values)
     told = [*refused(robot, free), *unsaid(robot, joints), *unpaired(touching.left), *elements.diagnostics]
-    return text, told
+    return text, [*told, *(named(text, printer.left_out) if printer.left_out else ())]
 
 
 def walk(robot: Robot) -> Iterator[Frame]:
@@ -187,7 +187,7 @@ def walk(robot: Robot) -> Iterator[Frame]:
             waiting.append(Frame(name, depth, pose, None, None))
         for joint in reversed(joints_from.get(frame.name, ())):
             moving = None if joint.is_fixed else joint
-            waiting.append(Frame(joint.child, depth, joint.origin, moving, links[joint.child]))
+            waiting.append(Frame(joint.child, depth, stands(joint), moving, links[joint.child]))
 
 
 class _Printer:
@@ -212,6 +212,7 @@ class _Printer:
         self.elements = elements
         self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
         self.geom_names: dict[str, list[str]] = {}
+        self.left_out: dict[str, str] = {}  # geoms that are not written, each with its link
         self.simulated = SimulationPrinter(robot, number, shown.values())
         self.fields: dict[str, Field] = {}
         # What is printed of values that many joints and links may share.
@@ -350,9 +351,10 @@ class _Printer:
         for index, solid in enumerate([solid for shape in shapes for solid in solids(shape, self.form)], start=1):
             geometry = solid.geometry
             sized = self.once((called, id(geometry), id(solid.pose)), solid, self.sized, called, geometry, solid)
-            if not sized:
-                continue
             name = self.names[link.name, purpose, index]
+            if not sized:
+                self.left_out[name] = link.name
+                continue
             if purpose == COLLISION:
                 self.geom_names.setdefault(link.name, []).append(name)
             if shown:

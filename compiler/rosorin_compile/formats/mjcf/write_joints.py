@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ...model import Attribute, Dynamics, Joint, JointPose, Pose, Robot, Vector, plane_axes
+from ...model.geometry import pose_of
 from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of
 from ...numbers import NumberFormat, numbers, vector
@@ -24,6 +25,18 @@ TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
 _AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
+
+
+def reference(joint: Joint) -> float:
+    """Return the position (rad or m) of a joint at which MuJoCo begins, and has its body (``ref``)."""
+    value = joint.mjcf.get("ref", 0.0) if joint.type in TYPES else 0.0
+    return value if isinstance(value, (int, float)) else 0.0
+
+
+def stands(joint: Joint) -> Pose:
+    """Return where the body of a joint stands in the one above it."""
+    ref = reference(joint)
+    return pose_of(joint.transform(ref)) if ref else joint.origin
 
 
 def free_joint(robot: Robot) -> str:
@@ -92,7 +105,10 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
         values = {"name": joint.mimic.name or joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
         if not robot.joint[joint.mimic.joint].moves:
             del values["joint2"]
-        polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]
+        factor = joint.mimic.multiplier if "joint2" in values else 0.0
+        # MuJoCo counts both from their references.
+        offset = joint.mimic.offset + factor * reference(robot.joint[joint.mimic.joint]) - reference(joint)
+        polynomial = [offset, factor, 0.0, 0.0, 0.0]
         tuned = {"solref": joint.mimic.solref, "solimp": joint.mimic.solimp}
         words = {word: numbers(values or STIFF[word], number) for word, values in tuned.items()}
         made.append(attributes(**values, polycoef=numbers(polynomial, number), **words))

@@ -234,11 +234,12 @@ def _describe(
     keeps = imported.takes_arguments and not options.flat
     named = renamed(tree, source, folder, options.meshes, how.packages, keeps)
     _show(console, named.diagnostics)
-    read = imported._replace(tree=tree)
+    read = imported._replace(tree=named.tree)
     in_words = _worded(options, imported._replace(tree=named.tree))
     imported = in_words.imported
     try:
-        trip = check_round_trip(imported, folder, read, not (options.no_parts or options.flat), in_words.plain)
+        parts = not (options.no_parts or options.flat)
+        trip = check_round_trip(imported, folder, parts, in_words.plain, how.packages)
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
         console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")

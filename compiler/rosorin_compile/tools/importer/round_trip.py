@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import random
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
 from ...diagnostics.progress import step
@@ -13,18 +15,20 @@ from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more, counted, listed
 from ...formats import FORMATS, Format, published
 from ...formats.imported import Imported, Proof, ReadOptions
+from ...formats.mesh_files import Places, search
 from ...formats.reading import join, read_robot
-from ...frontend.expand.prefixing import relative_files
 from ...frontend.lower import lower
 from ...frontend.tree import Map
 from ...meaning.sameness import different, differently_said
 from ...model import Joint, Output, Robot, Transform
 from ...pipeline import Compiled, Made, Maker, Task, compile_robot
-from ...project import ROOT_FILE
+from ...project import ROOT_FILE, described_at
 from ...startup.records import NamedTuple, replace
 from ..init import SCHEMA
+from ..mesh_copies import brought
 from .description import Outputs, outputs, tree_of, write
 from .repeats import with_parts
+from .telling import seen_from
 
 RULES = (
     Rule(
@@ -75,23 +79,29 @@ class RoundTrip(NamedTuple):
 
 
 def check_round_trip(
-    imported: Imported, folder: Path, read: Imported | None = None, parts: bool = True, plain: Map | None = None
+    imported: Imported,
+    folder: Path,
+    parts: bool = True,
+    plain: Map | None = None,
+    packages: Mapping[str, Path] = MappingProxyType({}),
 ) -> RoundTrip:
     """Write the description of a robot into a folder that vanishes, compile it, and compare; the tree has to be there.
 
-    ``folder`` is where it is going to stand, for messages and for the schema beside it; ``read`` the robot as it was
-    read, before its meshes got other names, ``plain`` its tree before elements of it became words. With ``parts``, what
-    it has several times is written as a part, unless that comes out otherwise.
+    ``folder`` is where it is going to stand: its meshes are found as seen from there, and in ``packages``. ``plain`` is
+    its tree before elements of it became words. With ``parts``, what it has several times is written as a part, unless
+    that comes out otherwise.
     """
     shown = with_parts(imported) if parts else imported
     if shown is not imported:
-        trip = _round_trip(imported, shown, folder, read or imported, plain)
+        trip = _round_trip(imported, shown, folder, plain, packages)
         if not (trip.diagnostics or trip.untold):
             return trip
-    return _round_trip(imported, imported, folder, read or imported, plain)
+    return _round_trip(imported, imported, folder, plain, packages)
 
 
-def _round_trip(imported: Imported, shown: Imported, folder: Path, read: Imported, plain: Map | None) -> RoundTrip:
+def _round_trip(
+    imported: Imported, shown: Imported, folder: Path, plain: Map | None, packages: Mapping[str, Path]
+) -> RoundTrip:
     """Return how a description came through that is written of ``shown``, the same robot, perhaps with parts."""
     schema = schema_beside(folder)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
@@ -107,7 +117,7 @@ def _round_trip(imported: Imported, shown: Imported, folder: Path, read: Importe
             trip = _compared(imported, compiled, stage, trip, plain)
         if trip.diagnostics:
             return trip
-        proof = _proof(imported, compiled, read, shown is not imported)
+        proof = _proof(imported, shown, wanted, folder, packages)
         return trip._replace(proof=proof, untold=(_untold(proof),) if proof.wrong else ())
 
 
@@ -190,26 +200,33 @@ def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:
     return file
 
 
-def in_engine(imported: Imported, text: str) -> Proof:
-    """Return how the engine of the source's format tells an artifact of that format from the source, if it can."""
-    format, tree = FORMATS.get(imported.format), imported.tree
-    if format is None or format.prove is None or tree is None:
-        return Proof()
-    opens, folder = format.opens or (lambda name: name), imported.files[0].absolute().parent
-    files = {opens(name): str(folder / name) for name in relative_files(tree)}
-    return format.prove(imported, text, {path: file for path, file in files.items() if path})
+def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:
+    """Return how the engine of the source's format tells the artifact of that format from the source, if it can.
 
-
-def _proof(imported: Imported, compiled: Compiled, read: Imported, parts: bool) -> Proof:
-    """Return the proof of a robot as it was read: with the names of meshes that its source has."""
-    if not any(one.backend == read.format for one in compiled.artifacts):
+    It is the very text that is going to be written: with the numbers and the meshes that it will have.
+    """
+    format = FORMATS.get(imported.format)
+    if format is None or format.prove is None or format.name not in wanted.entries:
         return Proof()
     step("proving the import in its engine")
-    if read.tree is not imported.tree:
-        with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-            _, compiled = _compiled(with_parts(read) if parts else read, Path(name), "", outputs(read))
-    text = next((one.text for one in compiled.artifacts if one.backend == read.format), None)
-    return in_engine(read, text) if text is not None else Proof()
+    outputs = described_at(folder / ROOT_FILE).outputs.absolute()
+    places = Places(folder / ROOT_FILE, outputs, packages, os.environ)
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
+        for file, text in write(seen_from(shown, folder), wanted).items():
+            Path(name, file).write_text(text, "utf-8")
+        compiled = compile_robot(
+            Path(name, ROOT_FILE),
+            packages=packages,
+            search=lambda tree, asked: brought(search(tree, asked, places), outputs),
+            wanted=[format.name],
+        )
+    made = next((one.text for one in compiled.artifacts), None)
+    if made is None:
+        return Proof(unknown=_first_error(compiled.diagnostics))
+    opens = format.opens or (lambda name: name)
+    found = compiled.meshes.by_name if compiled.meshes is not None else {}
+    files = {called: str(file.absolute()) for name, file in found.items() for called in (name, opens(name)) if called}
+    return format.prove(imported, made, files)
 
 
 def _untold(proof: Proof) -> Diagnostic:

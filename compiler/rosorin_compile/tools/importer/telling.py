@@ -21,6 +21,7 @@ from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, first_of
 from ...formats.checked import copied
 from ...formats.described import as_tree
+from ...formats.imported import Imported
 from ...formats.mesh_files import files_named
 from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
 from ...frontend.packages import Packages, package_name
@@ -125,6 +126,17 @@ def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path
             known = near.find(package)
             if known is None or known.resolve() != folder.resolve():
                 yield package, folder
+
+
+def seen_from(imported: Imported, folder: Path) -> Imported:
+    """Return a robot whose source says where its meshes are by whole paths, which ``folder`` is the base of."""
+    source = imported.tree.get("source") if imported.tree is not None else None
+    if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
+        return imported
+    here = Path(os.path.abspath(folder))
+    known = {name: os.path.normpath(here / at) for name, at in (source.get("packages") or {}).items()}
+    own = os.path.normpath(here / source["folder"]) if "folder" in source else ""
+    return imported._replace(tree=_saying(imported.tree, own, known))
 
 
 def _saying(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:

@@ -13,7 +13,6 @@ from typing import Any
 from ...frontend.tree import Map
 from ...startup.records import NamedTuple
 from ...xml.markup import Element
-from .entries import shift_of_tendon
 from .reading import SLIDE, Reading, numbers, put, put_number, tidy, tidy_position
 from .worded import Node, floats, listing, put_words
 
@@ -153,29 +152,18 @@ def _fill(
 ) -> None:
     """Set what an actuator is and can be asked for."""
     fact, node, element = actuator
-    shift = _shift(reading, fact, node, index)
-    kind = _kind(node["attributes"], shift)
+    kind = _kind(node["attributes"])
     if kind.type != "position":
         put(entry, "type", kind.type)
     for word, value in kind.gains.items():
         put_number(entry, word, tidy(value), element, word)
     rest = {key: text for key, text in kind.rest.items() if key not in _READ}
-    rest |= _limits(reading, entry, kind.type, (fact, node["attributes"], element), index, shift)
+    rest |= _limits(reading, entry, kind.type, (fact, node["attributes"], element), index)
     for name in put_words(entry, rest, form, element, _WORDS):
         reading.lost(f'"{name}" of the actuator <{element.tag}>', element.span)
 
 
-def _shift(reading: Reading, fact: Mapping[str, Any], node: Node, index: int | None) -> float:
-    """Return by how much longer the file counts what an actuator pulls, where joints count from another zero."""
-    if index is not None:
-        zero = reading.facts["zero"][reading.facts["joints"][index]["address"]]
-        return float(fact["gear"][0] * zero)
-    name = node["attributes"].get("tendon")
-    tendons = (one for one in reading.facts["elements"]["tendons"] if name and one["attributes"].get("name") == name)
-    return float(fact["gear"][0]) * sum(shift_of_tendon(reading, one) for one in tendons)
-
-
-def _kind(said: Mapping[str, str], shift: float) -> _Kind:
+def _kind(said: Mapping[str, str]) -> _Kind:
     """Return the kind of an actuator by its numbers."""
     gain, bias = floats(said, "gainprm", [1, 0, 0]), floats(said, "biasprm", [0, 0, 0])
     gains, dynamics = said.get("gaintype", "fixed"), said.get("dyntype", "none")
@@ -185,7 +173,7 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
     if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
         affine, kp = said.get("biastype", "none") == "affine", gain[0]
         filtered = {"timeconst": said.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
-        if affine and kp > 0 and bias[:2] == [0, -kp] and not (filtered and shift):  # what it holds is counted too
+        if affine and kp > 0 and bias[:2] == [0, -kp]:
             word = "kv" if bias[2] <= 0 else "damping_ratio"
             return _Kind("position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered)
         if affine and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
@@ -194,12 +182,7 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
             return _Kind("adhesion", {}, asked | ({"gain": repr(kp)} if kp != 1 else {}))
         if said.get("biastype", "none") == "none" and kp == 1 and not filtered:
             return _Kind("motor", {}, asked)
-    rest = dict(said)
-    if shift:  # the control stays what it is
-        rest.pop("inheritrange", None)
-    if shift and said.get("biastype") == "affine" and bias[1]:
-        rest["biasprm"] = " ".join(map(repr, [bias[0] + bias[1] * shift, *bias[1:]]))
-    return _Kind("general", {}, rest)
+    return _Kind("general", {}, said)
 
 
 def _limits(
@@ -208,16 +191,14 @@ def _limits(
     kind: str,
     actuator: tuple[Mapping[str, Any], Mapping[str, str], Element],
     index: int | None,
-    shift: float,
 ) -> dict[str, str]:
     """Set what an actuator can be asked for and what it can bring; return what is to be said in MuJoCo's words."""
     fact, said, element = actuator
     rest = {}
     joint = reading.facts["joints"][index] if index is not None else None
-    moved = shift if kind == "position" else 0.0
     cut = tidy if joint is None or joint["type"] == SLIDE or kind != "position" else tidy_position
-    asked = [cut(value - moved) for value in fact["control"]]
-    if float(said.get("inheritrange", 0)) and (kind == "position" or (kind == "general" and not shift)):
+    asked = [cut(value) for value in fact["control"]]
+    if float(said.get("inheritrange", 0)) and kind in ("position", "general"):
         pass
     elif fact["controlled"] or "ctrlrange" in said:
         if kind != "position" or not fact["controlled"] or not _has_range_of(joint, fact):

@@ -86,7 +86,7 @@ def add_tendons(reading: Reading) -> None:
         entry = Map(element.span)
         try:
             _put_way(reading, entry, node, element)
-            said = _moved(reading, node)
+            said = _of_tendon(node)
             rest = put_words(entry, said, "tendon", element, _OF_TENDON, lambda word, text: called(reading, word, text))
         except _Gone as problem:
             _gone(reading, f'the tendon "{name}"', problem, element.span)
@@ -120,28 +120,10 @@ def _put_way(reading: Reading, entry: Map, node: Node, element: Element) -> None
         put(entry, "path", listing(path, element))
 
 
-def _moved(reading: Reading, node: Node) -> dict[str, str]:
-    """Return the attributes of a tendon; lengths are counted from the zeros that its joints have here."""
-    said = dict(node["attributes"])
-    if node["tag"] == "fixed":  # which is not drawn, whatever its class says
-        said = {word: text for word, text in said.items() if word not in ("width", "rgba", "material")}
-    shift = shift_of_tendon(reading, node)
-    for word in ("range", "springlength") if shift else ():
-        if word in said and not (word == "springlength" and floats(said, word)[0] < 0):
-            said[word] = " ".join(repr(tidy(value - shift)) for value in floats(said, word))
-    return said
-
-
-def shift_of_tendon(reading: Reading, node: Node) -> float:
-    """Return by how much longer the file counts a tendon of joints."""
-    zero = {
-        joint["name"]: reading.facts["zero"][joint["address"]]
-        for index, joint in enumerate(reading.facts["joints"])
-        if index in reading.joint_of
-    }
-    joints = (one["attributes"] for one in node["inner"] if one["tag"] == "joint")
-    total: float = sum(zero.get(said["joint"], 0.0) * floats(said, "coef", [0])[0] for said in joints)
-    return total
+def _of_tendon(node: Node) -> dict[str, str]:
+    """Return the attributes of a tendon; a fixed one is not drawn, whatever its class says."""
+    looks = ("width", "rgba", "material") if node["tag"] == "fixed" else ()
+    return {word: text for word, text in node["attributes"].items() if word not in looks}
 
 
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}

@@ -14,7 +14,7 @@ from __future__ import annotations
 from functools import partial
 
 from ...model import Transform
-from ...model.geometry import transform_of_quaternion
+from ...model.geometry import rotation_about, transform_of_quaternion, unit
 from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
 from ..facts import COLLISION, VISUAL, FactSheet, Six, number_of
@@ -23,6 +23,7 @@ from .bodies import FLOATING, PLANAR, WORLD
 from .masses import LEAST
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from xml.etree.ElementTree import Element
 
     from ..format import Value
@@ -246,7 +247,7 @@ def _bodies(
         moved = called.startswith(f"{WORLD}_link") and any(s.get("name") == WORLD for s in parts.get("site", ()))
         name = WORLD if moved else called
         owners[called] = name
-        sheet.add_frame(name, parent, _transform(sheet, body))
+        sheet.add_frame(name, parent, _at_zero(sheet, _transform(sheet, body), parts.get("joint", ())))
         for joint in parts.get("freejoint", ()):
             if parent != _TOP:
                 sheet.add(Fact("joint", sheet.text(joint, "name"), "type"), "floating")
@@ -279,7 +280,8 @@ def _alike(
 ) -> None:
     """Take down a body that has what others have, which is read of the first of them."""
     name = sheet.text(body, "name")
-    sheet.add_frame(name, parent, _transform(sheet, body))
+    moving = children.find("joint")
+    sheet.add_frame(name, parent, _at_zero(sheet, _transform(sheet, body), () if moving is None else (moving,)))
     first, joint, motion, inertia = sheet.once((ALIKE, id(children)), lambda: _had(sheet, name, children))
     if joint is not None:
         called = sheet.text(body, f"{ALIKE}_joint")
@@ -400,6 +402,23 @@ def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
             _joint(sheet, joint, child)
 
 
+def _reference(sheet: FactSheet, joint: Element | None) -> float:
+    """Return the position (rad or m) of a joint at which the file has its body."""
+    return 0.0 if joint is None or "ref" not in joint.attrib else sheet.number(joint, "ref")
+
+
+def _at_zero(sheet: FactSheet, place: Transform, joints: Sequence[Element]) -> Transform:
+    """Return where a body is with its joint at zero; only one that is alone in a body has a reference."""
+    ref = _reference(sheet, joints[0]) if len(joints) == 1 else 0.0
+    if not ref:
+        return place
+    axis = unit(sheet.vector3(joints[0], "axis", (0.0, 0.0, 1.0)))
+    if joints[0].get("type") == "slide":
+        x, y, z = (-ref * part for part in axis)
+        return place.then(Transform(xyz=(x, y, z)))
+    return place.then(Transform(rotation_about(axis, -ref)))
+
+
 def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
     for quantity, value in sheet.axis(sheet.vector3(joint, "axis", (0.0, 0.0, 1.0))).items():
         sheet.take("joint", name, quantity, value)
@@ -493,6 +512,8 @@ def _follows(constraint: Element) -> bool:
 def _mimic(sheet: FactSheet, follower: Element, joints: dict[str, Element]) -> None:
     name = sheet.text(follower, "joint1")
     offset, multiplier, *_ = sheet.vector(follower, "polycoef", 5, (0.0, 1.0, 0.0, 0.0, 0.0))
+    own, leads = (_reference(sheet, joints.get(follower.get(word, ""))) for word in ("joint1", "joint2"))
+    offset += own - multiplier * leads
     if "joint2" in follower.attrib:  # without it the joint is held at an angle
         sheet.add(Fact("joint", name, "mimic joint"), sheet.text(follower, "joint2"))
         sheet.add(Fact("joint", name, "mimic multiplier"), multiplier)

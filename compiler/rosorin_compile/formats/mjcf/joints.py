@@ -4,7 +4,8 @@
 - A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it: every
   body keeps its frame.
 - Several joints in one body are a chain of links without mass, in MuJoCo's order.
-- Zero is where the model stands in the file (``qpos0``): ranges are counted from ``ref``.
+- Zero is that of the file. Where a body stands at another position than zero (``ref``), the origin of its joint is
+  turned or moved back by it, and ``mjcf`` of the joint keeps it.
 - A ball stays one; its range (a cone) stands among MuJoCo's own words.
 - A free joint of the only top body is no joint of the robot: where the robot is, the simulation knows (``base: free``).
   Of one among several top bodies it is a floating joint to the ground. Other planar and floating joints: ``reading``.
@@ -21,7 +22,7 @@ from typing import Any
 from ...diagnostics.wording import counted, first_of, listed
 from ...frontend.tree import Map, Seq
 from ...model import Transform
-from ...model.geometry import Vector
+from ...model.geometry import Vector, rotation_about
 from ...startup.records import NamedTuple
 from ...units import parse_quantity
 from ...xml.markup import Element
@@ -176,6 +177,7 @@ def _chain(reading: Reading, index: int, place: Transform, steps: list[Step], dr
         last = number == len(steps) and anchor == (0, 0, 0)
         child = body if last else _between(reading, step)
         origin = place_of_link.then(shift([a - b for a, b in zip(anchor, at, strict=True)]))
+        origin = origin.then(_to_zero(reading, step))
         joint = reading.new_joint(step.name, _type(reading, step), above, child, step.element)
         put_pose(joint, origin, element if number == 1 and anchor == (0, 0, 0) else step.element)
         if step.kind != BALL:
@@ -186,6 +188,23 @@ def _chain(reading: Reading, index: int, place: Transform, steps: list[Step], dr
         name = reading.joint_names.give(f"{body}_joint")
         joint = reading.new_joint(name, "fixed", above, body, element)
         put_pose(joint, shift([-value for value in at]), element)
+
+
+def _to_zero(reading: Reading, step: Step) -> Transform:
+    """Return how a link moves from where the file has it to where its joint is at zero."""
+    ref = _reference(reading, step.joint) if step.kind != BALL else 0.0
+    if not ref:
+        return NO_POSE
+    if step.kind == SLIDE:
+        return shift([-ref * part for part in step.axis])
+    return Transform(rotation_about(step.axis, -ref))
+
+
+def _reference(reading: Reading, index: int) -> float:
+    """Return the position (rad or m) at which the file has a hinge or slide."""
+    joint = reading.facts["joints"][index]
+    value: float = reading.facts["zero"][joint["address"]]
+    return tidy(value) if joint["type"] == SLIDE else tidy_position(value)
 
 
 def _between(reading: Reading, step: Step) -> str:
@@ -219,13 +238,15 @@ def _details(reading: Reading, step: Step, entry: Map, drives: dict[int, Drive])
         add_limit(reading, step.joint, entry, drive)
     rest = _put_dynamics(entry, said, step.element)
     if {"stiffness", "springdamper"} & said.keys() and step.kind != BALL:
-        _put_rest(reading, step, entry, said)
+        _put_rest(step, entry, said)
     if drive.entry is not None:
         put(entry, "actuator", drive.entry)
     rest |= _unread(said)
     joint = reading.facts["joints"][step.joint]
     if step.kind != BALL:
         rest |= _force(joint, drive)
+        ref = _reference(reading, step.joint)
+        rest |= {"ref": repr(ref)} if ref else {}
     elif joint["limited"]:
         rest["range"] = f"0 {joint['range'][1]!r}"
     _put_more(reading, step.name, step.element, entry, rest)
@@ -253,11 +274,10 @@ def _force(joint: Mapping[str, Any], drive: Drive) -> dict[str, str]:
     return {"actuatorfrcrange": f"{low!r} {high!r}"} if joint["forced"] and (low != -high or twice) else {}
 
 
-def _put_rest(reading: Reading, step: Step, entry: Map, said: Mapping[str, str]) -> None:
-    """Set where the spring of a joint is at rest, counted from its zero."""
-    zero = reading.facts["zero"][reading.facts["joints"][step.joint]["address"]]
+def _put_rest(step: Step, entry: Map, said: Mapping[str, str]) -> None:
+    """Set where the spring of a joint is at rest."""
     cut = tidy if step.kind == SLIDE else tidy_position
-    rest = cut(float(said.get("springref", 0)) - zero)
+    rest = cut(float(said.get("springref", 0)))
     if rest:
         dynamics = entry.get("dynamics") or Map(step.element.span)
         put(entry, "dynamics", dynamics)
@@ -282,10 +302,9 @@ def add_limit(reading: Reading, index: int, entry: Map, drive: Drive) -> None:
     limit = Map(element.span)
     missing = []
     if joint["limited"]:
-        zero = reading.facts["zero"][joint["address"]]
         cut = tidy if joint["type"] == SLIDE else tidy_position
         for at, key in enumerate(("lower", "upper")):
-            put_number(limit, key, cut(joint["range"][at] - zero), element, "range", at)
+            put_number(limit, key, cut(joint["range"][at]), element, "range", at)
     elif joint["type"] == SLIDE:
         missing += ["lower", "upper"]
         for key, sign in (("lower", "-"), ("upper", "")):
@@ -349,15 +368,3 @@ def tell_of_light_bodies(reading: Reading) -> None:
 
 
 _UNFELT = 1e6  # times the inertia of a link without mass
-
-
-def tell_of_zeros(reading: Reading) -> None:
-    """Say where zero of a joint is another position than in the file."""
-    for index, name in reading.joint_of.items():
-        joint = reading.facts["joints"][index]
-        zero = reading.facts["zero"][joint["address"]]
-        if zero:
-            element = reading.places.of("joints", index)
-            ref = element.attributes.get("ref")
-            message = f'joint "{name}" stands at {tidy(zero):g} in the MJCF (ref) where it is at 0 here'
-            reading.changed(f"{message}: limits and poses are counted from there", ref.span if ref else element.span)

@@ -17,7 +17,6 @@ import numpy as np
 from ...startup.records import NamedTuple
 from .matched import BALL, FREE
 from .same import Comparison
-from .same_drives import shift_of_control
 from .same_values import slice_of
 
 SECONDS = 0.5
@@ -127,9 +126,9 @@ def _apart(mujoco: Any, comparison: Comparison, source: Any, ours: Any, steps: i
     worst, where, touching = 0.0, 0, 0
     signs = [getattr(mujoco.mjtWarning, f"mjWARN_{word}") for word in ("BADQPOS", "BADQVEL", "BADQACC")]
     for number in range(steps):
-        for index, other, middle, reach, shift in controls:
+        for index, other, middle, reach in controls:
             aim = middle + reach * math.sin(math.tau * first.time * (1 + 0.3 * (index % 7)) + index)
-            first.ctrl[index], second.ctrl[other] = aim, aim - shift
+            first.ctrl[index], second.ctrl[other] = aim, aim
         mujoco.mj_step(source, first)
         if any(first.warning[int(sign)].number for sign in signs):
             return Apart(math.inf, "", touching, fell=True)
@@ -158,8 +157,7 @@ def _start(mujoco: Any, comparison: Comparison, first: Any, second: Any, itself:
         at, to = int(source.jnt_qposadr[one]), int(ours.jnt_qposadr[other])
         dof, mine = int(source.jnt_dofadr[one]), int(ours.jnt_dofadr[other])
         size, count = {FREE: (7, 6), BALL: (4, 3)}.get(int(source.jnt_type[one]), (1, 1))
-        shift = source.qpos0[at] - ours.qpos0[to] if size == 1 else 0.0
-        second.qpos[to : to + size] = first.qpos[at : at + size] - shift
+        second.qpos[to : to + size] = first.qpos[at : at + size]
         second.qvel[mine : mine + count] = first.qvel[dof : dof + count]
     for one, other in comparison.maps["actuator"].items():
         at, to = int(source.actuator_actadr[one]), int(ours.actuator_actadr[other])
@@ -176,11 +174,10 @@ def _same_mocap(comparison: Comparison, first: Any, second: Any) -> None:
             second.mocap_pos[to], second.mocap_quat[to] = first.mocap_pos[at], first.mocap_quat[at]
 
 
-def _controls(comparison: Comparison, itself: bool) -> Iterator[tuple[int, int, float, float, float]]:
-    """Yield each control: its index in both, the middle and the reach of its sine, and how ours counts it."""
+def _controls(comparison: Comparison, itself: bool) -> Iterator[tuple[int, int, float, float]]:
+    """Yield each control: its index in both, the middle and the reach of its sine."""
     source, ours = comparison.source.mj, comparison.ours.mj
     for one, other in comparison.maps["actuator"].items():
-        shift = 0.0 if itself else shift_of_control(comparison, one, other)
         here = slice_of(source, "actuator_ctrlrange", one)
         there = here if itself else slice_of(ours, "actuator_ctrlrange", other)
         for at, to in zip(range(here.start, here.stop), range(there.start, there.stop), strict=False):
@@ -188,4 +185,4 @@ def _controls(comparison: Comparison, itself: bool) -> Iterator[tuple[int, int, 
             middle = (low + high) / 2
             if not source.actuator_ctrllimited[at] and source.nkey:
                 middle = float(source.key_ctrl[0][at])
-            yield at, to, float(middle), 0.4 * float(high - low), shift
+            yield at, to, float(middle), 0.4 * float(high - low)

@@ -105,7 +105,6 @@ def _read(reading: Reading, path: Path) -> None:
     entries.add_whole(reading)
     entries.put_elements(reading)
     joints.tell_of_stand_ins(reading)
-    joints.tell_of_zeros(reading)
     joints.tell_of_light_bodies(reading)
 
 

@@ -2,7 +2,7 @@
 
 What differs by right is no difference: a link is a body and a site, so sites and bodies without mass may be added; a
 frame of a site may have become a body; visuals may be added to what collides; quaternions have two signs, inertias
-several principal axes, meshes an origin that MuJoCo moves; zero of a joint with ``ref`` is another number.
+several principal axes, meshes an origin that MuJoCo moves.
 
 ``same_fields`` says of each field how it is compared, ``matched`` what is which. It runs in the child process.
 """
@@ -33,7 +33,7 @@ from .matched import (
     match,
     rotation,
 )
-from .same_drives import actuators, keys, tendons
+from .same_drives import actuators, keys, order, tendons
 from .same_fields import BODY_IDS, GATES, KINDS, MATERIAL_IDS, OF_DOFS, REFERENCES, WHOLE
 from .same_values import (
     both,
@@ -133,7 +133,7 @@ class Comparison:
         tendons(self)
         actuators(self)
         keys(self)
-        self._order()
+        order(self)
         self._touching()
         self._whole()
         return self.found
@@ -141,6 +141,10 @@ class Comparison:
     def tell(self, feature: str, kind: str, index: int, what: str) -> None:
         """Say that an object of the source differs."""
         self.found.append(Difference(feature, f"{self.source.called(kind, index)}: {what}"))
+
+    def differ(self, feature: str, text: str) -> None:
+        """Say that the models differ in what is of no single object."""
+        self.found.append(Difference(feature, text))
 
     def numbers(self, feature: str, kind: str, index: int, what: str, one: Any, other: Any) -> None:
         """Say that two values differ, if they do."""
@@ -353,18 +357,17 @@ class Comparison:
             at, mine = int(theirs.jnt_qposadr[one]), int(own.jnt_qposadr[other])
             size = {FREE: 7, BALL: 4}.get(kind, 1)
             if size == 1:
-                zero, ours = float(theirs.qpos0[at]), float(own.qpos0[mine])
-                if theirs.jnt_limited[one] and own.jnt_limited[other]:
-                    ranges = theirs.jnt_range[one] - zero, own.jnt_range[other] - ours
-                    self.numbers("ranges of joints", "joint", one, "range", *ranges)
-                rests = theirs.qpos_spring[at] - zero, own.qpos_spring[mine] - ours
+                rests, places = (
+                    (theirs_at[at], own_at[mine])
+                    for theirs_at, own_at in ((theirs.qpos_spring, own.qpos_spring), (theirs.qpos0, own.qpos0))
+                )
             else:
-                if theirs.jnt_limited[one] and own.jnt_limited[other]:
-                    self.numbers("ranges of joints", "joint", one, "range", theirs.jnt_range[one], own.jnt_range[other])
                 rests = theirs.qpos_spring[at : at + size], own.qpos_spring[mine : mine + size]
                 places = theirs.qpos0[at : at + size], own.qpos0[mine : mine + size]
-                if not near_pose(*places):
-                    self.tell("places of bodies", "joint", one, f"first position {both(*places)}")
+            if theirs.jnt_limited[one] and own.jnt_limited[other]:
+                self.numbers("ranges of joints", "joint", one, "range", theirs.jnt_range[one], own.jnt_range[other])
+            if not (near_pose(*places) if size > 1 else near(*places)):
+                self.tell("places of bodies", "joint", one, f"first position {both(*places)}")
             springs = any(
                 np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i])
                 for mj, i in ((theirs, one), (own, other))
@@ -471,12 +474,6 @@ class Comparison:
                     )
                     poses.append((pos, turn))
                 self._in_body(feature, kind, one, other, poses)
-
-    def _order(self) -> None:
-        for kind, field in (("joint", "jnt_qposadr"), ("actuator", "actuator_ctrladr"), ("sensor", "sensor_adr")):
-            places = [int(getattr(self.ours.mj, field)[other]) for _, other in sorted(self.maps[kind].items())]
-            if places != sorted(places):
-                self.found.append(Difference("order", f"the {kind}s stand in another order in ours"))
 
     def _touching(self) -> None:
         """Compare which bodies may touch."""

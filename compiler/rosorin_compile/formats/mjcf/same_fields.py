@@ -201,7 +201,7 @@ CARED_FOR: Mapping[str, str] = {
     "jnt_range": "counted from where the joint stands at first",
     "jnt_qposadr": "the order of the joints",
     "dof_jntid": "which degrees of freedom belong to a joint",
-    "qpos0 qpos_spring": "where springs rest, counted from where the joint stands at first; that is a name for zero",
+    "qpos0 qpos_spring": "where springs rest, and where joints stand at first",
     "geom_bodyid geom_pos geom_quat geom_size": "a shape in the frame of its body; of a mesh as the file has it",
     "geom_group": "visuals may be in 1 or 2, what collides in 0 or 3",
     "geom_rgba geom_matid": "the colour that is seen, and a material that is more than a colour",

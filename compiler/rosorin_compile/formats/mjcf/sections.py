@@ -60,7 +60,9 @@ def _mimic(reading: Reading, entry: Mapping[str, Any], element: Element) -> Map:
     mimic = Map(element.span)
     leader = element.attributes.get("joint2")
     put(mimic, "joint", reading.joint_of[entry["second"]], leader.span if leader else None)
-    offset, factor = (tidy(value) for value in entry["data"][:2])
+    first, second = (reading.facts["zero"][reading.facts["joints"][entry[at]]["address"]] for at in ("first", "second"))
+    factor = tidy(entry["data"][1])
+    offset = tidy(entry["data"][0] + first - factor * second)  # MuJoCo counts both from where the file has them
     if factor != 1:
         put_number(mimic, "multiplier", factor, element, "polycoef", 1)
     if offset:
@@ -174,9 +176,7 @@ def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map
         asked, usual = key["ctrl"][fact["at"]], 0.0
         held = reading.servos.get(number)
         if held is not None:
-            joint = reading.facts["joints"][held]
-            zero, gear = reading.facts["zero"][joint["address"]], fact["gear"][0]
-            asked, usual = asked - gear * zero, gear * (key["qpos"][joint["address"]] - zero)
+            usual = fact["gear"][0] * key["qpos"][reading.facts["joints"][held]["address"]]
         follows = held is not None and "mimic" in reading.joints[reading.joint_of[held]]
         if follows or abs(asked - usual) > _NEAR:
             put_number(made, name, tidy(asked), element)
@@ -200,8 +200,7 @@ def _positions(reading: Reading, index: int, joint: Mapping[str, Any], qpos: lis
     if joint["body"] in reading.motion_of:
         return []
     if joint["type"] in (SLIDE, HINGE):
-        value = qpos[at] - reading.facts["zero"][at]
-        return [(reading.joint_of[index], tidy(value) if joint["type"] == SLIDE else tidy_position(value))]
+        return [(reading.joint_of[index], tidy(qpos[at]) if joint["type"] == SLIDE else tidy_position(qpos[at]))]
     return []
 
 

@@ -182,9 +182,10 @@ class _Lowering:
         servos = tuple(
             servo_group_of(name, entry, self.problem) for name, entry in sorted(self.section("servos").items())
         )
+        source, entries = source_of(tree.get("source")), self.section("poses").items()
         poses = [
             pose_of_joints(name, entry, servos, tree, self.problem)
-            for name, entry in sorted(self.section("poses").items())
+            for name, entry in (entries if source.status == "imported" else sorted(entries))  # simulators begin there
         ]
         return Robot(
             name=tree["robot"],
@@ -200,7 +201,7 @@ class _Lowering:
             disabled_contacts=tuple(
                 (pair["links"][0], pair["links"][1]) for pair in tree.get("disabled_contacts") or ()
             ),
-            source=source_of(tree.get("source")),
+            source=source,
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,

@@ -174,8 +174,8 @@ def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
     return (*places, Related(f"and in {counted(left, 'more place')}", None)) if left > 0 else tuple(places)
 
 
-def gathered(diagnostics: Sequence[Diagnostic], most: int, severities: Iterable[str]) -> list[Diagnostic]:
-    """Return the diagnostics; what is said more than ``most`` times, but for names and numbers, is said once.
+def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
+    """Return the diagnostics; what is said several times, but for names and numbers, is said once.
 
     It is the first of them, with the number and the places of the others. Nothing is gathered that has no place, or
     that is of no kind in ``severities``.
@@ -185,7 +185,7 @@ def gathered(diagnostics: Sequence[Diagnostic], most: int, severities: Iterable[
         alone = one.severity not in severities or one.span is None or one.rule in _EACH
         key = index if alone else (one.rule, one.severity, _VARYING.sub("", one.message))
         groups.setdefault(key, []).append(one)
-    once = {id(group[0]): group[1:] for group in groups.values() if len(group) > most}
+    once = {id(group[0]): group[1:] for group in groups.values() if len(group) > 1}
     said = {id(one) for others in once.values() for one in others}
     return [_gathered(one, once.get(id(one), [])) for one in diagnostics if id(one) not in said]
 

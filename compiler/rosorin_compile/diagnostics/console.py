@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
-# More warnings or notes that say nearly the same are one with the places of the others; a program gets all.
-MANY = 5
 
 MARKDOWN = "markdown"  # a form in which a run is told robot by robot
 
@@ -184,7 +182,7 @@ class Console:
             return ""
         from . import report
 
-        diagnostics = gathered(diagnostics, MANY, [WARNING, NOTE])
+        diagnostics = gathered(diagnostics, [WARNING, NOTE])
         text = report.text(diagnostics[:MAX_SHOWN], colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"

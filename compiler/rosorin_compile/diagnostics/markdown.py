@@ -157,7 +157,7 @@ def _section(section: Section, detail: _Detail) -> Iterator[str]:
     for block in section.blocks:
         if isinstance(block, Table):
             yield _table(block, detail.rows)
-    told = gathered(section.diagnostics, _MANY, [WARNING, NOTE])
+    told = gathered(section.diagnostics, [WARNING, NOTE])
     worse, notes = ([one for one in told if (one.severity == NOTE) is is_note] for is_note in (False, True))
     if worse:
         yield _table(_diagnostics(worse), detail.rows)
@@ -170,9 +170,6 @@ def _section(section: Section, detail: _Detail) -> Iterator[str]:
     if notes:
         title = "".join(_counts(section.diagnostics, [NOTE]))
         yield _folded(title, _table(_diagnostics(notes), min(detail.rows, 50)))
-
-
-_MANY = 5  # more warnings or notes that say nearly the same are one, as on the console
 
 
 def _diagnostics(diagnostics: Sequence[Diagnostic]) -> Table:

@@ -37,7 +37,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         tree = _with_accept(tree, names)
         problems = _problems(tree)
     told = [_with_way_out(d, lenient) for d in settled(tree, problems, acceptable()).diagnostics if _is_told(d)]
-    return (None if has_errors(told) else tree), gathered(told, 1, [WARNING])
+    return (None if has_errors(told) else tree), gathered(told, [WARNING])
 
 
 def _problems(tree: Map) -> list[Diagnostic]:

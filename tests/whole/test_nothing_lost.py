@@ -112,7 +112,8 @@ def test_import_keeps_a_description_that_somebody_changed(home: Path, capsys: py
     path = home / "to" / "robot.yaml"
     path.write_text(path.read_text() + BY_HAND)
     changed = path.read_text()
-    assert main(["import", "mine.urdf", "-o", "to"]) == 2
+    assert main(["import", "mine.urdf", "-o", "to"]) == 0  # put together: the source says what it said
+    assert path.read_text() == changed
     assert main(["import", "mine.urdf", "-o", "to", "--force"]) == 0
     assert "to/robot.yaml may be of somebody else; it is robot.yaml.kept now" in capsys.readouterr().err
     assert path.with_name("robot.yaml.kept").read_text() == changed

@@ -360,7 +360,17 @@ class _Mending:
         if changed:  # what is flat does not follow them
             self.fix(changed, made.program)
         elif not _blame(self.last, made, self.out, self.explicit, self.flat, self.unsaid):
-            return Translation({}, reason=texts[0])
+            return self.without_choice(made, texts[0])
+        return None
+
+    def without_choice(self, made: Attempt, reason: str) -> Translation | None:
+        """Begin anew without the arguments that nothing can be made of otherwise; return why there are none."""
+        values = {name: value_of(made.program, name) for name, _ in self.last[0].combination}
+        found = {name: text for name, text in values.items() if text is not None and name not in self.fixed}
+        if not found:
+            return Translation({}, reason=reason)
+        self.lost.append(WrittenOut("", f"not proven: {reason}", None))
+        self.fix(found, made.program)
         return None
 
     def unread(self, made: Attempt) -> dict[str, str]:

@@ -129,7 +129,7 @@ def test_pairs_are_named_as_their_geoms() -> None:
     named = (Shape(Sphere(0.1), name="lens"),)
     robot = wrist(tool=0.3)
     robot = replace(robot, links=tuple(replace(k, collision=named) if k.name == "camera" else k for k in robot.links))
-    assert '<pair geom1="lens" geom2="tool_collision_1"/>' in emit(robot)
+    assert '<pair geom1="lens" geom2="tool_collision_1" condim="1"/>' in emit(robot)
 
 
 def test_a_row_of_boxes() -> None:

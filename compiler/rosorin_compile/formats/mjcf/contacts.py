@@ -9,6 +9,7 @@ others: a camera that is fixed to the wrist may well meet the gripper. So of tho
   push them apart. What is free in any of these is never hidden;
 - links with a mesh are excluded: what a mesh touches is not known here;
 - of the others the shapes that the joint can bring together are named as pairs, which MuJoCo then takes into account.
+  They slide without friction: shapes around a joint are larger than the parts, and would brake it where they rub.
 
 Pairs and excludes are said for every base, fixed or free: a robot is attached to other things. Pairs are the robot's
 own, while the flag that turns MuJoCo's filter off is one of the whole scene, where other robots rely on it.

@@ -173,7 +173,7 @@ outputs:
 def hand(folder: Path, distribution: str, kind: str = "position_gripper") -> Path:
     """Write the package of a gripper that MoveIt moves, and return it."""
     (folder / "hand.yaml").write_text(GRIPPER.replace("DISTRIBUTION", distribution).replace("KIND", kind), "utf-8")
-    words = ["--control", "--moveit", "-q"]
+    words = ["--control", "--moveit"]
     assert main(["package", str(folder / "hand.yaml"), "-o", str(folder / "hand"), *words]) == 0
     return folder / "hand"
 
@@ -183,6 +183,24 @@ def test_a_controller_is_started_inactive(tmp_path: Path, distribution: str) -> 
     nodes = nodes_of(hand(tmp_path, distribution), "control.launch.py", "hand_description")
     inactive = {node.arguments[0]: "--inactive" in node.arguments for node in nodes if node.executable == "spawner"}
     assert inactive == {"states": False, "gripper": False, "direct": True}
+
+
+def test_moveit_has_a_limit_of_acceleration_where_it_plans_nothing_without(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = {}
+    for distribution in ("humble", "jazzy", "kilted"):
+        (node,) = nodes_of(hand(tmp_path, distribution), "moveit.launch.py", "hand_description")
+        found[distribution] = node.parameters["robot_description_planning"]["joint_limits"]["grip"]
+        told = (
+            "note[package-acceleration]: nobody says how fast joints may accelerate (grip)" in capsys.readouterr().err
+        )
+        text = (tmp_path / "hand/config/joint_limits.yaml").read_text("utf-8")
+        assert (told, "stand-in" in text) == ((False, False) if distribution == "humble" else (True, True))
+    velocity = {"has_velocity_limits": True, "max_velocity": 0.1}
+    assert found["humble"] == {**velocity, "has_acceleration_limits": False}
+    stand_in = {**velocity, "has_acceleration_limits": True, "max_acceleration": 1.0}
+    assert found["jazzy"] == found["kilted"] == stand_in
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...diagnostics import Diagnostic, error
+from ...diagnostics import NOTE, Diagnostic, error
 from ...diagnostics.registry import PACKAGES, Rule
+from ...diagnostics.wording import listed
 from ...formats.distributions import HUMBLE, JAZZY, known
 from ...model import Robot
 from ...startup.records import NamedTuple
@@ -25,6 +26,13 @@ RULES = (
         "package-start",
         "A package is to start what no output is for.",
         "Add the output that the message names.",
+        PACKAGES,
+    ),
+    Rule(
+        "package-acceleration",
+        "A note: MoveIt of Jazzy and later plans nothing for a joint without a limit of acceleration, and a "
+        "description says none: `joint_limits.yaml` has a stand-in, 1 rad/s^2 or 1 m/s^2, what MoveIt of Humble takes.",
+        "Nothing, if that is what you want; else give MoveIt the limits of the maker.",
         PACKAGES,
     ),
 )
@@ -57,6 +65,8 @@ _ACTIONS = {
     "effort_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
     "parallel_gripper_action_controller/GripperActionController": ("ParallelGripperCommand", "gripper_cmd"),
 }
+_OF_ONE_AXIS = ("revolute", "continuous", "prismatic")  # of others MoveIt limits each axis by a name of its own
+_STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 
 
@@ -66,6 +76,14 @@ class Spawned(NamedTuple):
     name: str
     remaps: tuple[tuple[str, str], ...]
     inactive: bool
+
+
+class Limited(NamedTuple):
+    """Limits of a joint for MoveIt: velocity (rad/s or m/s) and acceleration (per second), None where there is none."""
+
+    name: str
+    velocity: float | None
+    acceleration: float | None
 
 
 class Bringup(NamedTuple):
@@ -120,9 +138,22 @@ class Bringup(NamedTuple):
             values |= self._moveit()
         return values
 
+    def remarks(self) -> list[Diagnostic]:
+        """Return what is to be said of what is made."""
+        planning = self._planning() if MOVEIT in self.starts else None
+        names = [one.name for one in self._limits(planning) if one.acceleration is not None] if planning else []
+        if not names:
+            return []
+        message = f"nobody says how fast joints may accelerate ({listed(names, 4)}), and MoveIt plans nothing without: "
+        message += "config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
+        help = "if the maker says other ones, load them after that file"
+        return [Diagnostic("package-acceleration", NOTE, message, help=help)]
+
     def _distribution(self) -> str:
-        said = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
-        return known(str(said.options.get("distribution", JAZZY)))
+        """Return the distribution of the controllers; without those, the one that another output is for."""
+        said = sorted(self.robot.outputs, key=lambda one: one.name != self.outputs.get(_CONTROLLERS))
+        words = (one.options.get("distribution") or one.options.get(CONTROL) for one in said)
+        return known(str(next(filter(None, words), JAZZY)))
 
     def _filled(self) -> list[Any]:
         from ...formats.controllers.filled import filled
@@ -146,17 +177,33 @@ class Bringup(NamedTuple):
         }
 
     def _moveit(self) -> dict[str, Any]:
+        planning = self._planning()
+        if planning is None:  # then there is no SRDF either
+            return {"solved": [], "limited": [], "moved": []}
+        return {
+            "solved": [group.name for group in planning.groups.values() if _is_chain(planning, group.name)],
+            "limited": list(self._limits(planning)),
+            "moved": list(self._moved(planning)),
+        }
+
+    def _planning(self) -> Planning | None:
         from ...formats.srdf.planning import Planning, urdf_of
 
         urdf = urdf_of(self.robot)
-        if urdf is None:  # then there is no SRDF either
-            return {"solved": [], "limited": [], "moved": []}
-        planning = Planning(self.robot, urdf)
-        return {
-            "solved": [group.name for group in planning.groups.values() if _is_chain(planning, group.name)],
-            "limited": list(_limits(planning)),
-            "moved": list(self._moved(planning)),
-        }
+        return Planning(self.robot, urdf) if urdf is not None else None
+
+    def _limits(self, planning: Planning) -> Iterator[Limited]:
+        """Yield the limits of the joints that groups move, where there are any.
+
+        Each has one of acceleration: else MoveIt plans nothing, but for that of Humble, which has a default.
+        """
+        acceleration = None if self._distribution() == HUMBLE else _STAND_IN
+        names = {name for group in planning.groups.values() for name in planning.active(group)}
+        for name, joint in planning.joints.items():
+            if name in names and joint.type in _OF_ONE_AXIS:
+                velocity = (joint.limit.known("velocity") if joint.limit is not None else None) or None
+                if velocity or acceleration:
+                    yield Limited(name, velocity, acceleration)
 
     def _moved(self, planning: Planning) -> Iterator[tuple[str, str, str, list[str]]]:
         """Yield the controllers that MoveIt may ask: name, type and name of the action, joints."""
@@ -175,15 +222,6 @@ def _is_chain(planning: Planning, name: str) -> bool:
         return False
     last = planning.joints[names[-1]].child
     return {*names} <= {joint.name for joint in planning.chain(last)}
-
-
-def _limits(planning: Planning) -> Iterator[tuple[str, float]]:
-    """Yield the joints that groups move with their limits of velocity (rad/s or m/s), where one is known."""
-    names = {name for group in planning.groups.values() for name in planning.active(group)}
-    for name, joint in planning.joints.items():
-        most = joint.limit.known("velocity") if name in names and joint.limit is not None else None
-        if most:
-            yield name, most
 
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:

@@ -115,7 +115,7 @@ def make(
         needs.update(carried.packages)
         files.update(carried.files)
     files.update(_made(robot, options, place_of(main, main), list(placed.items()), needs, target, carried, started))
-    return Package(files, [*diagnostics, *papers.remarks(options, target)])
+    return Package(files, [*diagnostics, *started.remarks(), *papers.remarks(options, target)])
 
 
 def _placed(artifacts: Sequence[Artifact], main: Artifact) -> tuple[dict[str, Artifact], Diagnostic | None]:

@@ -135,7 +135,7 @@ def positions(case: Case, qpos: Matrix) -> dict[str, Any]:
         if kind == BALL:
             values: Any = [qpos[at : at + 4]]
         else:
-            values = [qpos[at : at + 7] if kind == FREE else float(qpos[at] - model.qpos0[at])]
+            values = [qpos[at : at + 7] if kind == FREE else float(qpos[at])]
         found |= dict(zip(names, values, strict=False))
     return found
 

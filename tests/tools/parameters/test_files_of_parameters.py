@@ -96,7 +96,6 @@ def test_not_a_number() -> None:
         ("/*", "/a", True),
         ("/a/**", "/a/b/c", True),
         ("/**/b", "/b", True),
-        ("/a.b", "/aXb", False),
     ],
 )
 def test_patterns(pattern: str, name: str, fits: bool) -> None:
@@ -112,7 +111,21 @@ def test_patterns(pattern: str, name: str, fits: bool) -> None:
         ("a: {b: {}}\n", (1, 1), "no node has parameters here: there is no ros__parameters"),
         ("node: {ros__parameters: 3}\n", (1, 25), "ros__parameters is a mapping of keys to values"),
         ("node: {ros__parameters: {a: [[1]]}}\n", (1, 30), '"a" holds a list in a list, which ROS 2 refuses'),
-        ("node: {ros__parameters: {a: [{b: 1}]}}\n", (1, 30), '"a" holds a mapping in a list, which ROS 2 refuses'),
+        (
+            "node: {ros__parameters: {a: [{b: 1, c: 2}]}}\n",
+            (1, 37),
+            '"a.b" mixes int and string: ROS 2 refuses the whole file, and no node starts',
+        ),
+        (
+            "n: {ros__parameters: {a: 1}, m: {ros__parameters: {a: 1}}}\n",
+            (1, 30),
+            '"m" stands behind the ros__parameters of "n", which ROS 2 refuses',
+        ),
+        (
+            "my node: {ros__parameters: {a: 1}}\n",
+            (1, 1),
+            '"my node" is no name of a node or a namespace: ROS 2 refuses the whole file',
+        ),
         (
             "node: {ros__parameters: {a: [0, 0.5]}}\n",
             (1, 33),
@@ -148,3 +161,36 @@ def test_what_is_no_yaml_has_a_place() -> None:
 def test_depth_is_bounded() -> None:
     with pytest.raises(NoParameters, match="nested deeper than 40 levels"):
         parsed("a: {" * 200 + "}" * 200 + "\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("[{b: 1}]", {"a.b": [1]}),
+        ("[{b: [x, z]}]", {"a.b": ["x", "z"]}),
+        ("[{b: [x], c: 1}]", {"a.b": ["x"], "a.c": 1}),
+        ("[{b: {c: 1.5}}]", {"a.b.c": [1.5]}),
+    ],
+)
+def test_a_mapping_in_a_list_is_one_of_parameters(text: str, wanted: dict[str, Any]) -> None:
+    sections, told = read(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
+    assert told == []
+    assert {key: one.value for key, one in sections[0].parameters.items()} == {**wanted, "z": 1}
+
+
+@pytest.mark.parametrize("text", ["[{b: x, c: z}]", "[{b: x, c: {d: 1}}]", "[{b: [x]}, {b: [x, [z], {c: 1}]}]"])
+def test_what_ros_reads_otherwise_than_it_looks_is_told(text: str) -> None:
+    sections, told = read(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
+    assert [(one.rule, one.severity) for one in told] == [("parameters-syntax", "warning")]
+    assert sections[0].parameters["z"].value == 1
+
+
+@pytest.mark.parametrize("text", ["", "# nothing yet\n", "\n\n"])
+def test_a_file_without_anything_is_one(text: str) -> None:
+    assert read(Source("params.yaml", text)) == ([], [])
+
+
+@pytest.mark.parametrize("name", ["$(var ns)/node", "<robot_namespace>/node", "/**/node", "/a/*", "a/b"])
+def test_names_that_are_put_in_or_match_are_no_mistakes(name: str) -> None:
+    assert len(parsed(f'"{name}": {{ros__parameters: {{a: 1}}}}\n')) == 1
+    assert len(parsed("n: {m: {ros__parameters: {a: 1}}, ros__parameters: {a: 1}}\n")) == 2

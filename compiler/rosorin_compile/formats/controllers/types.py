@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...diagnostics import NOTE, did_you_mean
+from ...diagnostics import NOTE, WARNING, did_you_mean, nearest
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import listed
 from ..distributions import title
@@ -14,8 +14,8 @@ from ..parameters.tables import DISTRIBUTIONS, plugins
 RULES = (
     Rule(
         "controller-type",
-        "A distribution has no controller of this type. A note where it is of another package: its parameters are not "
-        "checked.",
+        "A distribution has no controller of this type. A note where it is of another package, whose types are not "
+        "known: its parameters are not checked. A warning where that is nearly the name of a known one.",
         "The message names the nearest one, or the distribution that has it.",
         CONTROL,
     ),
@@ -68,11 +68,19 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
         return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
     help = did_you_mean(kind, [*known, *(word for word, of in SHORT.items() if of in known)])
     package = kind.partition("/")[0]
-    if help.startswith("did") or package in known.values() or "/" not in kind:
+    if "/" not in kind or package in _packages():
         help = help if help.startswith("did") else _listed(known, package)
         return Finding("controller-type", f"{said}, which there is not{where}", "type", help)
     message = f"{said}, of a package that is not known: its parameters are not checked"
-    return Finding("controller-type", message, "type", "", NOTE)
+    meant = nearest(package, _packages())  # vendors call theirs after those that they know
+    help = help if meant and abs(len(meant) - len(package)) < 2 and help.startswith("did") else ""
+    return Finding("controller-type", message, "type", help, WARNING if help else NOTE)
+
+
+def _packages() -> set[str]:
+    """Return the packages whose types are all known, by their own names and as types begin."""
+    every = plugins("")
+    return {*every.values(), *(plugin.partition("/")[0] for plugin in every)}
 
 
 def _listed(known: Mapping[str, str], package: str) -> str:

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from ...diagnostics import ERROR, Diagnostic, Related, arrange, error, has_errors
+from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, arrange, error, has_errors
 from ...diagnostics.wording import counted, listed
 from ...formats.controllers.checking import against_robot, missing
 from ...formats.controllers.known import known
@@ -75,7 +75,7 @@ def look(case: Case, asked: Asked) -> Looked:
     nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.controllers))
     told += said
     if asked.controllers and not any(node.type for node in nodes) and not has_errors(told):
-        told.append(_none(sections))
+        told.append(_none(sections, asked.controllers[0]))
     for node in nodes:
         told += _of_node(case, node, distribution)
     claims = owners.claims(nodes, remaps, told)
@@ -86,10 +86,11 @@ def look(case: Case, asked: Asked) -> Looked:
     return Looked(arrange(told), judged, absent, unknown)
 
 
-def _none(files: Sequence[Sequence[Section]]) -> Diagnostic:
+def _none(files: Sequence[Sequence[Section]], path: Path) -> Diagnostic:
     """Return that files have no controllers."""
     help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
-    return error("controllers-none", "no controller stands here: nothing says the type of one", files[0][0].span, help)
+    first = next((section.span for sections in files for section in sections), Span(Source(str(path), ""), 1, 1))
+    return error("controllers-none", "no controller stands here: nothing says the type of one", first, help)
 
 
 def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:

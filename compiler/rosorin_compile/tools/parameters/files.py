@@ -21,7 +21,8 @@ from ...startup.records import NamedTuple, dataclass, field
 RULES = (
     Rule(
         "parameters-syntax",
-        "A parameter file is none, or one that ROS 2 refuses: no node starts with it.",
+        "A parameter file is none, or one that ROS 2 refuses: no node starts with it. A warning where ROS 2 reads it "
+        "otherwise than it looks.",
         "As the message says.",
         PARAMETERS,
     ),
@@ -42,6 +43,8 @@ _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "
 _INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
+_PUT_IN = re.compile(r"\$\(|<|^~$")  # where something else stands when the file is used
 _LONGEST = 300  # digits of a number: more are beyond a double, too
 _MOST = 2**63 - 1
 
@@ -123,17 +126,20 @@ class _Reader:
         self.source = source
         self.sections: dict[str, Section] = {}
         self.told: list[Diagnostic] = []
+        self.count = 0  # of parameters
         loader = getattr(yaml, "CLoader", yaml.Loader)
         self.events: Iterator[Any] = iter(loader(source.text).get_event, None)
 
     def document(self) -> None:
         """Read the one document of the file."""
+        empty = True  # as a file is that has comments alone: no node has parameters, and nothing is wrong
         for event in self.events:
             if isinstance(event, yaml.MappingStartEvent):
+                empty = False
                 self.names("", event, None, 0)
             elif isinstance(event, (yaml.NodeEvent, yaml.AliasEvent)):
                 raise self.fail("this is no parameter file: its top is no mapping", event)
-        if not self.sections:
+        if not self.sections and not empty:
             from ...frontend.tree import first_line
 
             message = f"no node has parameters here: there is no {PARAMETERS_KEY}"
@@ -143,6 +149,7 @@ class _Reader:
         """Read a mapping of namespaces and nodes; ``named`` is the place of the last name."""
         if depth > MAX_DEPTH:
             raise self.fail(f"nested deeper than {MAX_DEPTH} levels", start, "flatten the file")
+        of_node = False
         for key in self.events:
             if isinstance(key, yaml.MappingEndEvent):
                 return
@@ -156,9 +163,23 @@ class _Reader:
             if name == PARAMETERS_KEY:
                 if named is None:
                     raise self.fail(f"{PARAMETERS_KEY} stands at the top: no node is named", key)
+                self.named(above, named)
                 self.parameters(self.sections.setdefault(above, Section(above, named)), "", depth + 1)
-            else:
-                self.names(f"{above}/{name.strip('/')}", value, self.span(key), depth + 1)
+                of_node = True
+                continue
+            before = self.count
+            self.names(f"{above}/{name.strip('/')}", value, self.span(key), depth + 1)
+            if of_node and self.count > before:
+                what = f'"{name}" stands behind the {PARAMETERS_KEY} of "{above.strip("/")}", which ROS 2 refuses'
+                raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
+
+    def named(self, full: str, named: Span) -> None:
+        """Hold the name of a node against those that there may be (rmw_validate_node_name)."""
+        wrong = [word for word in full.strip("/").split("/") if not _WORD.fullmatch(word) and not _PUT_IN.search(word)]
+        if wrong:
+            what = f'"{wrong[0]}" is no name of a node or a namespace: ROS 2 refuses the whole file'
+            help = "letters, digits and _ alone, a digit not first"
+            raise NoParameters(error("parameters-syntax", what, named, help))
 
     def parameters(self, section: Section, above: str, depth: int) -> None:
         """Read a mapping of parameters, in levels."""
@@ -172,34 +193,85 @@ class _Reader:
             if isinstance(value, yaml.MappingStartEvent):
                 self.parameters(section, f"{name}.", depth + 1)
                 continue
-            made = self.value(name, key, value)
-            before = section.parameters.get(name)
-            if before is not None:
-                message = f'"{name}" stands twice for {section.name}; the last one counts'
-                related = (Related("first set here", before.key),)
-                self.told.append(Diagnostic("parameters-twice", "warning", message, made.key, related, "remove one"))
-            section.parameters[name] = made
+            if isinstance(value, yaml.SequenceStartEvent):
+                self.array(section, name, key, value, depth)
+            else:
+                self.put(section, name, Parameter(self.scalar(value)[0], self.span(key), self.span(value)))
 
-    def value(self, name: str, key: Any, event: Any) -> Parameter:
-        """Return a value, or a list of values."""
-        if isinstance(event, yaml.SequenceStartEvent):
-            return self.array(name, key, event)
-        return Parameter(self.scalar(event)[0], self.span(key), self.span(event))
+    def put(self, section: Section, name: str, made: Parameter) -> None:
+        """Add a parameter to those of a section."""
+        self.count += 1
+        before = section.parameters.get(name)
+        if before is not None:
+            message = f'"{name}" stands twice for {section.name}; the last one counts'
+            related = (Related("first set here", before.key),)
+            self.told.append(Diagnostic("parameters-twice", "warning", message, made.key, related, "remove one"))
+        section.parameters[name] = made
 
-    def array(self, name: str, key: Any, start: Any) -> Parameter:
-        """Return a list; its values have one type, or no node starts."""
+    def array(self, section: Section, name: str, key: Any, start: Any, depth: int) -> None:
+        """Add a list; its values have one type, or no node starts.
+
+        A mapping in it is one of parameters below its name, ``a: [{b: [1]}]`` is ``a.b``, as gpio_controllers has it.
+        """
+        values = self.values(name, next(self.events), yaml.SequenceEndEvent)
+        last = values.pop() if values and isinstance(values[-1], yaml.MappingStartEvent) else None
+        if last is None:
+            self.put(section, name, Parameter(values, self.span(key), self.span(start)))
+            return
+        self.in_list(section, name, depth + 1)
+        rest = next(self.events)
+        if not isinstance(rest, yaml.SequenceEndEvent):
+            self.told.append(self.otherwise(f'"{name}" has more behind a mapping in a list', rest))
+            self.skip(rest)
+
+    def in_list(self, section: Section, above: str, depth: int) -> None:
+        """Read a mapping in a list; a plain value in it is the first of a list, up to the end of the mapping."""
+        for key in self.events:
+            if isinstance(key, yaml.MappingEndEvent):
+                return
+            name = f"{above}.{self.text(key)}"
+            value = next(self.events)
+            if depth > MAX_DEPTH:
+                raise self.fail(f"nested deeper than {MAX_DEPTH} levels", key, "flatten the file")
+            if isinstance(value, yaml.MappingStartEvent):
+                self.in_list(section, name, depth + 1)
+            elif isinstance(value, yaml.SequenceStartEvent):
+                self.array(section, name, key, value, depth)
+                self.parameters(section, f"{above}.", depth)  # the list is over, and so is what is odd
+                return
+            else:
+                values = self.values(name, value, yaml.MappingEndEvent)
+                if len(values) > 1:
+                    self.told.append(self.otherwise(f'what stands behind "{name}" is no key, for it is in a list', key))
+                if isinstance(values[-1], yaml.MappingStartEvent):
+                    self.skip(values.pop())
+                self.put(section, name, Parameter(values, self.span(key), self.span(value)))
+                return
+
+    def otherwise(self, what: str, event: Any) -> Diagnostic:
+        """Return that ROS 2 reads something otherwise than it looks."""
+        message, help = f"{what}: ROS 2 reads it otherwise than it looks", "write a mapping without the list"
+        return Diagnostic("parameters-syntax", "warning", message, self.span(event), help=help)
+
+    def skip(self, event: Any) -> None:
+        """Pass over the rest of a list that begins with an event."""
+        depth = 1
+        while True:
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if not depth:
+                return
+            event = next(self.events)
+
+    def values(self, name: str, event: Any, end: type) -> list[Any]:
+        """Return the values of a list up to its end, or to a mapping in it, whose event is the last one then."""
         values: list[Any] = []
         first = ""
-        for event in self.events:
-            if isinstance(event, yaml.SequenceEndEvent):
-                break
+        while not isinstance(event, end):
+            if isinstance(event, yaml.MappingStartEvent):
+                return [*values, event]
             if not isinstance(event, (yaml.ScalarEvent, yaml.AliasEvent)):
-                what = "a list" if isinstance(event, yaml.SequenceStartEvent) else "a mapping"
-                raise self.fail(
-                    f'"{name}" holds {what} in a list, which ROS 2 refuses',
-                    event,
-                    'write one text in quotes: "[[x, y], ...]"',
-                )
+                message, help = f'"{name}" holds a list in a list, which ROS 2 refuses', "write one text in quotes"
+                raise self.fail(message, event, f'{help}: "[[x, y], ...]"')
             value, kind = self.scalar(event)
             if isinstance(value, str) and "$(" in value:  # a launch file puts something else here
                 kind = first
@@ -209,7 +281,8 @@ class _Reader:
                 raise self.fail(message, event, way if {first, kind} == {"int", "double"} else "use one type")
             first = kind
             values.append(value)
-        return Parameter(values, self.span(key), self.span(start))
+            event = next(self.events)
+        return values
 
     def scalar(self, event: Any) -> tuple[Any, str]:
         """Return a value and its type."""

@@ -23,6 +23,8 @@ RULES = (
 
 INPUTS = ("odom", "pose", "twist", "imu")
 _INPUT = re.compile(rf"({'|'.join(INPUTS)})(\d+)\Z")
+# Words of AMCL until Galactic, which since then loads a plugin by its name.
+_MODELS = {"differential": "nav2_amcl::DifferentialMotionModel", "omnidirectional": "nav2_amcl::OmniMotionModel"}
 _OF_INPUT = re.compile(rf"({'|'.join(INPUTS)})(\d+)_")
 
 
@@ -37,6 +39,12 @@ def check(node: Node) -> Iterator[Diagnostic]:
     for found in against_kind(node.shown, node.kind, values):
         parameter = node.parameters[found.key]
         yield found.at(parameter.key if found.at_key else parameter.span)
+    model = node.parameters.get("robot_model_type")
+    if model is not None and node.kind.name == "amcl" and str(model.value) in _MODELS:
+        message = (
+            f'"robot_model_type" of {node.shown} is "{model.value}", the word of Galactic: the node does not start'
+        )
+        yield error("parameters-wrong-value", message, model.span, f"write {_MODELS[str(model.value)]}")
     footprint = node.parameters.get("footprint")
     if footprint is not None and isinstance(footprint.value, str) and "footprint" in node.kind:
         yield from _footprint(node, footprint)

@@ -23,13 +23,28 @@ RULES = (
 
 INPUTS = ("odom", "pose", "twist", "imu")
 _INPUT = re.compile(rf"({'|'.join(INPUTS)})(\d+)\Z")
+_LAYERS = {"plugins": ("static_layer", "obstacle_layer", "inflation_layer"), "filters": ()}
+# Lists of plugins of Nav2, by node, with the names that have a type by default (nav2_*/src of Humble and Jazzy).
+_PLUGINS: dict[str, dict[str, tuple[str, ...]]] = {
+    "local_costmap": _LAYERS,
+    "global_costmap": _LAYERS,
+    "controller_server": {
+        "controller_plugins": ("FollowPath",),
+        "goal_checker_plugins": ("goal_checker",),
+        "progress_checker_plugins": ("progress_checker",),
+    },
+    "planner_server": {"planner_plugins": ("GridBased",)},
+    "smoother_server": {"smoother_plugins": ("simple_smoother",)},
+    "behavior_server": {"behavior_plugins": ("spin", "backup", "drive_on_heading", "assisted_teleop", "wait")},
+}
 # Words of AMCL until Galactic, which since then loads a plugin by its name.
 _MODELS = {"differential": "nav2_amcl::DifferentialMotionModel", "omnidirectional": "nav2_amcl::OmniMotionModel"}
 _OF_INPUT = re.compile(rf"({'|'.join(INPUTS)})(\d+)_")
 
 
 def check(node: Node) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the keys and values of a node; nothing of a node that nobody knows."""
+    """Yield what is wrong with the keys and values of a node; of one that nobody knows only plugins without a type."""
+    yield from _untyped(node)
     if node.kind is None:
         return
     values = {name: one.value for name, one in node.parameters.items() if not one.substituted}
@@ -51,6 +66,20 @@ def check(node: Node) -> Iterator[Diagnostic]:
     if node.kind.name == "ekf":
         yield from _inputs(node)
         yield from _frames_differ(node)
+
+
+def _untyped(node: Node) -> Iterator[Diagnostic]:
+    """Yield the plugins of Nav2 that a list names and of which nothing says the type: the node does not start."""
+    for key, by_default in _PLUGINS.get(node.name, {}).items():
+        given = node.parameters.get(key)
+        if given is None or given.substituted or not isinstance(given.value, list):
+            continue
+        names = [one for one in given.value if isinstance(one, str) and one not in by_default]
+        untyped = [one for one in names if f"{one}.plugin" not in node.parameters]
+        if untyped:
+            message = f'"{key}" of {node.shown} names {quoted(untyped, most=4)}, and nothing says the type'
+            help = f"{untyped[0]}: {{plugin: TYPE}}; the node does not start, unless another file says it"
+            yield Diagnostic("parameters-wrong-value", WARNING, message, given.span, help=help)
 
 
 _POINT = re.compile(r"\[\s*([^\[\],\s]+)[\s,]+([^\[\],\s]+)\s*\]")

@@ -230,11 +230,11 @@ def limits_differ(case: Case) -> float:
         if model.jnt_type[index] in (FREE, BALL):
             continue
         joint = case.robot.joint[names[0]]
-        dof, zero = model.jnt_dofadr[index], model.qpos0[model.jnt_qposadr[index]]
+        dof = model.jnt_dofadr[index]
         if model.jnt_limited[index]:
             assert joint.type != "continuous"
             ours = np.array([joint.limit.lower, joint.limit.upper]) if joint.limit else np.full(2, np.nan)
-            worst = max(worst, float(np.abs(ours - (model.jnt_range[index] - zero)).max()))
+            worst = max(worst, float(np.abs(ours - model.jnt_range[index]).max()))
         else:
             assert joint.type in ("continuous", "prismatic")
         said = joint.dynamics

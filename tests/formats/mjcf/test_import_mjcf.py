@@ -178,10 +178,13 @@ def test_a_joint_beside_the_origin_has_a_link_at_its_anchor() -> None:
     assert "xyz" not in joints["knee_slide"]
 
 
-def test_joints_that_follow_count_from_where_the_model_stands() -> None:
+def test_joints_that_follow_count_from_zero() -> None:
+    """MuJoCo counts both from where the file has them: the finger from -5 degrees, the thumb from 20."""
     made = tree("followers")
     soft = {"solref": [0.02, 1], "solimp": [0.9, 0.95, 0.001, 0.5, 2]}
-    assert made["joints"]["finger"]["mimic"] == {"joint": "thumb", "multiplier": -0.5, "offset": 0.1, **soft}
+    mimic = made["joints"]["finger"]["mimic"]
+    assert mimic.pop("offset") == pytest.approx(0.1 + math.radians(-5) + 0.5 * math.radians(20), abs=1e-12)
+    assert mimic == {"joint": "thumb", "multiplier": -0.5, **soft}
     assert made["joints"]["tip"]["mimic"] == {"joint": "finger", "multiplier": 2, **soft}
     assert "mimic" not in made["joints"]["bent"]
     assert made["joints"]["thumb"]["actuator"] == {"kp": 20, "kv": 1.5, "unlimited": True, "force": [-3, 3]}

@@ -185,12 +185,15 @@ def test_joints_that_follow_count_from_zero() -> None:
     mimic = made["joints"]["finger"]["mimic"]
     assert mimic.pop("offset") == pytest.approx(0.1 + math.radians(-5) + 0.5 * math.radians(20), abs=1e-12)
     assert mimic == {"joint": "thumb", "multiplier": -0.5, **soft}
-    assert made["joints"]["tip"]["mimic"] == {"joint": "finger", "multiplier": 2, **soft}
+    mimic = made["joints"]["tip"]["mimic"]
+    assert mimic.pop("offset") == pytest.approx(2 * math.radians(5), abs=1e-12)
+    assert mimic == {"joint": "finger", "multiplier": 2, **soft}
     assert "mimic" not in made["joints"]["bent"]
     assert made["joints"]["thumb"]["actuator"] == {"kp": 20, "kv": 1.5, "unlimited": True, "force": [-3, 3]}
-    assert made["joints"]["slider"]["limit"]["lower"] == -0.02
+    assert made["joints"]["slider"]["limit"]["lower"] == 0
+    assert made["joints"]["slider"]["mjcf"] == {"ref": 0.02}
     degree = math.pi / 180
-    assert made["poses"]["shut"]["positions"] == {"thumb": 50 * degree, "bent": 1}
+    assert made["poses"]["shut"]["positions"] == {"thumb": 70 * degree, "bent": 1}
     assert len(made["poses"]["shut"]["mjcf"]["qpos"]) == 5  # the followers are not where they follow
     assert list(made["poses"]) == ["shut", "key_1"]
 

@@ -34,6 +34,16 @@ MuJoCo does not load that
 kept as they are: transmission, gazebo
 next: rosorin-compile all descriptions/little_arm
 """
+FOLDER = "package://little_arm/meshes/visual"
+MESHES = f"""\
+little_arm.urdf:17:33: warning[mesh-not-found]: 3 meshes ({FOLDER}/base.dae, {FOLDER}/upper_arm.dae, \
+{FOLDER}/forearm.dae) are not found: there is no package little_arm here
+   17 |       <geometry><mesh filename="{FOLDER}/base.dae" scale="0.001 0.001 0.001"/></geometry>
+      |                                 {"^" * 43} \
+--package little_arm=FOLDER says where it is; readers of the URDF look for it themselves
+      little_arm.urdf:32:33: and here
+      little_arm.urdf:42:33: and here
+"""
 
 
 @pytest.fixture
@@ -61,7 +71,7 @@ def files(folder: Path) -> dict[str, str]:
 def test_a_robot_becomes_a_description(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("little_arm.urdf") == 0
     said = capsys.readouterr()
-    assert (said.out, said.err) == (REPORT, "")
+    assert (said.out, said.err) == (REPORT, MESHES)
     assert files(here / "descriptions" / "little_arm") == files(EXPECTED)
     assert [path.name for path in (here / "descriptions").iterdir()] == ["little_arm"]
 
@@ -176,7 +186,8 @@ def test_what_is_not_carried_is_said_and_strict_refuses(here: Path, capsys: pyte
     assert not (here / "strict").exists()
     assert run(name, "-o", "easy") == 0
     said_too = capsys.readouterr()
-    assert said_too.err == said.replace("error[", "warning[").replace("broken.urdf: 1 error, nothing written\n", "")
+    warned = said.replace("error[", "warning[").replace("broken.urdf: 1 error, nothing written\n", "")
+    assert said_too.err == warned + MESHES.replace("little_arm.urdf", "broken.urdf")
     assert "\nnot carried over: 1, see the warning above\n" in said_too.out
 
 
@@ -221,7 +232,8 @@ def test_json_is_one_document(here: Path, capsys: pytest.CaptureFixture[str]) ->
     name = broken(here, '<mass value="2.5"/>', '<mass value="2.5" colour="red"/>')
     assert run(name, "-o", "x", "--format", "json") == 0
     said = capsys.readouterr()
-    (entry,) = json.loads(said.out)
+    meshes, entry = sorted(json.loads(said.out), key=lambda one: -one["line"])
+    assert (meshes["rule"], meshes["line"]) == ("mesh-not-found", 17)
     assert (entry["rule"], entry["severity"], entry["file"]) == ("import-cannot-carry", "warning", "broken.urdf")
     assert entry["line"] == 13
     assert "next: rosorin-compile all x\n" in said.err
@@ -239,7 +251,7 @@ def test_no_room_for_the_round_trip_is_said(
     monkeypatch.setattr(tempfile, "tempdir", str(here / "nowhere"))
     assert run("little_arm.urdf", "-o", "x") == 1
     message = "cannot work in the temporary folder: No such file or directory; TMPDIR can name another one"
-    assert capsys.readouterr().err == f"little_arm.urdf: {message}\n"
+    assert capsys.readouterr().err == f"{MESHES}little_arm.urdf: {message}\n"
     assert not (here / "x").exists()
 
 
@@ -287,7 +299,7 @@ def test_places_of_a_description_that_does_not_compile_are_those_of_its_folder(
 ) -> None:
     monkeypatch.setattr(round_trip, "write", altered("upper: 2.5,", "upper: 2.5 mm,"))
     assert run("little_arm.urdf", "-o", "x") == 1
-    assert capsys.readouterr().err.startswith("x/robot.yaml:")
+    assert capsys.readouterr().err.removeprefix(MESHES).startswith("x/robot.yaml:")
 
 
 @pytest.mark.slow

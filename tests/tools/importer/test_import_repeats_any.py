@@ -29,7 +29,7 @@ def test_any_robot_stays_itself(seed: int) -> None:
         path.write_text(robot(random.Random(seed)), "utf-8")  # noqa: S311 - nothing secret
         imported = read_robot(path)
         assert imported.tree is not None, imported.diagnostics
-        trip = _round_trip(imported, with_parts(imported), Path(folder), imported, None)
+        trip = _round_trip(imported, with_parts(imported), Path(folder), None, {})
     assert (trip.diagnostics, trip.largest) == ([], 0)
     text = "\n".join(trip.files.values())
     assert all(comment.text.strip() in text for comment in imported.comments)

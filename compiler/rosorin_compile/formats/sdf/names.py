@@ -29,6 +29,8 @@ RESERVED = patterns.compile(r"__.*__\Z")
 
 def world_of(robot: Robot) -> str:
     """Return the link that is the world itself; empty if none is."""
+    if not robot.is_tree:  # told as that
+        return ""
     root = robot.link[robot.root]
     bare = not ((root.inertial and root.inertial.mass) or root.visual or root.collision)
     return root.name if bare and root.name == WORLD and len(robot.links) > 1 else ""

@@ -41,7 +41,8 @@ _MOST = 2.0
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together."""
-    if not has_inertials(output) or "dynamics" not in output.options.get("elements", ("dynamics",)):
+    says = "dynamics" in output.options.get("elements", ("dynamics",))
+    if not (case.robot.is_tree and has_inertials(output) and says):
         return
     places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
     for joint in joints_of(case.robot, output):

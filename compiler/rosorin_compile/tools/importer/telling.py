@@ -69,14 +69,15 @@ def renamed(
     searched = files_named(tree, source, packages, relative=meshes is None)
     files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
     known = {name: _seen(at, here) for name, at in _packages(files, here)}
+    base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
     if meshes is not None:
         message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
         vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
-        told += [] if relative_files(tree) else [vain]
+        told += [] if relative else [vain]
+        known |= _package_of(meshes, relative, base, here)
         return Renamed(_saying(moved(tree, meshes), "", known), told, meshes)
-    base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
     outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
-    stay = keeps or not (files or any(is_file(base / name) for name in relative))  # what leads nowhere stays as it is
+    stay = keeps or not (files or _has_one(base, relative))  # what leads nowhere stays as it is
     top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
     bare = [name for name in files if name not in names and not _is_of_package(name)]
     if bare:
@@ -126,6 +127,24 @@ def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path
             known = near.find(package)
             if known is None or known.resolve() != folder.resolve():
                 yield package, folder
+
+
+def _package_of(meshes: str, relative: Sequence[str], base: Path, here: Path) -> dict[str, str]:
+    """Return the package that relative names get, with its folder, where it would not be found with these files.
+
+    The folder of the source, ``base``, is what ``meshes`` leads to, as far as their last folders have the same names.
+    """
+    package, _, path = meshes.partition("://")[2].strip("/").partition("/")
+    parts = Path(path).parts
+    above = len(base.parts) - len(parts)
+    found = Packages({}, os.environ, here / ROOT_FILE).find(package) if _is_of_package(meshes) else base
+    if base.parts[above:] != parts or (found is not None and _has_one(found / path, relative)):
+        return {}
+    return {package: _seen(Path(*base.parts[:above]), here)} if _has_one(base, relative) else {}
+
+
+def _has_one(folder: Path, relative: Sequence[str]) -> bool:
+    return any(is_file(folder / name) for name in relative)
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:

@@ -7,6 +7,8 @@ from ...model.robot import of_robot
 
 # The body that everything else stands in.
 WORLD = "world"
+# What a pair of ours says beside its shapes, and one of others that says nothing: that they touch.
+TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
 # The ends of the names of the joints that stand for one, as MuJoCo's own reader of URDF names them.
 PLANAR = ("_TX", "_TY", "_RZ")

@@ -13,6 +13,7 @@ from ...diagnostics import Span
 from ...frontend.tree import Map
 from ...model import Transform
 from ...xml.markup import Element
+from .bodies import TOUCHES
 from .reading import Reading, numbers, put, put_number, put_pose, tidy, transform
 from .shapes import is_scene, keep_assets, whole_geom
 from .worded import Node, floats, forms_of, listing, put_words, text_of
@@ -216,7 +217,7 @@ def add_pairs(reading: Reading, implied: set[frozenset[str]]) -> None:
     for node, element in zip(nodes, _elements(reading, "contact", nodes, "pair"), strict=True):
         said = dict(node["attributes"])
         both = [called(reading, word, said.pop(word)) for word in ("geom1", "geom2")]
-        if not said and frozenset(both) in implied:
+        if said in TOUCHES and frozenset(both) in implied:
             continue
         entry = Map(element.span)
         if "name" in said:

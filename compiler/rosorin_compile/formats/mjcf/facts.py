@@ -19,7 +19,7 @@ from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
 from ..facts import COLLISION, VISUAL, FactSheet, Six, number_of
 from ..format import Fact, Facts
-from .bodies import FLOATING, PLANAR, WORLD
+from .bodies import FLOATING, PLANAR, TOUCHES, WORLD
 from .masses import LEAST
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def _read(sheet: FactSheet) -> FactSheet:
     for tendon in sheet.root.iterfind("tendon/*"):
         _entry(sheet, "tendon", tendon)
     for pair in sheet.root.iterfind("contact/pair"):
-        if pair.attrib.keys() <= {"geom1", "geom2", "class"}:
+        if {name: text for name, text in pair.items() if name not in ("geom1", "geom2", "class")} in TOUCHES:
             continue  # that they touch is all of it, which is told of their links
         _entry(sheet, "contact pair", pair)
     for pair in sheet.root.iterfind("contact/exclude"):

@@ -6,6 +6,7 @@ line of that of ``robot.yaml``. It belongs to the description, and goes with it 
 
 from __future__ import annotations
 
+import json
 import shlex
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -27,7 +28,9 @@ class Record(NamedTuple):
 def of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
     """Return the record of the files of a description, text by name."""
     made = {f"{name}{ENDING}": text for name, text in files.items()}
-    first = f"{_PROGRAM}{shlex.join(words)}\n"
+    listed = list(words)
+    line = shlex.join(listed)
+    first = f"{_PROGRAM}{line if line.isprintable() else json.dumps(listed)}\n"  # a name may be no text, or two lines
     return {name: f"{first}{text}" if name == f"{ROOT_FILE}{ENDING}" else text for name, text in made.items()}
 
 
@@ -42,15 +45,16 @@ def read(folder: Path, others: Iterable[str] = ()) -> Record | None:
     ``others`` are names of files outside of the folder that may have one, too. Raises OSError.
     """
     try:
-        first, line, root = text_of(folder / f"{ROOT_FILE}{ENDING}").partition("\n")
-        words = shlex.split(first.removeprefix(_PROGRAM))
+        first, end, root = text_of(folder / f"{ROOT_FILE}{ENDING}").partition("\n")
+        line = first.removeprefix(_PROGRAM)
+        words = json.loads(line) if line.startswith("[") else shlex.split(line)
         names = [path.relative_to(folder).as_posix() for path in sorted(folder.rglob(f"*{ENDING}")) if path.is_file()]
         names += [f"{name}{ENDING}" for name in others if name.startswith("../")]
         texts = {name: text_of(folder / name) for name in names if (folder / name).is_file()}
     except (ValueError, FileNotFoundError, NotADirectoryError):
         return None
     files = {name.removesuffix(ENDING): text for name, text in texts.items()}
-    return Record(words, {**files, ROOT_FILE: root}) if first.startswith(_PROGRAM) and line and words else None
+    return Record(words, {**files, ROOT_FILE: root}) if first.startswith(_PROGRAM) and end and words else None
 
 
 def text_of(path: Path) -> str:

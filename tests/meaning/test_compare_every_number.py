@@ -147,6 +147,7 @@ def carried(leaf: Leaf, value: float) -> Carried:
     if section == "let":
         outputs = LIMITS.get(str(rest[0])) or DYNAMICS.get(str(rest[0]), {"mjcf"})
         outputs = outputs & SIMULATED if name == "finger_limit" else outputs
+        outputs = {"mjcf"} if name == "servo_actuator" else outputs  # no URDF has what drives a joint
         return Carried(
             outputs,
             [f"{joint} {'limit ' if rest[0] in LIMITS else ''}{rest[0]} " for joint in SHARED[str(name)]]

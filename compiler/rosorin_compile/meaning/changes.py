@@ -41,6 +41,7 @@ _QUANTITIES = (
 _BETWEEN = {
     "contact with ": "excluded contacts",
     "pairs with ": "contact pairs",
+    "rubs with ": "contact pairs with friction",
     "disabled collision with ": "disabled collisions",
     "checked collision with ": "checked collisions",
 }

@@ -1,7 +1,7 @@
 """Reads an MJCF of ours back as facts, in the terms in which the other artifacts say the same (see ``formats.facts``).
 
 Only the MJCF has: joint "kp", "kv", "ctrl lower|upper"; link "base" (free), "site" (the link whose frame a site of that
-name marks), "contact with NAME" (excluded), "pairs with NAME" (shapes of both may touch); and the poses:
+name marks), "contact with NAME" (excluded), "pairs with NAME" and "rubs with NAME" (shapes of both may touch, without friction and with it); and the poses:
 Fact("pose", name of the pose, name of the joint).
 
 What sensors are made of is said of the link that it sits in, attribute by attribute: "camera front fovy", "gyro
@@ -318,8 +318,10 @@ def _pairs(sheet: FactSheet, worldbody: Element, owners: dict[str, str]) -> None
         return
     bodies = ((body.get("name", ""), body.iterfind("geom")) for body in worldbody.iter("body"))
     links = {geom.get("name", ""): owners.get(name, name) for name, geoms in bodies for geom in geoms}
-    for one, other in dict.fromkeys(tuple(links.get(sheet.text(p, word), "") for word in _PAIRED) for p in pairs):
-        sheet.add(Fact("link", one, f"pairs with {other}"), "may touch")
+    for pair in pairs:
+        one, other = (links.get(sheet.text(pair, word), "") for word in _PAIRED)
+        how = "pairs" if pair.get("condim") == "1" else "rubs"
+        sheet.add(Fact("link", one, f"{how} with {other}"), "may touch")
 
 
 def _part(sheet: FactSheet, link: str, part: Element, owners: dict[str, str]) -> None:

@@ -505,6 +505,17 @@ class Robot:
         own = {name: self.link[name].inertial for name in parts}
         return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
 
+    def below(self, link: str) -> tuple[str, ...]:
+        """Return a link and all links that joints lead to from it, each once; ends on any graph."""
+        found: dict[str, None] = {}
+        waiting = [link]
+        while waiting:
+            name = waiting.pop()
+            if name not in found:
+                found[name] = None
+                waiting += [joint.child for joint in self.joints_from.get(name, ())]
+        return tuple(found)
+
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
         """Yield the links joined to a link by one fixed joint, and where they sit in it; children before the parent."""
         for joint in self.joints_from.get(link, ()):

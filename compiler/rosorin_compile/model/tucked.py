@@ -37,7 +37,7 @@ def left_out(robot: Robot, base: str, positions: Mapping[str, float], clouds: Cl
     for joint in robot.joints:
         if not joint.moves or joint.mimic is not None or joint.name in positions:
             continue
-        below = _below(robot, joint.child)
+        below = set(robot.below(joint.child))
         ends = _ends(joint)
         if ends is None or not farthest & below:
             continue
@@ -63,12 +63,3 @@ def _ends(joint: Joint) -> tuple[float, float] | None:
         return -math.pi, math.pi
     lower, upper = (joint.limit.known(side) for side in ("lower", "upper")) if joint.limit else (None, None)
     return None if lower is None or upper is None or not lower < upper else (lower, upper)
-
-
-def _below(robot: Robot, link: str) -> set[str]:
-    found, waiting = set(), [link]
-    while waiting:
-        name = waiting.pop()
-        found.add(name)
-        waiting += [joint.child for joint in robot.joints_from.get(name, ())]
-    return found

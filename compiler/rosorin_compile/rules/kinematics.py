@@ -241,7 +241,7 @@ MAX_NAMED = 20
 
 
 def _several_roots(case: Case, roots: list[str]) -> Diagnostic:
-    main = max(roots, key=lambda name: (len(below(case.robot, name)), name.startswith("base")))
+    main = max(roots, key=lambda name: (len(case.robot.below(name)), name.startswith("base")))
     others = [name for name in roots if name != main]
     count = {2: "two", 3: "three"}.get(len(roots), str(len(roots)))
     named = [main, *others[: MAX_NAMED - 1]]
@@ -276,15 +276,3 @@ def cycles(robot: Robot) -> list[list[Joint]]:
         if ends:
             circles.append(walked[ends[0] :][::-1])
     return circles
-
-
-def below(robot: Robot, root: str) -> set[str]:
-    """Return a link and all links that joints lead to from it; ends on any graph."""
-    seen: set[str] = set()
-    waiting = [root]
-    while waiting:
-        name = waiting.pop()
-        if name not in seen:
-            seen.add(name)
-            waiting += [joint.child for joint in robot.joints_from.get(name, ())]
-    return seen

@@ -97,7 +97,7 @@ def _housing(robot: Robot, frame: str) -> set[str]:
     """Return the links that carry a sensor and nothing else, and what hangs on its own; of a root that one alone."""
     found = {frame}
     if frame in robot.joint_to:
-        found.update(_below(robot, frame))
+        found.update(robot.below(frame))
     top = robot.joint_to.get(frame)
     while top is not None and top.is_fixed and top.parent in robot.joint_to:
         beside = (joint for joint in robot.joints_from[top.parent] if joint is not top)
@@ -110,16 +110,8 @@ def _housing(robot: Robot, frame: str) -> set[str]:
 
 def _is_bare(robot: Robot, joint: Joint) -> bool:
     """Say whether a joint leads to frames alone."""
-    links = (robot.link[name] for name in (joint.child, *_below(robot, joint.child)))
+    links = (robot.link[name] for name in robot.below(joint.child))
     return joint.is_fixed and not any(link.visual or link.collision for link in links)
-
-
-def _below(robot: Robot, link: str) -> Iterator[str]:
-    ways = [link]
-    while ways:
-        for joint in robot.joints_from.get(ways.pop(), ()):
-            yield joint.child
-            ways.append(joint.child)
 
 
 def _ends(view: Data, places: Mapping[str, Transform], solids: Sequence[_Solid]) -> list[_End | None]:

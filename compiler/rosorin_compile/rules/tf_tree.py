@@ -12,7 +12,7 @@ from ..model import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Edg
 from ..startup.records import NamedTuple
 from . import conditions
 from .case import Case
-from .kinematics import WORLD_FRAMES, below
+from .kinematics import WORLD_FRAMES
 
 AFTER = "publishers"
 
@@ -204,7 +204,7 @@ def _urdf_roots(case: Case) -> list[str]:
     joints = case.robot.in_urdf()
     reached = {joint.child for joint in joints}
     roots = list(dict.fromkeys(joint.parent for joint in joints if joint.parent not in reached))
-    return sorted(roots, key=lambda root: -len(below(case.robot, root))) if len(roots) > 1 else roots
+    return sorted(roots, key=lambda root: -len(case.robot.below(root))) if len(roots) > 1 else roots
 
 
 @rule(

@@ -1,7 +1,8 @@
 """Reads an MJCF of ours back as facts, in the terms in which the other artifacts say the same (see ``formats.facts``).
 
 Only the MJCF has: joint "kp", "kv", "ctrl lower|upper"; link "base" (free), "site" (the link whose frame a site of that
-name marks), "contact with NAME" (excluded), "pairs with NAME" and "rubs with NAME" (shapes of both may touch, without friction and with it); and the poses:
+name marks), "contact with NAME" (excluded), "pairs with NAME" and "rubs with NAME" (shapes of both may touch, without
+friction and with it); and the poses:
 Fact("pose", name of the pose, name of the joint).
 
 What sensors are made of is said of the link that it sits in, attribute by attribute: "camera front fovy", "gyro

@@ -103,7 +103,7 @@ def sweep(scene: Scene, states: Sequence[State], tick: Callable[[], None]) -> Sw
     factor = min(1.0, MOST_STATES / max(1, len(states) * sum(map(steps_of, joints))))
     always = set.intersection(*(set(state.overlaps) for state in states))
     found: dict[tuple[str, Pair], Meeting] = {}
-    moved = {joint.name: _moved(scene.robot, joint) for joint in joints}
+    moved = {joint.name: set(scene.robot.below(joint.child)) for joint in joints}
     for state in states:
         for joint in joints:
             one = _Sweep(scene, state, joint, steps_of(joint, factor))
@@ -113,17 +113,6 @@ def sweep(scene: Scene, states: Sequence[State], tick: Callable[[], None]) -> Sw
                 found.setdefault((joint.name, meeting.pair), meeting.turned() if turned else meeting)
             tick()
     return Swept(list(found.values()), always)
-
-
-def _moved(robot: Robot, joint: Joint) -> set[str]:
-    """Return the links that a joint moves."""
-    found: set[str] = set()
-    waiting = [joint.child]
-    while waiting:
-        name = waiting.pop()
-        found.add(name)
-        waiting += [one.child for one in robot.joints_from.get(name, ())]
-    return found
 
 
 class _Sweep:

@@ -14,7 +14,7 @@ from ...rules.case import Case, number
 from ...startup.records import NamedTuple
 from .moved import first_to_go, moved
 from .trials import Driven, Held, Stop, Swept, Swung, Trials
-from .world import Touch, World, links_below
+from .world import Touch, World
 
 RULES = (
     Rule(
@@ -173,7 +173,7 @@ class Judge:
         while joint.mimic is not None:
             joint = self.case.robot.joint[joint.mimic.joint]
         movers = [joint, *(one for one in self.case.robot.joints if one.mimic and one.mimic.joint == joint.name)]
-        moved = set().union(*(links_below(self.case.robot, one.child) for one in movers))
+        moved = set().union(*(self.case.robot.below(one.child) for one in movers))
         return next((one for one in touches if (one.one in moved) != (one.other in moved)), None)
 
     def _own(self, names: Sequence[str]) -> Diagnostic:
@@ -203,7 +203,7 @@ class Judge:
         """Return what keeps a robot from driving as it is told, as far as that is seen, and the way out."""
         drive, robot = self.case.robot.drive, self.case.robot
         names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ())) if drive else ()
-        wheels = set().union(*(links_below(robot, robot.joint[name].child) for name in names))
+        wheels = set().union(*(robot.below(robot.joint[name].child) for name in names))
         others = [name for name in home.stands_on if name not in wheels]
         if home.above:
             high, many = 1000 * min(home.above.values()), len(home.above)

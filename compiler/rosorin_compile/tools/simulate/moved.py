@@ -5,7 +5,6 @@ from __future__ import annotations
 from ...model import Robot
 from ...model.bounds import bounds_of
 from ...rules.case import number
-from .world import links_below
 
 _GRAMS = 1e-3  # kg
 
@@ -18,7 +17,7 @@ def first_to_go(robot: Robot, joint: str, what: str = "the first is") -> str:
 def moved(robot: Robot, joint: str) -> str:
     """Return what a joint moves: moving 10 g with "finger" of 50 mm."""
     child = robot.joint[joint].child
-    links = [robot.link[name] for name in links_below(robot, child)]
+    links = [robot.link[name] for name in robot.below(child)]
     mass = sum(link.inertial.mass for link in links if link.inertial is not None)
     bounds = bounds_of((*robot.link[child].collision, *robot.link[child].visual))
     size = f" of {number(round(1000 * max(bounds.size), 1))} mm" if bounds else ""

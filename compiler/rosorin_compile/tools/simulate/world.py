@@ -339,7 +339,7 @@ class World:
         """Return the wheels of the drive that do not touch the floor, by joint, and how far they are above it (m)."""
         drive = self.robot.drive
         joints = drive.wheels if drive is not None and self.base == FREE else ()
-        down = {name: set(links_below(self.robot, self.robot.joint[name].child)) for name in joints}
+        down = {name: set(self.robot.below(self.robot.joint[name].child)) for name in joints}
         high = {
             name: self._lowest({body for body, link in self.link_of.items() if link in of}) for name, of in down.items()
         }
@@ -362,15 +362,6 @@ class World:
             down, size = data.geom_xmat[index].reshape(3, 3)[2], model.geom_size[index]
             lowest = min(lowest, data.geom_xpos[index][2] - _reach(model, kinds, index, down, size))
         return 0.0 if np.isinf(lowest) else float(lowest)
-
-
-def links_below(robot: Robot, link: str) -> Iterator[str]:
-    """Yield a link and all that it carries."""
-    waiting = [link]
-    while waiting:
-        name = waiting.pop()
-        yield name
-        waiting += [one.child for one in robot.joints_from.get(name, ())]
 
 
 def joint_of(model: Any, warning: str, number: int) -> str:

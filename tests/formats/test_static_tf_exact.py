@@ -53,7 +53,7 @@ def chain(mounted: list[Pose], options: dict[str, str]) -> Robot:
             parent, child = f"f{2 * at + step}", f"f{2 * at + step + 1}"
             joints.append(Joint(f"to_{child}", "fixed", parent, child, pose, publisher=publisher))
     outputs = (
-        Output("urdf", "urdf", "r.urdf"),
+        Output("urdf", "urdf", "r.urdf", EXACT),
         Output("static_tf", "static_tf", "r.launch.py", options),
         Output("static_tf_json", "static_tf_json", "r.json", options),
     )
@@ -122,8 +122,7 @@ def test_arguments_compose_to_the_chain_of_the_model(tmp_path: Path, mounted: li
     for found in in_every_form(robot, made, tmp_path):
         assert found == {joint.child: joint.origin for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER)}
         whole = composed({**in_urdf(made["urdf"].text), **found})
-        # The URDF has 12 digits of an angle, and arms of up to 100 m turn by it.
-        assert whole.xyz == pytest.approx(wanted.xyz, abs=5e-9)
+        assert whole.xyz == pytest.approx(wanted.xyz, abs=1e-9)
         for row, other in zip(whole.rows, wanted.rows, strict=True):
             assert row == pytest.approx(other, abs=1e-9)
     assert agreement(robot, list(made.values())) == []

@@ -153,7 +153,17 @@ def _place(plant: Any, robot: Any, servo: Any) -> int:
     return sorted(plant.GetJointActuatorIndices(robot)).index(servo.index())
 
 
-ENGINES = {"pybullet": pybullet, "mujoco": mujoco, "drake": drake}
+def mjx(job: dict[str, Any], heights: list[float]) -> bool:
+    """Say whether MJX takes a model: it is not stepped, which would be compiled for minutes."""
+    import mujoco
+    from mujoco import mjx as engine
+
+    model = mujoco.MjModel.from_xml_path(job["file"])
+    heights.append(0.0)
+    return bool(engine.put_model(model, impl="jax").nq == model.nq)
+
+
+ENGINES = {"pybullet": pybullet, "mujoco": mujoco, "drake": drake, "mjx": mjx}
 
 
 def main() -> None:

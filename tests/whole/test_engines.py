@@ -1,7 +1,7 @@
 """Engines step what is written: robots that stand free settle at one height, those that are held stay where they are.
 
-The URDF in PyBullet, Drake and MuJoCo, the MJCF in MuJoCo and Drake, the SDF in Drake, for two seconds. PyBullet is in
-an environment of its own (ENGINES, as .ci/run sets it), and so is Drake (DRAKE).
+The URDF in PyBullet, Drake and MuJoCo, the MJCF in MuJoCo and Drake, the SDF in Drake, for two seconds; and MJX takes
+the MJCF. PyBullet and MJX are in an environment of their own (ENGINES, as .ci/run sets it), and so is Drake (DRAKE).
 """
 
 from __future__ import annotations
@@ -102,14 +102,18 @@ def stepped(robots: Robots, *only: str) -> dict[str, dict[str, Any]]:
         python = PYTHONS[engine]
         if not python or engine not in (only or PYTHONS):
             continue
-        ran = subprocess.run(
-            [python, stepping_child.__file__], input=json.dumps(asked), capture_output=True, text=True, check=False
-        )
-        lines = [json.loads(line) for line in ran.stdout.splitlines() if line.startswith("{")]
-        assert ran.returncode == 0, (engine, ran.stderr[-2000:])
+        lines = answers(python, asked)
         for job, said in zip(asked, lines, strict=True):
             found[f"{job['kind']} in {engine}"] = {**said, "stands": said.get("height", 0.0) - job["above"]}
     return found
+
+
+def answers(python: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return what a Python that has an engine says to some jobs."""
+    words = [python, stepping_child.__file__]
+    ran = subprocess.run(words, input=json.dumps(asked), capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr[-2000:]
+    return [json.loads(line) for line in ran.stdout.splitlines() if line.startswith("{")]
 
 
 def judge(robots: Robots) -> None:
@@ -130,6 +134,29 @@ def test_a_robot_settles_alike_everywhere(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", sorted({*FREE, *FIXED} - {*SAMPLE}))
 def test_every_robot_settles_alike_everywhere(name: str, tmp_path: Path) -> None:
     judge(written(name, tmp_path))
+
+
+def in_mjx(name: str, folder: Path) -> None:
+    """Hold that MJX takes a robot on a floor."""
+    if not PYTHONS["pybullet"]:
+        pytest.skip("ENGINES names no Python that has MJX")
+    robots = written(name, folder)
+    scene = folder / "on_a_floor.xml"
+    floor = '<worldbody><geom type="plane" size="0 0 1"/></worldbody>'
+    scene.write_text(f'<mujoco><include file="{robots.files["mjcf"].name}"/>{floor}</mujoco>', "utf-8")
+    (said,) = answers(PYTHONS["pybullet"], [{"engine": "mjx", "file": str(scene)}])
+    assert said.get("finite"), said
+
+
+@pytest.mark.parametrize("name", SAMPLE)
+def test_mjx_takes_a_robot(name: str, tmp_path: Path) -> None:
+    in_mjx(name, tmp_path)
+
+
+@pytest.mark.tier("engines")
+@pytest.mark.parametrize("name", sorted({*FREE, *FIXED} - {*SAMPLE}))
+def test_mjx_takes_every_robot(name: str, tmp_path: Path) -> None:
+    in_mjx(name, tmp_path)
 
 
 def test_pybullet_throws_away_what_the_rule_warns_of(tmp_path: Path) -> None:

@@ -24,6 +24,9 @@ SHOWN = "visual_of_shapes"
 # The sites that mark where frames are: dots that a viewer shows when it is asked for group 4.
 FRAME = "frame"
 
+# What of wheels collides: with the floor alone (``masks``).
+ROLLING = "rolling_collision"
+
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
 

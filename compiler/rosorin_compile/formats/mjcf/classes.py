@@ -16,7 +16,8 @@ from ...startup import patterns
 from ...startup.records import NamedTuple
 from ...xml.escaping import Markup
 from ..templating import attribute, attributes
-from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, VISUAL, VISUAL_GROUP
+from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, ROLLING, SHOWN, VISUAL, VISUAL_GROUP
+from .masks import BESIDE_WHEELS, ROLLS
 
 # What each joint has for itself, and what many have in common that move otherwise.
 _OWN = ("name", "class", "type")
@@ -99,16 +100,20 @@ class Classes:
             printed = self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
         return Markup(attribute("name", element.name) + printed)
 
-    def tree(self, seen: bool, shown: bool, groups: Mapping[str, int]) -> Class:
+    def tree(self, seen: bool, shown: bool, groups: Mapping[str, int], rolls: bool = False) -> Class:
         """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.
 
+        ``rolls``: some collide with the floor alone.
         ``groups`` are those that visuals and collisions have if not ours, by purpose.
         """
         visual = {"group": str(groups.get(VISUAL, VISUAL_GROUP)), "contype": "0", "conaffinity": "0", "density": "0"}
         solid = {"group": str(groups.get(COLLISION, COLLISION_GROUP if seen else 0)), "density": "0"}
         inner = [Class(self.named(SHOWN))] if shown else []
         made = [Class(self.named(VISUAL), [_part("geom", visual)], inner)]
-        made.append(Class(self.named(COLLISION), [_part("geom", solid)]))
+        wheels = [Class(self.named(ROLLING), [_part("geom", ROLLS.said())])] if rolls else []
+        made.append(
+            Class(self.named(COLLISION), [_part("geom", solid | (BESIDE_WHEELS.said() if rolls else {}))], wheels)
+        )
         made.append(Class(self.named(FRAME), [_part("site", {"group": str(FRAME_GROUP)})]))
         made += [Class(name, [_part(one.tag, one.values) for one in shared]) for name, shared in self.shared.items()]
         return Class(self.outer, (), made)
@@ -121,7 +126,7 @@ class Classes:
 
     def _share(self) -> dict[str, list[_Shared]]:
         """Return what elements share, by the name of the class: actuators with their joints, if all are of it."""
-        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, SHOWN, FRAME)}
+        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, ROLLING, SHOWN, FRAME)}
         made: dict[str, list[_Shared]] = {}
         for shared in self._groups(made):
             name = self._with_joints(shared, made) or self._called(shared)

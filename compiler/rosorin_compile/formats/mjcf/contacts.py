@@ -11,6 +11,8 @@ others: a camera that is fixed to the wrist may well meet the gripper. So of tho
 - of the others the shapes that the joint can bring together are named as pairs, which MuJoCo then takes into account.
   They slide without friction: shapes around a joint are larger than the parts, and would brake it where they rub.
 
+Where the bits of shapes (``masks``) keep links apart, there is nothing to exclude; and a pair would pass over them.
+
 Pairs and excludes are said for every base, fixed or free: a robot is attached to other things. Pairs are the robot's
 own, while the flag that turns MuJoCo's filter off is one of the whole scene, where other robots rely on it.
 """
@@ -29,6 +31,7 @@ from ...model.touching import NEAR, Solid, Touching, around
 from ...startup.records import NamedTuple
 from .bodies import body_name, weld_groups
 from .height_fields import solids
+from .masks import Masks
 from .unsaid import has_volume, position_range
 
 
@@ -77,6 +80,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     """
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}
+    masks = Masks(robot, implied)
     solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
     places = cache(partial(_places, robot))
     geoms = cache(lambda name: _geoms(robot.link[name], form))
@@ -92,18 +96,22 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
             continue
         if above == [joint.parent] and below == [joint.child]:  # neighbours alone, wherever they are
             ends = (joint.parent, joint.child)
-            excluded.setdefault(frozenset(ends), ends)
+            if masks.meet(*ends):
+                excluded.setdefault(frozenset(ends), ends)
             continue
         across = _Across(robot, joint, places(), geoms, meshes)
         for links, meeting in across.candidates(above, below):
+            if not masks.meet(*links):
+                continue
             if across.excludes(links, meeting):
                 excluded.setdefault(frozenset(links), links)
             elif len(meeting) > MOST:
                 left.append(links)
             elif frozenset(links) not in named:
-                pairs += meeting
+                pairs += [pair for pair in meeting if masks.pair(*pair)]
     for pair in robot.disabled_contacts:
-        excluded.setdefault(frozenset(pair), pair)
+        if masks.rolling.isdisjoint(pair):  # else the bits say it, of a hundred rollers at once
+            excluded.setdefault(frozenset(pair), pair)
     bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
     return Contacts(bodies, pairs, left)
 

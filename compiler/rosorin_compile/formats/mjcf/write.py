@@ -63,10 +63,11 @@ from ...xml.elements import indented
 from ...xml.escaping import Markup
 from ..mesh_vertices import clouds_of
 from ..templating import Templates, attribute, attributes, comment
-from .bodies import COLLISION, FRAME, SHOWN, VISUAL, body_name
+from .bodies import COLLISION, FRAME, ROLLING, SHOWN, VISUAL, body_name
 from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
+from .masks import rolling
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
 from .servos import Drive
 from .servos import drives as drives_of
@@ -84,7 +85,7 @@ OPTION = {"integrator": "implicitfast"}
 # degrees, 7 mm with them.
 STANDING = {"cone": "elliptic", "impratio": 100}
 # Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
-ROLLING = {"cone": "elliptic"}
+PLAIN_WHEELS = {"cone": "elliptic"}
 
 # What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
 _NO_SIZE = 1e-9  # m
@@ -208,6 +209,8 @@ class _Printer:
     ) -> None:
         self.robot = robot
         self.shown = shown
+        implied = output.options.get("contacts", "implied") == "implied"
+        self.rolling = rolling(robot) if implied else frozenset[str]()
         self.number = number
         self.elements = elements
         self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
@@ -249,7 +252,8 @@ class _Printer:
     def tree(self, groups: Mapping[str, int]) -> Class:
         """Return the default classes; ``groups`` that are asked for."""
         shown = bool(self.shown)
-        return self.classes.tree(shown or any(link.visual for link in self.robot.links), shown, groups)
+        seen = shown or any(link.visual for link in self.robot.links)
+        return self.classes.tree(seen, shown, groups, bool(self.rolling))
 
     def actuators(self, drives: Sequence[Drive]) -> list[Part]:
         """Return the elements of actuators, which follow the joints in the list of those that share classes."""
@@ -347,6 +351,8 @@ class _Printer:
             return []
         shown = self.shown.get(link.name) if purpose == VISUAL else None
         called = self.classes.named(SHOWN if shown else purpose)
+        if purpose == COLLISION and link.name in self.rolling:
+            called = self.classes.named(ROLLING)
         made: list[str] = []
         for index, solid in enumerate([solid for shape in shapes for solid in solids(shape, self.form)], start=1):
             geometry = solid.geometry
@@ -467,7 +473,7 @@ def _option(robot: Robot, output: Output, free: bool, number: NumberFormat) -> t
     whole = bool(said) and robot.source.status == "imported"
     stands: Mapping[str, object] = {}
     if (free or robot.drive) and not whole:
-        stands = STANDING if robot.drive is None or robot.drive.slides else ROLLING
+        stands = STANDING if robot.drive is None or robot.drive.slides else PLAIN_WHEELS
     values = {**OPTION, **stands, **said}
     flags = values.pop("flag", {})
     texts = {word: _setting(value, number) for word, value in values.items()}

@@ -6,13 +6,13 @@ import posixpath
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
 from ...model import Attribute, Contact, ContactPair, Entry, Marked, Material, Robot, Shape, Tendon, Values
-from ...model.simulation import SHARED_LAYER
 from ...numbers import NumberFormat
 from ...startup.records import NamedTuple
 from ...xml.escaping import Markup
 from ..templating import attributes
 from .bodies import body_name
 from .classes import Named, Part
+from .masks import contact_layers
 from .servos import Drive, aims
 from .unsaid import is_textured
 
@@ -191,17 +191,3 @@ def free(name: str, taken: Collection[str]) -> str:
     while name in taken:
         name += "_"
     return name
-
-
-def contact_layers(robot: Robot) -> tuple[str, ...]:
-    """Return the layers of contacts, in the order of their bits; the first is that of shapes that name none."""
-    if robot.simulation.contact_layers:
-        return robot.simulation.contact_layers
-    named = {
-        name
-        for link in robot.links
-        for shape in link.collision
-        if shape.contact is not None
-        for name in (*(shape.contact.layers or ()), *(shape.contact.touches or ()))
-    }
-    return (SHARED_LAYER, *sorted(named - {SHARED_LAYER}))

@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 import pytest
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.mjcf.mjx import refused
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf.masses import has_inertials
 from rosorin_compile.model import Output, Robot
@@ -136,27 +137,42 @@ def test_every_robot_settles_alike_everywhere(name: str, tmp_path: Path) -> None
     judge(written(name, tmp_path))
 
 
-def in_mjx(name: str, folder: Path) -> None:
-    """Hold that MJX takes a robot on a floor."""
+def in_mjx(file: Path) -> dict[str, Any]:
+    """Return what MJX says of an MJCF on a floor."""
     if not PYTHONS["pybullet"]:
         pytest.skip("ENGINES names no Python that has MJX")
-    robots = written(name, folder)
-    scene = folder / "on_a_floor.xml"
+    scene = file.with_name("on_a_floor.xml")
     floor = '<worldbody><geom type="plane" size="0 0 1"/></worldbody>'
-    scene.write_text(f'<mujoco><include file="{robots.files["mjcf"].name}"/>{floor}</mujoco>', "utf-8")
+    scene.write_text(f'<mujoco><include file="{file.name}"/>{floor}</mujoco>', "utf-8")
     (said,) = answers(PYTHONS["pybullet"], [{"engine": "mjx", "file": str(scene)}])
-    assert said.get("finite"), said
+    return said
 
 
 @pytest.mark.parametrize("name", SAMPLE)
 def test_mjx_takes_a_robot(name: str, tmp_path: Path) -> None:
-    in_mjx(name, tmp_path)
+    robots = written(name, tmp_path)
+    said = in_mjx(robots.files["mjcf"])
+    assert said.get("finite"), said
+    (output,) = [one for one in robots.robot.outputs if one.backend == "mjcf"]
+    assert not list(refused(robots.robot, output))
 
 
 @pytest.mark.tier("engines")
 @pytest.mark.parametrize("name", sorted({*FREE, *FIXED} - {*SAMPLE}))
 def test_mjx_takes_every_robot(name: str, tmp_path: Path) -> None:
-    in_mjx(name, tmp_path)
+    test_mjx_takes_a_robot(name, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["not-in-mjx", "not-in-mjx-layers"])
+def test_mjx_refuses_what_the_rule_names(name: str, tmp_path: Path) -> None:
+    made = compiled(ROOT / "tests" / "bad" / f"{name}.yaml")
+    assert made.robot is not None
+    (output,) = made.robot.outputs
+    file = tmp_path / output.file
+    file.write_text(FORMATS["mjcf"].write(made.robot, output, Templates(tmp_path))[0], "utf-8")
+    kinds = [f"mjGEOM_{kind.upper()}" for (found,) in [list(refused(made.robot, output))] for kind in found.kinds]
+    said = in_mjx(file)
+    assert all(kind in said.get("refused", "") for kind in kinds), said
 
 
 def test_pybullet_throws_away_what_the_rule_warns_of(tmp_path: Path) -> None:

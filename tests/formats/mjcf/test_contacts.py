@@ -14,11 +14,14 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
 from rosorin_compile.formats.mjcf.contacts import MOST, contacts  # noqa: E402
+from rosorin_compile.formats.mjcf.mjx import CANNOT, refused  # noqa: E402
 from rosorin_compile.formats.mjcf.robot import read_mjcf  # noqa: E402
+from rosorin_compile.formats.mjcf.same_values import may_touch  # noqa: E402
 from rosorin_compile.formats.mjcf.write import write  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.frontend.lower import lower  # noqa: E402
 from rosorin_compile.model import (  # noqa: E402
+    Contact,
     Cylinder,
     HeightMap,
     Joint,
@@ -177,6 +180,32 @@ def test_nothing_new_touches_at_zero_and_nothing_is_hidden_that_neither_rule_hid
         pose(robot, every, every_data, state)
         all_of_them, ours = touching(every, every_data), touching(model, data)
         assert ours == {pair for pair in all_of_them if frozenset(pair) not in hidden}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize("seed", range(25))
+def test_what_mjx_is_told_not_to_collide_is_what_mujoco_would_look_at(seed: int, base: str) -> None:
+    chance = random.Random(seed)  # noqa: S311
+    robot = robot_of(chance)
+    links = tuple(replace(link, inertial=BODY, collision=_layered(link, chance)) for link in robot.links)
+    robot = replace(robot, links=links)
+    output = Output("mjcf", "mjcf", "robot.xml", {"base": base})
+    model, _ = load(emit(robot, base))
+    geoms = [at for at in range(model.ngeom) if model.geom_contype[at] or model.geom_conaffinity[at]]
+    kinds = [KINDS[model.geom_type[at]] for at in geoms]
+    meeting = {frozenset((kinds[one], kinds[other])) for one, other in np.argwhere(may_touch(model, geoms))}
+    assert {frozenset(found.kinds) for found in refused(robot, output)} == meeting & CANNOT
+
+
+KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
+
+
+def _layered(link: Link, chance: random.Random) -> tuple[Shape, ...]:
+    """Return the shapes of a link, some of them on layers of their own."""
+    both = [None, ("default",), ("other",), ("default", "other")]
+    contacts = [Contact(chance.choice(both), chance.choice(both)) if chance.random() < 0.5 else None for _ in "123456"]
+    return tuple(replace(shape, contact=chance.choice(contacts)) for shape in link.collision)
 
 
 @pytest.mark.parametrize("base", BASES)

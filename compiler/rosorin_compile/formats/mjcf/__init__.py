@@ -3,7 +3,7 @@
 Written by ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``, after ``unsaid`` and ``masses``
 have told what MuJoCo would refuse; ``facts`` reads such a file back for comparison, and ``process`` asks MuJoCo whether
 it loads it. ``bodies`` is what both sides know: names and welded links; ``contacts`` who may touch whom,
-``height_fields`` what height maps become.
+``height_fields`` what height maps become, ``masks`` the bits of shapes; ``mjx`` tells what MJX does not load.
 
 Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
 (the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``broken`` (what it refuses), ``source`` and
@@ -51,9 +51,10 @@ def _read(opened: Opened) -> Imported:
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .servos import check
+    from . import mjx, servos
 
-    return check(case, output)
+    yield from servos.check(case, output)
+    yield from mjx.check(case, output)
 
 
 def _facts(text: str) -> Facts:

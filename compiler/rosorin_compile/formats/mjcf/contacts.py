@@ -27,6 +27,7 @@ from functools import cache, cached_property, partial
 from ...model import MERGED, Joint, Link, Mesh, Robot, Transform, Vector
 from ...model.geometry import dot, norm, unit
 from ...model.motion import motion, plane_axes
+from ...model.robot import of_robot
 from ...model.touching import NEAR, Solid, Touching, around
 from ...startup.records import NamedTuple
 from .bodies import body_name, weld_groups
@@ -72,6 +73,7 @@ class _Ball(NamedTuple):
     geom: Geom
 
 
+@of_robot
 def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts:
     """Return who is not to collide, and who may all the same; ``form`` is that of the height maps.
 

@@ -9,6 +9,7 @@ other, and a wheel into its arch. What else the robot has meets itself, the floo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 from ...model import Robot, Shape
@@ -59,7 +60,10 @@ class Masks:
         if contact is None:
             return self.usual
         both = zip((contact.layers, contact.touches), self.usual, strict=True)
-        return Mask(*(usual if said is None else sum(self.bits[one] for one in set(said)) for said, usual in both))
+        return Mask(*(usual if said is None else self._bits(said) for said, usual in both))
+
+    def _bits(self, layers: Sequence[str]) -> int:
+        return sum(self.bits.get(name, 0) for name in set(layers))  # contact-layer refuses one that is not listed
 
     @cached_property
     def _of_links(self) -> dict[str, set[Mask]]:

@@ -6,7 +6,8 @@ against each other. The floor of a scene, a plane, meets all shapes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence, Set
+from functools import cached_property
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
@@ -14,7 +15,7 @@ from ...model import HeightMap, Mesh, Output, Robot, Shape
 from ...rules.case import Case
 from ...startup.records import NamedTuple
 from .bodies import body_name, weld_groups
-from .contacts import contacts
+from .contacts import Contacts, contacts
 from .height_fields import HFIELD, form_of, solids
 from .masks import Mask, Masks
 from .unsaid import has_volume, is_written
@@ -69,7 +70,7 @@ def refused(robot: Robot, output: Output) -> Iterator[Refused]:
             kinds = frozenset((one.kind, other.kind))
             if kinds not in CANNOT or kinds in found or not one.mask.meets(other.mask):
                 continue
-            pair = filtered.first(places, others)
+            pair = filtered.first((one.kind, places), (other.kind, others))
             if pair is not None:
                 found.add(kinds)
                 if other.kind in _ROUND:
@@ -120,20 +121,37 @@ class _Filtered:
             return HFIELD if self.form == HFIELD else "box" if solids(shape, self.form) else ""
         return type(geometry).__name__.lower()
 
-    def first(self, ones: list[_Place], others: list[_Place]) -> tuple[_Place, _Place] | None:
-        """Return the first two shapes that nothing keeps apart: neither a weld nor a joint nor an exclude."""
-        touching = contacts(self.robot, self.form, self.implied)
-        excluded = {frozenset(pair) for pair in touching.excluded}
-        paired = {frozenset((one.link, other.link)) for one, other in touching.pairs}
-        names = {name: body_name(self.robot, name) for name in self.top_of}
+    def first(
+        self, first: tuple[str, Sequence[_Place]], second: tuple[str, Sequence[_Place]]
+    ) -> tuple[_Place, _Place] | None:
+        """Return the first two shapes that nothing keeps apart: neither a weld nor a joint nor an exclude.
+
+        Both are given by what they are, with their places.
+        """
+        (kind, ones), (other_kind, others) = first, second
         for one in ones:
             for other in others:
-                links = frozenset((one.link, other.link))
-                if links in paired or (
-                    frozenset((names[one.link], names[other.link])) not in excluded and self._meet(one.link, other.link)
-                ):
+                paired = frozenset(((one.link, kind), (other.link, other_kind))) in self._paired
+                if paired or (self._included(one.link, other.link) and self._meet(one.link, other.link)):
                     return one, other
         return None
+
+    @cached_property
+    def _contacts(self) -> Contacts:
+        return contacts(self.robot, self.form, self.implied)
+
+    @cached_property
+    def _paired(self) -> Set[frozenset[tuple[str, str]]]:
+        """Links that may touch across a joint, each with what it touches with."""
+        both = ([(geom.link, self._kind(geom.solid.shape)) for geom in pair] for pair in self._contacts.pairs)
+        return set(map(frozenset, both))
+
+    @cached_property
+    def _excluded(self) -> Set[frozenset[str]]:
+        return set(map(frozenset, self._contacts.excluded))
+
+    def _included(self, one: str, other: str) -> bool:
+        return frozenset((body_name(self.robot, one), body_name(self.robot, other))) not in self._excluded
 
     def _meet(self, one: str, other: str) -> bool:
         """Say whether MuJoCo lets two links touch: they are not welded together, and no joint is between them alone."""

@@ -88,11 +88,11 @@ def turned(robot: Robot) -> Mapping[str, float]:
             continue
         try:
             whole = together(parts)
-        except ValueError:  # told where it is written
+            place = joint.transform(_at_zero(robot, joint) if joint.moves else 0.0)
+        except (ValueError, ZeroDivisionError):  # no mass or no axis: told where it is written
             continue
         if joint.moves:
             found[link.name] = whole.mass if joint.type == "prismatic" else _about(whole, joint)
-        place = joint.transform(_at_zero(robot, joint) if joint.moves else 0.0)
         below.setdefault(joint.parent, []).append((whole, place))
     return found
 

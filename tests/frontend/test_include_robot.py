@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import ERROR, WARNING
+from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand.prefixing import _Renamer
 from rosorin_compile.pipeline import compile_robot
@@ -295,7 +296,7 @@ def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
     monkeypatch.setattr("rosorin_compile.formats.xacro.expanding._expand", lambda *_: answer)
     (found,) = [d for d in compile_robot(PACKAGED / "robot.yaml").diagnostics if d.severity == ERROR]
     assert found.rule == "extra-missing"
-    assert found.help == "pip install 'rosorin-compile[import]'"
+    assert found.help == pip_install("import")
     assert [r.message for r in found.related] == ["included here", "included here"]
 
 

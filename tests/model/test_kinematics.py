@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.model import NODE, Edge, Joint, Link, Mimic, Pose, Publisher, Robot, Transform
 from rosorin_compile.model.kinematics import Graph, Kinematics, NoWay
 from rosorin_compile.model.kinematics.batch import SLICE
@@ -299,4 +300,4 @@ except ImportError as problem:
     print(problem)
 """
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert ran.stdout == "kinematics of many states needs numpy: pip install 'rosorin-compile[verify]'\n"
+    assert ran.stdout == f"kinematics of many states needs numpy: {pip_install('verify')}\n"

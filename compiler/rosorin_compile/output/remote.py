@@ -16,6 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from ..diagnostics.installing import pip_install
 from ..project import shown
 from . import OutputError
 from .ours import digest, is_marked
@@ -43,11 +44,7 @@ class RemoteFolder:
             made = import_module("fsspec.core").url_to_fs(address)
         except (ImportError, ValueError) as problem:
             known = isinstance(problem, ImportError)
-            help = (
-                "pip install 'rosorin-compile[dask]', and what fsspec asks for"
-                if known
-                else "such as s3://BUCKET/FOLDER"
-            )
+            help = f"{pip_install('dask')}, and what fsspec asks for" if known else "such as s3://BUCKET/FOLDER"
             raise OutputError("output-folder", f"cannot write to {address}: {problem}", help) from None
         self.files: Any = made[0]
         self.root: str = made[1].rstrip("/")

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mjcf import process
 from rosorin_compile.formats.mjcf.robot import read_mjcf
@@ -132,7 +133,7 @@ def test_no_mujoco_is_told(monkeypatch: pytest.MonkeyPatch, name: str, what: str
     (found,) = made.diagnostics
     assert found.rule == "extra-missing"
     assert found.message == f"{what} is not installed"
-    assert found.help == "pip install 'rosorin-compile[import]'"
+    assert found.help == pip_install("import")
 
 
 def test_files_that_include_files_have_an_end(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import Diagnostic, arrange
+from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
@@ -222,8 +223,7 @@ def test_entities_in_the_file_itself_run_nothing(tmp_path, monkeypatch):
 def test_missing_library_says_what_to_install(arm, monkeypatch):
     monkeypatch.setattr(reader, "_CHILD", "import sys\nsys.modules['xacro'] = None\n" + reader._CHILD)
     assert told(expand(arm)) == [
-        "error[extra-missing]: xacro, which expands .xacro files, is not installed"
-        " (pip install 'rosorin-compile[import]')"
+        f"error[extra-missing]: xacro, which expands .xacro files, is not installed ({pip_install('import')})"
     ]
 
 

@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
+from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.tools.extract.meshes import bounds, load_mesh, too_large
 from rosorin_compile.tools.extract.problems import ExtractProblem
 from support.meshes import box
@@ -199,7 +200,7 @@ def test_without_trimesh_the_way_out_is_said(
     said = capsys.readouterr().err
     assert said.splitlines() == [
         "error[extra-missing]: numbers out of meshes need the package trimesh, which is not installed",
-        "    pip install 'rosorin-compile[import]' brings what reads meshes",
+        f"    {pip_install('import')} brings what reads meshes",
     ]
 
 

@@ -113,7 +113,7 @@ def test_what_a_package_carries(tmp_path: Path) -> None:
     for name, text in FILES.items():
         assert (package / "descriptions" / name).read_text("utf-8") == text
     said = (package / "README.md").read_text("utf-8")
-    assert "pip install rosorin-compile" in said
+    assert "pip install path/to/rosorin-compile\n" in said
     assert "`rosorin-compile check ROBOT --every-argument`" in said
     assert " descriptions " in f" {(package / 'CMakeLists.txt').read_text('utf-8')}"
     clean(*package.rglob("*.py"))

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.tools.picture.frames import AXES, HIGH, drawn
 from support.drawings import hue_name, pixels, rgba
 from support.paths import IMPORTED, OUTPUTS, ROSORIN
@@ -316,4 +317,4 @@ def test_what_is_not_installed_is_named(capsys, monkeypatch, package, what):
     assert main(["picture", "meshes", "-o", "a.png"]) == 1
     said = capsys.readouterr().err
     assert f"error[extra-missing]: {what} needs the package {package}, which is not installed" in said
-    assert "pip install 'rosorin-compile[view]'" in said
+    assert pip_install("view") in said

@@ -14,6 +14,7 @@ import pytest
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.project import Description
 from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.simulate import command
@@ -187,7 +188,7 @@ def test_what_mujoco_refuses_is_told(home: Path, capsys: Shown) -> None:
 def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     monkeypatch.setattr(command, "find_spec", lambda name: None if name == "mujoco" else object())
     assert main(["simulate", str(ARM)]) == 2
-    said = "rosorin-compile: simulate needs what is not installed (mujoco): pip install 'rosorin-compile[simulate]'\n"
+    said = f"rosorin-compile: simulate needs what is not installed (mujoco): {pip_install('simulate')}\n"
     assert capsys.readouterr().err == said
 
 

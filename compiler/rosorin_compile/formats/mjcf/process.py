@@ -19,6 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from ...diagnostics.installing import pip_install
 from ...startup.records import NamedTuple
 
 SECONDS = 60
@@ -142,7 +143,7 @@ def _fallen(done: subprocess.CompletedProcess[bytes]) -> Answer:
         is_it = absent[1] == "mujoco"
         what = "MuJoCo, which reads MJCF," if is_it else f"the package {absent[1]}, which MuJoCo needs,"
         message = f"{what} is not installed"
-        return Answer(None, (), message, "pip install 'rosorin-compile[import]'", True, True)
+        return Answer(None, (), message, pip_install("import"), True, True)
     if done.returncode < 0:
         message = f"MuJoCo crashed on the file (signal {-done.returncode})"
     else:

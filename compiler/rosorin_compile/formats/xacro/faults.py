@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ...diagnostics import Diagnostic, Related, Span, did_you_mean, error
+from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import READING, Rule
 from ...xml.files import read_source
 from ...xml.markup import Document, Element, MarkupError, parse
@@ -29,7 +30,7 @@ RULES = (
     Rule(
         "extra-missing",
         "What reads the format is not installed.",
-        "`pip install 'rosorin-compile[import]'`",
+        "The command that the message has: it installs the extra of what this installation came from.",
         READING,
     ),
 )
@@ -51,7 +52,7 @@ def faults(
 ) -> list[Diagnostic]:
     """Return what kept the file from being expanded, or an argument that it does not have."""
     if "absent" in answer:
-        help = "pip install 'rosorin-compile[import]'"
+        help = pip_install("import")
         return [error("extra-missing", "xacro, which expands .xacro files, is not installed", document.root.span, help)]
     missing = [_missing(one, answer, document, path, sources) for one in answer.get("missing", ())]
     known = _known(answer, files)

@@ -68,7 +68,9 @@ class Kinematics:
         try:
             import numpy
         except ImportError:
-            raise ImportError("kinematics of many states needs numpy: pip install 'rosorin-compile[verify]'") from None
+            from ...diagnostics.installing import pip_install
+
+            raise ImportError(f"kinematics of many states needs numpy: {pip_install('verify')}") from None
         self.np = numpy
         self.robot = robot
         self.graph = Graph(robot)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import WARNING, Diagnostic
+from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import MESHES, Rule
 from ...diagnostics.wording import counted
 from ...startup.records import dataclass
@@ -56,7 +57,6 @@ _ENDLESS = "has corners that are not finite numbers"
 # Where it stands in a DAE, a number may be none, or be too large; such as nan, INF, -1.#IND and 1e+39.
 _DOUBTFUL = re.compile(rb"[nN][aA][nN]|[iI][nN][fF]|\d\.#|[eE]\+?0*[1-9]\d|\d{39}")
 _LARGEST = 3.4028234663852886e38  # of 32 bits
-_INSTALL = "pip install 'rosorin-compile[import]' brings what reads meshes"
 
 
 Colour = tuple[float, float, float]
@@ -115,7 +115,11 @@ def need_trimesh() -> None:
         import trimesh  # noqa: F401
     except ImportError as problem:
         message = f"numbers out of meshes need the package {problem.name}, which is not installed"
-        raise fail("extra-missing", message, _INSTALL) from None
+        raise fail("extra-missing", message, _install()) from None
+
+
+def _install() -> str:
+    return f"{pip_install('import')} brings what reads meshes"
 
 
 def too_large(mesh: Mesh) -> list[Diagnostic]:
@@ -231,7 +235,7 @@ def _parsed(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Fl
         raise
     except ImportError as problem:
         message = f"{path} needs the package {problem.name}, which is not installed"
-        raise fail("extra-missing", message, _INSTALL) from None
+        raise fail("extra-missing", message, _install()) from None
     except Exception as problem:  # whatever a reader stumbles over in a broken file
         reason = " ".join(str(problem).split())[:200] or type(problem).__name__
         message = f"{path} is not a mesh that can be read as {kind.upper()}: {reason}"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics import WARNING, error
 from ...diagnostics.console import Console
+from ...diagnostics.installing import pip_install
 from ...diagnostics.progress import step
 from ...startup.records import NamedTuple
 from ...units import ANGLE, dimension_of, parse_quantity
@@ -136,7 +137,7 @@ def _draw(
 
     lacking = _lacking(shown.robot)
     if lacking:
-        help = "pip install 'rosorin-compile[view]' brings what draws pictures"
+        help = f"{pip_install('view')} brings what draws pictures"
         message = f"a picture{lacking[1]} needs the package {lacking[0]}, which is not installed"
         console.show([error("extra-missing", message, None, help)])
         return PROBLEMS

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics import Diagnostic, arrange, error
 from ...diagnostics.console import Console
+from ...diagnostics.installing import pip_install
 from ...diagnostics.progress import step
 from ...diagnostics.registry import SIMULATION, Rule
 from ...diagnostics.wording import counted, listed
@@ -79,9 +80,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"--seconds takes {_LEAST_SECONDS:g} to {_MOST_SECONDS:g}")
     lacking = [name for name in ("mujoco", "numpy") if find_spec(name) is None]
     if lacking:
-        raise WrongUsage(
-            f"simulate needs what is not installed ({listed(lacking)}): pip install 'rosorin-compile[simulate]'"
-        )
+        raise WrongUsage(f"simulate needs what is not installed ({listed(lacking)}): {pip_install('simulate')}")
     description = one(words[0] if words else "", _HOW)
     console = Console("text", options.quiet)
     known = understood(given, description, console)

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import Diagnostic, error
+from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.asked import Asked
 from ...frontend.variants import Variant
@@ -44,7 +45,6 @@ RULES = (
     ),
 )
 
-PIP = "pip install 'rosorin-compile[dask]'"
 MAX_FILES, MAX_BYTES = 2_000, 64_000_000  # of the folder of a description
 _BATCH_SECONDS = 1.0
 _MAX_BATCH = 64
@@ -61,7 +61,7 @@ def connect(address: str) -> Any:
         make: Any = Client
     except ImportError:
         message = "--dask needs dask.distributed, which is not installed"
-        raise Stopped(error("cluster-failed", message, None, PIP)) from None
+        raise Stopped(error("cluster-failed", message, None, pip_install("dask"))) from None
     try:
         return make(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError) as problem:
@@ -233,7 +233,7 @@ def _gone() -> Diagnostic:
 
 def _failed(problem: BaseException) -> Diagnostic:
     if isinstance(problem, ImportError):
-        help = f"on every worker: {PIP}"
+        help = f"install on every worker what is installed here, with its extra; here that is: {pip_install('dask')}"
         return error("cluster-failed", f"a worker cannot run rosorin-compile: {problem}", None, help)
     message = f"a worker failed: {type(problem).__name__}: {problem}"
     return error("cluster-failed", message, None, "the log of the worker says more")

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
+from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import counted
 from ...startup.records import NamedTuple
@@ -92,7 +93,7 @@ def _opened(path: Path, recording: Recording, stack: ExitStack) -> Part:
     try:
         from rosbags.rosbag2 import Reader
     except ImportError:
-        help = "pip install 'rosorin-compile[verify]'"
+        help = pip_install("verify")
         raise Unreadable("reading a recording needs the package rosbags, which is not installed", help) from None
     left = cut_bags.opened(path) if path.is_file() and cut_bags.is_cut(path) else None
     if left is not None:

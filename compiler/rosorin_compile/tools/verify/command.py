@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
+from ...diagnostics.installing import pip_install
 from ...diagnostics.progress import step
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...project import ROOT_FILE, STDIN, Description, NoDescription, find
@@ -38,7 +39,6 @@ RULES = (
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
 _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
-_INSTALL = "rosorin-compile verify needs numpy, and rosbags for recordings: pip install 'rosorin-compile[verify]'"
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -90,7 +90,8 @@ def run(options: argparse.Namespace) -> int:
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":
             raise
-        raise WrongUsage(_INSTALL) from None
+        needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
+        raise WrongUsage(f"{needs}: {pip_install('verify')}") from None
     said = _options(options, compiled.robot)
     told = partial(step, "reading messages")
     try:

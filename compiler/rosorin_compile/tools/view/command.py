@@ -14,6 +14,7 @@ from typing import Any
 
 from ...diagnostics import Diagnostic
 from ...diagnostics.console import Console
+from ...diagnostics.installing import pip_install
 from ...diagnostics.report import text as as_text
 from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
 from ...model import SEVERAL_COORDINATES, Joint
@@ -204,7 +205,7 @@ class _Touching:
 
         missing = lacking()
         if missing:
-            raise Unknown(f"{missing} is not installed; pip install 'rosorin-compile[physics]' brings it")
+            raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
         with self.lock:
             try:
                 return self._found(state)

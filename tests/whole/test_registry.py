@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR, Diagnostic, registry
+from rosorin_compile.diagnostics import ERROR, Diagnostic, registry, report
 from rosorin_compile.diagnostics.registry import NUMBERS, Rule, checks_of, declared_in, every_rule, find, rule
 from rosorin_compile.diagnostics.report import FORMATS
 from rosorin_compile.rules import acceptable, checks, is_id
@@ -185,9 +185,19 @@ def test_sarif_says_what_the_rule_means():
         "id": "axis-zero",
         "shortDescription": {"text": "An axis is zero: no direction."},
         "help": {"text": "Name one, such as `[0, 0, 1]`.", "markdown": "Name one, such as `[0, 0, 1]`."},
-        "helpUri": "https://rosorin-compile.invalid/docs/rules.md#axis-zero",
     }
     assert other == {"id": "nobodys", "shortDescription": {"text": "nobodys"}}
+
+
+def test_sarif_leads_to_where_the_project_is(monkeypatch):
+    monkeypatch.setattr(report, "HOME", "https://example.org/tree/")
+    log = json.loads(FORMATS["sarif"]([Diagnostic("axis-zero", ERROR, "zero"), Diagnostic("nobodys", ERROR, "x")]))
+    driver = log["runs"][0]["tool"]["driver"]
+    assert driver["informationUri"] == "https://example.org/tree/"
+    assert [rule.get("helpUri") for rule in driver["rules"]] == [
+        "https://example.org/tree/docs/rules.md#axis-zero",
+        None,
+    ]
 
 
 def test_what_may_be_accepted_says_of_what():

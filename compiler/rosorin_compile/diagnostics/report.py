@@ -11,8 +11,9 @@ RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", 
 _COLOURS = {"error": RED, "warning": YELLOW, "note": BLUE}
 MAX_SHOWN = 160
 
-# Where the project is on the web: nowhere yet. The ids of its schemas begin so, too; SARIF asks for an absolute URI.
-HOME = "https://rosorin-compile.invalid/"
+# Where a browser finds the files of the project, ending in "/": nowhere yet, and nothing leads there until a person gives an
+# address (RELEASING.md). SARIF's links and the package's urls, which setup.py writes, come of it.
+HOME = ""
 
 
 def text(diagnostics: Sequence[Diagnostic], colour: bool = False) -> str:
@@ -131,7 +132,9 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
 
     ids = sorted({diagnostic.rule for diagnostic in diagnostics})
     rules = _descriptors(ids)
-    driver = {"name": "rosorin-compile", "semanticVersion": __version__, "rules": rules}
+    driver: dict[str, object] = {"name": "rosorin-compile", "semanticVersion": __version__, "rules": rules}
+    if HOME:
+        driver["informationUri"] = HOME
     results = [_result(diagnostic, ids.index(diagnostic.rule)) for diagnostic in diagnostics]
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
     schema = "https://json.schemastore.org/sarif-2.1.0.json"
@@ -150,7 +153,7 @@ def _descriptors(ids: Sequence[str]) -> list[dict[str, object]]:
         descriptor["shortDescription"] = {"text": rule.what if rule else id.replace("-", " ")}
         if rule and rule.help:
             descriptor["help"] = {"text": rule.help, "markdown": rule.help}
-        if id in known:
+        if HOME and id in known:
             descriptor["helpUri"] = f"{HOME}docs/rules.md#{id}"
         made.append(descriptor)
     return made

@@ -1,15 +1,28 @@
-"""What pyproject.toml cannot say: when a wheel is built, templates, a schema and records of formats become Python."""
+"""What pyproject.toml cannot say: what is compiled ahead, the page for an index, archives alike to the byte."""
 
+import gzip
+import io
 import json
+import os
+import re
 import sys
+import tarfile
 from pathlib import Path
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
+from setuptools.command.sdist import sdist
 
 TEMPLATES = Path("templates")
 SCHEMA = "description"  # what every run asks for
 sys.path.insert(0, "compiler")
+# Archives hold no time of their making and nothing of the umask: the same tree gives the same bytes. Zip goes back to
+# 1980; wheel reads the variable, too (https://reproducible-builds.org/docs/source-date-epoch/).
+EPOCH = os.environ.setdefault("SOURCE_DATE_EPOCH", "315532800")
+os.umask(0o022)
+for paper in ("LICENSE", "NOTICE"):  # they are copied with their modes
+    if Path(paper).stat().st_mode & 0o777 != 0o644:
+        Path(paper).chmod(0o644)
 
 
 class BuildPy(build_py):
@@ -35,6 +48,9 @@ class BuildPy(build_py):
             except Unsuited:  # a page's, which comes with Jinja
                 continue
             (folder / f"{module_of(file.name)}.py").write_text(made, "utf-8")
+        for path in Path(self.build_lib).rglob("*.*"):
+            if path.is_file():
+                path.chmod(0o644)
 
     def ahead(self, data: str) -> Path:
         """Return a new package of modules in a package of data."""
@@ -46,4 +62,51 @@ class BuildPy(build_py):
         return folder
 
 
-setup(cmdclass={"build_py": BuildPy})
+class Sdist(sdist):
+    """Writes the archive itself: sorted, of one time, of nobody."""
+
+    def make_archive(
+        self,
+        base_name: str,
+        format: str,
+        root_dir: str | None = None,
+        base_dir: str | None = None,
+        *_: object,  # owner and group
+        **__: object,
+    ) -> str:
+        if format != "gztar":
+            raise ValueError(f"an sdist is a .tar.gz, not {format}")
+        top = Path(root_dir or ".", base_dir or ".")
+        packed = io.BytesIO()
+        with tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive:
+            for path in sorted(path for path in top.rglob("*") if path.is_file()):
+                entry = tarfile.TarInfo(f"{top.name}/{path.relative_to(top).as_posix()}")
+                entry.size, entry.mtime = path.stat().st_size, int(EPOCH)
+                entry.mode = 0o755 if path.stat().st_mode & 0o100 else 0o644
+                with path.open("rb") as file:
+                    archive.addfile(entry, file)
+        made = Path(f"{base_name}.tar.gz")
+        made.write_bytes(gzip.compress(packed.getvalue(), mtime=0))
+        return str(made)
+
+
+def page(text: str) -> str:
+    """Return README.md for an index, which has no file that it names: without pictures and comments, links as words."""
+    text = re.sub(r"<!--.*?-->\n?", "", text, flags=re.DOTALL)
+    text = re.sub(r"!\[[^\]]*\]\((?!https?:)[^)]*\)\n*", "", text)
+    return re.sub(r"\[([^\]]*)\]\((?!https?:)[^)]*\)", r"\1", text)
+
+
+def addresses() -> dict[str, str]:
+    """Return where the project is, once a person has said so (RELEASING.md)."""
+    from rosorin_compile.diagnostics.report import HOME
+
+    return {"Homepage": HOME} if HOME else {}
+
+
+setup(
+    cmdclass={"build_py": BuildPy, "sdist": Sdist},
+    long_description=page(Path("README.md").read_text("utf-8")),
+    long_description_content_type="text/markdown",
+    project_urls=addresses(),
+)

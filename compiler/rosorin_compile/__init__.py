@@ -5,7 +5,7 @@ plug-in is made of (docs/extend.md). Each name is imported when it is first aske
 costs nothing.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 TYPE_CHECKING = False  # as typing has it, which costs milliseconds
 if TYPE_CHECKING:

@@ -112,7 +112,7 @@ def test_without_it_the_same_description_is_refused(machine: Machine):
 
 def test_it_is_listed(machine: Machine):
     machine.install()
-    assert machine.run("--version") == (0, "rosorin-compile 0.1.0\nplug-in toy-robot 1.2 (functions, rules)\n")
+    assert machine.run("--version") == (0, "rosorin-compile 0.2.0\nplug-in toy-robot 1.2 (functions, rules)\n")
     code, printed = machine.run("rule", "wheel-too-heavy")
     assert code == 0
     assert printed == (

@@ -11,8 +11,8 @@ RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", 
 _COLOURS = {"error": RED, "warning": YELLOW, "note": BLUE}
 MAX_SHOWN = 160
 
-# Where a browser finds the files of the project, ending in "/": nowhere yet, and nothing leads there until a person gives an
-# address (RELEASING.md). SARIF's links and the package's urls, which setup.py writes, come of it.
+# Where a browser finds the files of the project, ending in "/". Nowhere yet: nothing leads there until a person gives
+# an address (RELEASING.md). SARIF's links and the urls of the package, which setup.py writes, come of it.
 HOME = ""
 
 

@@ -257,9 +257,21 @@ def check(leaf: Leaf, small: bool, copy: Path, committed: dict[str, str]) -> Non
     assert {output for change in comparison.changes for output in change.artifacts} == expected.outputs
 
 
-@given(st.sampled_from(sorted(LEAVES)).flatmap(lambda path: st.sampled_from(LEAVES[path])), st.booleans())
-@settings(max_examples=150, deadline=None, derandomize=True)
+ANY_LEAF = st.sampled_from(sorted(LEAVES)).flatmap(lambda path: st.sampled_from(LEAVES[path]))
+
+
+@given(ANY_LEAF, st.booleans())
+@settings(max_examples=60, deadline=None, derandomize=True)
 def test_a_change_of_any_number_is_seen_where_it_is_carried_and_only_there(
+    copy: Path, committed: dict[str, str], leaf: Leaf, small: bool
+) -> None:
+    check(leaf, small, copy, committed)
+
+
+@pytest.mark.tier("changes")
+@given(ANY_LEAF, st.booleans())
+@settings(max_examples=1_000, deadline=None)
+def test_a_change_of_many_numbers_is_seen_where_it_is_carried(
     copy: Path, committed: dict[str, str], leaf: Leaf, small: bool
 ) -> None:
     check(leaf, small, copy, committed)

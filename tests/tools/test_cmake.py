@@ -23,6 +23,10 @@ from support.commands import Shown, edit, touch
 CMAKE = shutil.which("cmake")
 pytestmark = pytest.mark.skipif(CMAKE is None or not GENERATORS, reason="cmake is not here")
 everywhere = pytest.mark.parametrize("generator", GENERATORS)
+# Where generators hardly differ: one at each landing, the others by .ci/full builds.
+one_of_them = pytest.mark.parametrize(
+    "generator", [*GENERATORS[:1], *(pytest.param(name, marks=pytest.mark.tier("builds")) for name in GENERATORS[1:])]
+)
 BOTH = "rosorin_compile_add_robot(DESCRIPTION arm OUTPUTS urdf mjcf)"
 
 
@@ -112,7 +116,7 @@ def test_an_include_that_comes_and_goes(tmp_path: Path, generator: str) -> None:
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_a_template_an_argument_file_and_a_mesh_are_read_too(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, "rosorin_compile_add_robot(DESCRIPTION arm ARGS_FILES given.yaml)")
     given = source / "given.yaml"
@@ -133,7 +137,7 @@ def test_a_template_an_argument_file_and_a_mesh_are_read_too(tmp_path: Path, gen
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_an_output_that_gets_another_name(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, "rosorin_compile_add_robot(DESCRIPTION arm OUTPUTS urdf INSTALL)")
     robot, outputs = source / "descriptions/arm/robot.yaml", source / "descriptions/arm/outputs.yaml"
@@ -160,7 +164,7 @@ def test_an_output_that_gets_another_name(tmp_path: Path, generator: str) -> Non
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_golden_artifacts(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, "rosorin_compile_add_robot(DESCRIPTION descriptions/arm OUTPUTS urdf GOLDEN)")
     configure(source, generator=generator)
@@ -204,7 +208,7 @@ TEXTS = ["two words", "a;b", 'say "yes"', "it's", "$HOME", "100%", "#1", "-x", "
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_arguments_arrive_to_the_letter(tmp_path: Path, generator: str) -> None:
     call = "rosorin_compile_add_robot(DESCRIPTION odd NAME odd{} ARGS [==[text:={}]==] other:=last)"
     source = project(tmp_path, "\n".join(call.format(*numbered) for numbered in enumerate(TEXTS)))
@@ -232,7 +236,7 @@ message(STATUS "all <${all}>")
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_one_description_with_several_arguments(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, SIDES)
     files = [made(source, f"{side}_arm") / "urdf/arm.urdf" for side in ("left", "right")]
@@ -246,7 +250,7 @@ def test_one_description_with_several_arguments(tmp_path: Path, generator: str) 
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_what_is_installed(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, "rosorin_compile_add_robot(DESCRIPTION arm OUTPUTS mjcf notes INSTALL)")
     configure(source, f"-DCMAKE_INSTALL_PREFIX={source / 'there'}", generator=generator)
@@ -275,7 +279,7 @@ def test_a_clean_build(tmp_path: Path, generator: str) -> None:
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_a_description_with_an_error(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, BOTH)
     robot, lower = source / "descriptions/arm/robot.yaml", source / "descriptions/arm/lower.yaml"
@@ -298,7 +302,7 @@ def test_a_description_with_an_error(tmp_path: Path, generator: str) -> None:
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_what_has_to_be_there_first(tmp_path: Path, generator: str) -> None:
     calls = """\
 add_custom_command(OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/first COMMAND ${CMAKE_COMMAND} -E touch first)

@@ -28,6 +28,7 @@ pytestmark = [
     pytest.mark.skipif(not AMENT_CMAKE.is_file() or not GENERATORS, reason="no ament-cmake"),
 ]
 NINJA, MAKE = (GENERATORS[0], GENERATORS[-1]) if GENERATORS else ("", "")
+BUILDS = pytest.mark.tier("builds")
 ALL = ["arm", "bench", "cart", "cell", "golden arm", "left_arm"]
 OF_ARM = ["arm", "bench", "cell", "golden arm", "left_arm"]
 
@@ -71,7 +72,7 @@ def share(workspace: Path, package: str) -> Path:
     return workspace / "install" / package / "share" / package
 
 
-@pytest.mark.parametrize("generator", GENERATORS)
+@pytest.mark.parametrize("generator", [MAKE, pytest.param(NINJA, marks=BUILDS)])
 def test_a_workspace(workspace: Path, generator: str) -> None:
     arm = workspace / "src/arm_description/descriptions/arm"
     assert ran(colcon(workspace, generator)) == ALL
@@ -103,6 +104,7 @@ def test_a_workspace(workspace: Path, generator: str) -> None:
     assert ran(colcon(workspace, generator)) == ["cart"]
 
 
+@BUILDS
 @pytest.mark.parametrize("generator", [NINJA])
 def test_an_include_of_a_package_that_others_compile(workspace: Path, generator: str) -> None:
     arm = workspace / "src/arm_description/descriptions/arm"
@@ -136,6 +138,7 @@ def test_symlink_install(workspace: Path, generator: str) -> None:
     assert ran(colcon(workspace, generator, "--symlink-install")) == []
 
 
+@BUILDS
 @pytest.mark.parametrize("generator", [NINJA])
 def test_a_clean_rebuild(workspace: Path, generator: str) -> None:
     colcon(workspace, generator)

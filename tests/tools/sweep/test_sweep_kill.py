@@ -125,7 +125,7 @@ def test_killed_at_some_moments() -> None:
     killed_at(5)
 
 
-@pytest.mark.slow
+@pytest.mark.tier("kills")
 def test_killed_at_a_hundred_moments() -> None:
     killed_at(100)
 
@@ -142,8 +142,15 @@ def test_a_process_that_dies_takes_no_other_variant_along() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", ["fleet", "file://{here}/fleet"])
-@pytest.mark.parametrize("rest", ["b.csv", "c.csv"])
+@pytest.mark.parametrize(
+    ("rest", "place"),
+    [
+        ("c.csv", "fleet"),
+        ("b.csv", "file://{here}/fleet"),
+        pytest.param("b.csv", "fleet", marks=pytest.mark.tier("kills")),
+        pytest.param("c.csv", "file://{here}/fleet", marks=pytest.mark.tier("kills")),
+    ],
+)
 def test_prune_after_a_kill_leaves_no_half_of_a_variant(here: Path, place: str, rest: str) -> None:
     """Killed while a variant is removed, is replaced, or is made: the next run knows which files are ours."""
     (here / "a.csv").write_text("name,height\nr0,1 m\n")

@@ -79,7 +79,7 @@ class Sdist(sdist):
         top = Path(root_dir or ".", base_dir or ".")
         packed = io.BytesIO()
         with tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive:
-            for path in sorted(path for path in top.rglob("*") if path.is_file()):
+            for path in sorted((path for path in top.rglob("*") if path.is_file()), key=Path.as_posix):
                 entry = tarfile.TarInfo(f"{top.name}/{path.relative_to(top).as_posix()}")
                 entry.size, entry.mtime = path.stat().st_size, int(EPOCH)
                 entry.mode = 0o755 if path.stat().st_mode & 0o100 else 0o644

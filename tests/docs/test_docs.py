@@ -101,7 +101,7 @@ def test_every_yaml_block_is_yaml(page: Path) -> None:
             parse_yaml(Source(page.name, "\n".join(block.lines)))
 
 
-@pytest.mark.parametrize("page", [*PAGES, README, ROOT / "CONTRIBUTING.md", TESTS / "README.md"], ids=str)
+@pytest.mark.parametrize("page", [*PAGES, *sorted(ROOT.glob("*.md")), TESTS / "README.md"], ids=str)
 def test_links_lead_somewhere(page: Path) -> None:
     for target in links(page.read_text("utf-8")):
         if target.startswith("https://"):

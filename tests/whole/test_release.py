@@ -1,0 +1,161 @@
+"""What is handed out: one version, a sdist that is the repository, a page for an index, nothing that leads nowhere.
+
+``.ci/archives`` makes sdist and wheel twice and compares the bytes; ``.ci/run`` asks the wheel what installs an extra.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+from email import message_from_bytes
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile import __version__
+from rosorin_compile.diagnostics.report import HOME
+from support.paths import ROOT
+
+CHANGELOG = ROOT / "CHANGELOG.md"
+VERSION = re.compile(r"^## \[(\d+\.\d+\.\d+)\] - \d{4}-\d\d-\d\d$", re.MULTILINE)
+NOTES = 600  # words: what one reads in two or three minutes
+# What builds make, and what sdist adds.
+MADE = re.compile(r"^(PKG-INFO|setup\.cfg|compiler/rosorin_compile\.egg-info/.*)$")
+SAID = (
+    "compiler",
+    "templates",
+    "docs",
+    "cmake",
+    "ament",
+    "bazel",
+    "schemas",
+    "examples",
+    "parts",
+    "viewer/src",
+    ".github",
+)
+BARE_NAME = re.compile(r"pip install (?:-\S+ )*[`'\"]*rosorin[-_]compile(?![\w.-]*\.whl|-\d)")
+
+
+def git(*words: str) -> str:
+    if not (ROOT / ".git").exists():
+        pytest.skip("this is no clone")
+    return subprocess.run(["git", "-C", str(ROOT), *words], check=True, capture_output=True, text=True).stdout
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    def found(file: str, pattern: str) -> str:
+        match = re.search(pattern, (ROOT / file).read_text("utf-8"), re.MULTILINE)
+        return match[1] if match else f"{file} has none"
+
+    page = json.loads((ROOT / "viewer" / "package.json").read_text("utf-8"))
+    assert {
+        found("pyproject.toml", r'^version = "(.+)"$'),
+        found("CITATION.cff", r"^version: (.+)$"),
+        found("cmake/rosorin_compileConfigVersion.cmake", r'^set\(PACKAGE_VERSION "(.+)"\)'),
+        found("ament/rosorin_compile_cmake/package.xml", "<version>(.+)</version>"),
+        found("CHANGELOG.md", VERSION.pattern),
+        page["version"],
+    } == {__version__}
+
+
+def sections() -> list[str]:
+    """Return the sections of CHANGELOG.md, Unreleased first, without their marks of a heading."""
+    return re.split("^## ", CHANGELOG.read_text("utf-8"), flags=re.MULTILINE)[1:]
+
+
+def test_changelog_has_versions_with_short_notes() -> None:
+    unreleased, *released = sections()
+    assert unreleased.startswith("[Unreleased]\n")
+    assert VERSION.findall(CHANGELOG.read_text("utf-8")) == [one[1 : one.index("]")] for one in released]
+    for one in released:
+        assert len(one.split()) < NOTES
+        kinds = re.findall("^### (.+)$", one, re.MULTILINE)
+        assert kinds == [
+            kind for kind in ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security") if kind in kinds
+        ]
+
+
+@pytest.mark.parametrize("section", sections()[1:], ids=lambda one: one[: one.index("]") + 1])
+def test_a_commit_that_changelog_names_is_that_release(section: str) -> None:
+    """The commit of a release cannot name itself: the next one does, until then there is a line in its place."""
+    version, (line,) = section[1 : section.index("]")], re.findall("^Commit: (.+)$", section, re.MULTILINE)
+    if line == "not yet named":
+        assert version == __version__
+        return
+    assert re.fullmatch("[0-9a-f]{40}", line)
+    if git("rev-parse", "--is-shallow-repository").strip() == "true":
+        pytest.skip("a clone without its history")
+    git("merge-base", "--is-ancestor", line, "HEAD")
+    assert f'\nversion = "{version}"\n' in git("show", f"{line}:pyproject.toml")
+
+
+def test_nobody_is_told_to_install_a_name_or_sent_to_an_address_that_nobody_serves() -> None:
+    texts = [path for folder in SAID for path in sorted((ROOT / folder).rglob("*")) if path.is_file()]
+    texts += [*ROOT.glob("*.md"), ROOT / "action.yml"]
+    texts.remove(ROOT / "RELEASING.md")  # says what may be said one day
+    found = []
+    for path in texts:
+        if path.suffix in (".pyc", ".png", ".stl") or "node_modules" in path.parts:
+            continue
+        for number, line in enumerate(path.read_text("utf-8", "replace").splitlines(), 1):
+            if BARE_NAME.search(line) or "rosorin-compile.invalid" in line:
+                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()}")
+    assert not found
+
+
+@pytest.mark.parametrize("line", ["pip install rosorin-compile", "`pip install -U 'rosorin-compile[view]'`"])
+def test_a_bare_name_is_found(line: str) -> None:
+    assert BARE_NAME.search(line)
+    assert not BARE_NAME.search(line.replace("rosorin-compile", "path/to/rosorin-compile"))
+    assert not BARE_NAME.search(line.replace("rosorin-compile", "rosorin_compile-0.2.0-py3-none-any.whl"))
+
+
+@pytest.fixture(scope="module")
+def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sdist of what is under version control here, as it is now."""
+    folder = tmp_path_factory.mktemp("sdist")
+    for name in git("ls-files", "-z").split("\0")[:-1]:
+        if (ROOT / name).is_file():
+            (folder / "tree" / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / "tree" / name)
+    build = "import sys; from setuptools import build_meta as b; b.build_sdist(sys.argv[1])"
+    subprocess.run([sys.executable, "-c", build, folder], cwd=folder / "tree", check=True, capture_output=True)
+    return folder / f"rosorin_compile-{__version__}.tar.gz"
+
+
+@pytest.mark.slow
+def test_an_sdist_is_the_repository_without_time_and_owner(sdist: Path) -> None:
+    with tarfile.open(sdist) as archive:
+        entries = archive.getmembers()
+    top = f"rosorin_compile-{__version__}/"
+    assert [one.name for one in entries] == sorted(one.name for one in entries)
+    assert {(one.mtime, one.uid, one.gid, one.uname, one.gname, one.mode & ~0o111) for one in entries} == {
+        (315532800, 0, 0, "", "", 0o644)
+    }
+    names = [one.name.removeprefix(top) for one in entries]
+    tracked = [name for name in git("ls-files").splitlines() if (ROOT / name).is_file()]
+    assert [name for name in names if not MADE.match(name)] == sorted(tracked)
+    assert sdist.read_bytes()[4:8] == bytes(4)  # no time in the head of gzip
+
+
+@pytest.mark.slow
+def test_the_page_of_an_index_names_no_file_of_the_repository(sdist: Path) -> None:
+    with tarfile.open(sdist) as archive:
+        information = archive.extractfile(f"rosorin_compile-{__version__}/PKG-INFO")
+        assert information is not None
+        about = message_from_bytes(information.read())
+    text = str(about.get_payload())
+    assert about["Description-Content-Type"] == "text/markdown"
+    assert bool(about.get_all("Project-URL")) == bool(HOME)
+    assert text.startswith("# rosorin-compile\n")
+    assert "<!--" not in text
+    assert not re.findall(r"\]\((?!https?://)", text)
+    readme = (ROOT / "README.md").read_text("utf-8")
+    assert [line for line in text.splitlines() if line.startswith("## ")] == [
+        line for line in readme.splitlines() if line.startswith("## ")
+    ]

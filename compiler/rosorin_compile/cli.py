@@ -16,7 +16,7 @@ from types import SimpleNamespace
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
 from .startup import TYPE_CHECKING
-from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache
+from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system
 
 if TYPE_CHECKING:
     import argparse
@@ -186,6 +186,7 @@ def _run(words: list[str]) -> int:
         code: int = options.run(options)
         if not getattr(options, "quiet", False):
             tell_of_cache()
+            tell_of_system()
         sys.stdout.flush()
     except WrongUsage as problem:
         sys.stderr.write(f"rosorin-compile: {problem}\n")

@@ -20,6 +20,7 @@ from pathlib import Path
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import printable
+from ..startup import system
 from ..startup.records import NamedTuple
 from . import staging
 from .staging import There, is_stage, replace, tidy
@@ -205,10 +206,11 @@ def _locked(parent: Path, exclusive: bool) -> Iterator[bool]:
 
     Even then sets do not mix, since each run prepares its own folder. Raises OSError.
     """
-    import fcntl
-
+    if not system.HAS_FOLDER_HANDLES:
+        yield False
+        return
     try:
-        handle = os.open(parent, os.O_RDONLY | os.O_DIRECTORY)
+        handle = os.open(parent, os.O_RDONLY | system.AS_FOLDER)
     except PermissionError:
         if exclusive:
             raise
@@ -217,7 +219,7 @@ def _locked(parent: Path, exclusive: bool) -> Iterator[bool]:
     try:
         locked = False
         with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH)
+            system.lock(handle, shared=not exclusive)
             locked = True
         yield locked
     finally:
@@ -327,7 +329,7 @@ def _check_writable(folder: Path, status: os.stat_result | None) -> None:
     if status is None:
         return
     if not os.access(folder, os.W_OK | os.X_OK):
-        code = errno.EROFS if os.statvfs(folder).f_flag & os.ST_RDONLY else errno.EACCES
+        code = errno.EROFS if hasattr(os, "statvfs") and os.statvfs(folder).f_flag & os.ST_RDONLY else errno.EACCES
         raise OSError(code, os.strerror(code), str(folder))
     if status.st_dev != folder.parent.stat().st_dev:
         raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), str(folder))

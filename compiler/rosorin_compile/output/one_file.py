@@ -16,7 +16,7 @@ from pathlib import Path
 from ..diagnostics.registry import WRITING, Rule
 from . import OutputError, explained
 from .ours import wrote
-from .staging import staged_file, tidy
+from .staging import staged_file, tidy, write_staged
 
 RULES = (
     Rule(
@@ -134,9 +134,5 @@ def _is_same(status: os.stat_result, file: Path) -> bool:
 def _replace(place: Path, data: bytes, before: os.stat_result | None) -> None:
     """Put a new file in the place of another one; it keeps its permissions. Raises OSError."""
     with staged_file(place.parent) as (new, handle):
-        with open(handle, "wb", closefd=False) as file:
-            file.write(data)
-        if before is not None:
-            with suppress(OSError):
-                os.fchmod(handle, stat.S_IMODE(before.st_mode))
+        write_staged(new, handle, data, None if before is None else stat.S_IMODE(before.st_mode))
         new.replace(place)

@@ -24,6 +24,7 @@ from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.bounded import json_of
 from ..diagnostics.registry import PACKAGES, Rule
 from ..diagnostics.wording import listed
+from ..startup import system
 from ..startup.records import NamedTuple
 from . import OutputError, cleared
 from .ours import digest, kept_name
@@ -221,7 +222,7 @@ def _write(path: Path, data: bytes, model: Path | None) -> None:
 def _keep(target: Path, old: Path) -> None:
     """Let a file stand under a second name: the same file where links can be made, else a copy. Raises OSError."""
     try:
-        os.link(target, old)
+        system.link(target, old)
     except OSError as problem:
         if problem.errno not in _NO_LINKS:
             raise
@@ -316,7 +317,7 @@ def _listed(ready: Path) -> Sequence[Entry] | None:
     """
     try:
         status = ready.lstat()
-        if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid():
+        if not stat.S_ISDIR(status.st_mode) or not system.is_own(status):
             return None
         told = json_of((ready / _LIST).read_bytes())
         if not isinstance(told, dict) or told.get("folder") != status.st_ino:

@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
-from ..startup import TYPE_CHECKING
+from ..startup import TYPE_CHECKING, system
 from ..startup.records import NamedTuple
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 STAGE = ".rosorin-compile-"  # and 16 hexadecimal digits
 _NEW = "new"
 _ASIDE = "old"
+_NO_HANDLE = -1  # of a folder, where a system has none
 
 # What is in a folder: relative POSIX name -> status, links not followed; folders before what they hold.
 There = dict[str, os.stat_result]
@@ -47,18 +48,16 @@ def tidy(parent: Path) -> None:
     for entry in stale:
         with suppress(FileNotFoundError):
             # What is another user's is not ours to remove, and could be a trap.
-            if entry.stat(follow_symlinks=False).st_uid == os.geteuid():
+            if system.is_own(entry.stat(follow_symlinks=False)):
                 _remove_left(parent / entry.name, entry.is_dir(follow_symlinks=False))
 
 
 def _remove_left(path: Path, is_folder: bool) -> None:
     """Remove a file or folder of a run, unless that run lives, or nobody can know."""
-    import fcntl
-
     with suppress(OSError):
-        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        handle = os.open(path, os.O_RDONLY | system.NO_LINK | system.NO_WAIT)
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            system.lock(handle, wait=False)
             if is_folder:
                 discard(path)
             elif stat.S_ISREG(os.fstat(handle).st_mode):
@@ -87,35 +86,52 @@ def staged_file(parent: Path) -> Iterator[tuple[Path, int]]:
             new.unlink(missing_ok=True)
 
 
+def write_staged(new: Path, handle: int, data: bytes, mode: int | None = None, sync: bool = False) -> None:
+    """Write the file of a run, with the permissions of another one, and to the disk with ``sync``. Raises OSError."""
+    with open(handle, "wb", closefd=not system.HAS_FOLDER_HANDLES) as file:  # Windows moves no file that is open
+        file.write(data)
+        if sync:
+            file.flush()
+            os.fsync(handle)
+    if mode is None:
+        return
+    with suppress(OSError):
+        if hasattr(os, "fchmod"):
+            os.fchmod(handle, mode)
+        else:
+            new.chmod(mode)
+
+
 @contextmanager
 def _held(parent: Path, make: Callable[[Path], int | None]) -> Iterator[tuple[Path, int]]:
     """Make something under a name of a run, and hold the lock on it; yield both."""
-    import fcntl
-
     while True:
         path = parent / (STAGE + os.urandom(8).hex())
         handle = make(path)
         if handle is None:
             continue
         try:
-            with suppress(OSError):  # some network drives have no locks
-                fcntl.flock(handle, fcntl.LOCK_EX)
+            with suppress(OSError, ValueError):  # some network drives have no locks, and Windows no such handle
+                system.lock(handle)
             if os.path.lexists(path):  # else another run has tidied it away before it was held
                 yield path, handle
                 return
         finally:
-            os.close(handle)
+            with suppress(OSError):  # it may be closed by now
+                os.close(handle)
 
 
 def _new_folder(path: Path) -> int | None:
     path.mkdir(mode=0o700)
+    if not system.HAS_FOLDER_HANDLES:
+        return _NO_HANDLE
     with suppress(FileNotFoundError):  # another run has tidied it away
-        return os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        return os.open(path, os.O_RDONLY | system.AS_FOLDER | system.NO_LINK)
     return None
 
 
 def _new_file(path: Path) -> int:
-    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | system.NO_LINK | system.AS_BYTES, 0o666)
 
 
 def replace(folder: Path, fresh: Mapping[str, bytes], carried: There, seen: There) -> None:
@@ -159,7 +175,7 @@ def _fill(new: Path, folder: Path, fresh: Mapping[str, bytes], carried: There) -
 
 
 def _write(path: Path, data: bytes) -> None:
-    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | system.NO_LINK | system.AS_BYTES, 0o666)
     try:
         rest = memoryview(data)
         while rest:
@@ -168,8 +184,8 @@ def _write(path: Path, data: bytes) -> None:
         os.close(handle)
 
 
-def _sync(path: Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
+def _sync(path: Path, how: int = os.O_RDWR) -> None:  # Windows brings nothing to the disk that is only read
+    handle = os.open(path, how)
     try:
         os.fsync(handle)
     finally:
@@ -179,7 +195,7 @@ def _sync(path: Path) -> None:
 def _sync_folder(path: Path) -> None:
     """Bring the names in a folder to the disk, where the file system can be asked for that; not all can."""
     with suppress(OSError):
-        _sync(path)
+        _sync(path, os.O_RDONLY)
 
 
 def _make_like(path: Path, model: Path) -> None:
@@ -194,13 +210,12 @@ def _make_like(path: Path, model: Path) -> None:
 def carry(source: Path, target: Path) -> None:
     """Let a file stand in the new folder too: the same file where links can be made, else a copy. Raises OSError."""
     try:
-        os.link(source, target, follow_symlinks=False)
-    except (OSError, NotImplementedError) as problem:
+        system.link(source, target)
+    except OSError as problem:
         if isinstance(problem, FileNotFoundError):
             return  # somebody removed it just now
         # EXDEV: something is mounted there, so that the old folder must stay as it is. A special file has no copy.
-        mounted = isinstance(problem, OSError) and problem.errno == errno.EXDEV
-        if mounted or not (source.is_symlink() or source.is_file()):
+        if problem.errno == errno.EXDEV or not (source.is_symlink() or source.is_file()):
             raise
         import shutil
 
@@ -222,7 +237,12 @@ def discard(stage: Path) -> None:
     """Remove the folder of a run, after bringing back what only it holds. What cannot be removed stays."""
     with suppress(OSError):
         recover(stage / _ASIDE, stage.parent)
-        parent = os.open(stage.parent, os.O_RDONLY | os.O_DIRECTORY)
+        if not system.HAS_FOLDER_HANDLES:
+            import shutil
+
+            shutil.rmtree(stage)
+            return
+        parent = os.open(stage.parent, os.O_RDONLY | system.AS_FOLDER)
         try:
             _remove(stage.name, parent)
         finally:
@@ -231,7 +251,7 @@ def discard(stage: Path) -> None:
 
 def _remove(name: str, parent: int) -> None:
     """Remove a folder and all in it, never through a link nor into another file system. Raises OSError."""
-    handle = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=parent)
+    handle = os.open(name, os.O_RDONLY | system.AS_FOLDER | system.NO_LINK, dir_fd=parent)
     try:
         if os.fstat(handle).st_dev != os.fstat(parent).st_dev:
             raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), name)
@@ -320,9 +340,11 @@ def swap(one: Path, other: Path) -> None:
         return
     try:
         import ctypes
-    except ImportError:  # a Python that was built without it
+
+        library = ctypes.CDLL(None, use_errno=True)
+    except (ImportError, TypeError):  # a Python that was built without it; Windows has no library of that kind
         raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS)) from None
-    call = _system_call(ctypes.CDLL(None, use_errno=True))
+    call = _system_call(library)
     if call(os.fsencode(one), os.fsencode(other)) != 0:
         code = ctypes.get_errno()
         raise OSError(code, os.strerror(code), str(one), None, str(other))
@@ -391,7 +413,7 @@ def _one_file(source: Path, target: Path, kept: Path) -> Callable[[], object]:
     except OSError as problem:
         if problem.errno not in _CANNOT or _is_folder(target):
             raise
-    os.link(target, kept, follow_symlinks=False)
+    system.link(target, kept)
     source.replace(target)
     return partial(kept.replace, target)
 

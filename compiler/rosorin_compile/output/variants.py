@@ -27,10 +27,11 @@ from pathlib import Path
 from typing import Any
 
 from ..diagnostics.registry import WRITING, Rule
+from ..startup import system
 from ..startup.records import NamedTuple
 from . import OutputError, explained
 from .ours import digest, is_marked
-from .staging import Change, below, carry, put, staged, staged_file, tidy
+from .staging import Change, below, carry, put, staged, staged_file, tidy, write_staged
 
 RULES = (
     Rule("output-busy", "Another run writes into the folder.", "Wait until it ends, or name another folder.", WRITING),
@@ -107,14 +108,12 @@ class VariantsFolder:
     @contextmanager
     def held(self) -> Iterator[None]:
         """Make the folder, and keep other runs from it. Raises OutputError."""
-        import fcntl
-
         try:
             self.hidden.mkdir(parents=True, exist_ok=True)
             with (self.hidden / "lock").open("ab") as lock, (self.hidden / "working").open("ab") as working:
-                self._take(lock.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB, _LET_GO)
+                self._take(lock.fileno(), _LET_GO)
                 self.lock = lock.fileno()
-                self._take(working.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB, _PATIENCE)
+                self._take(working.fileno(), _PATIENCE)
                 working.close()
                 self._check_index()
                 tidy(self.path)
@@ -130,11 +129,9 @@ class VariantsFolder:
     @contextmanager
     def working(self) -> Iterator[None]:
         """Let a next run wait for this process, should the run end before it."""
-        import fcntl
-
         with (self.hidden / "working").open("ab") as working:
             with suppress(OSError):
-                fcntl.flock(working.fileno(), fcntl.LOCK_SH)
+                system.lock(working.fileno(), shared=True)
             yield
 
     def announced(self) -> str:
@@ -154,8 +151,7 @@ class VariantsFolder:
 
     def _announces(self, word: str) -> bool:
         try:
-            is_own = self._announcement.stat().st_uid == os.geteuid()
-            return is_own and self._announcement.read_text() == word
+            return system.is_own(self._announcement.stat()) and self._announcement.read_text() == word
         except OSError:
             return False
 
@@ -163,17 +159,15 @@ class VariantsFolder:
     def _announcement(self) -> Path:
         return self.hidden / "run"
 
-    def _take(self, handle: int, how: int, patience: float) -> None:
+    def _take(self, handle: int, patience: float) -> None:
         """Take a lock, waiting for it so many seconds. Raises OutputError if another run keeps it.
 
         On some network drives there is none to be had.
         """
-        import fcntl
-
         until = time.monotonic() + patience
         while True:
             try:
-                fcntl.flock(handle, how)
+                system.lock(handle, wait=False)
             except BlockingIOError:
                 if time.monotonic() < until:
                     time.sleep(0.05)
@@ -331,12 +325,12 @@ class VariantsFolder:
             return
         new.chmod(_READ_ONLY)
         place.parent.mkdir(parents=True, exist_ok=True)
-        new.rename(place)
+        new.replace(place)
 
     def _linked(self, place: Path, target: Path) -> bool:
         """Make a hard link; say whether that could be done. Raises OSError."""
         try:
-            os.link(place, target, follow_symlinks=False)
+            system.link(place, target)
         except OSError as problem:
             if problem.errno in (errno.EMLINK, errno.ENOENT):
                 return False
@@ -353,7 +347,7 @@ class VariantsFolder:
             return
         (stage / "record").write_text(json.dumps(record._asdict()), "utf-8")
         place.parent.mkdir(parents=True, exist_ok=True)
-        (stage / "record").rename(place)
+        (stage / "record").replace(place)
 
     # What variants were made of.
 
@@ -365,9 +359,8 @@ class VariantsFolder:
         if not place.is_file():
             place.parent.mkdir(exist_ok=True)
             with staged_file(self.hidden) as (new, handle):
-                with open(handle, "wb", closefd=False) as file:
-                    file.write(data)
-                new.rename(place)
+                write_staged(new, handle, data)
+                new.replace(place)
         return known
 
     def made_of(self, known: str) -> dict[str, Any] | None:
@@ -395,7 +388,7 @@ class Index:
     def outdate(self) -> None:
         """Take the old index away: from now on the variants are not as it says. Raises OSError."""
         with suppress(FileNotFoundError):
-            self.place.rename(self.old)
+            self.place.replace(self.old)
 
     def close(self) -> None:
         """Put the new index into its place; one that is equal stays the same file. Raises OSError."""
@@ -405,11 +398,11 @@ class Index:
         for old in (self.place, self.old):
             if old.is_file() and filecmp.cmp(old, self.new, shallow=False):
                 if old != self.place:
-                    old.rename(self.place)
+                    old.replace(self.place)
                 self.new.unlink()
                 break
         else:
-            self.new.rename(self.place)
+            self.new.replace(self.place)
         self.old.unlink(missing_ok=True)
 
     def leave(self) -> None:

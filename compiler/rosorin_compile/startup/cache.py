@@ -9,7 +9,7 @@ import errno
 import os
 import stat
 
-from . import TYPE_CHECKING
+from . import TYPE_CHECKING, system
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,9 +53,10 @@ def private_folder(name: str) -> str:
 
     ``ROSORIN_COMPILE_CACHE`` names another place; ``off`` turns caching off. Otherwise the XDG base directory
     specification holds. What is cached is run (templates) and believed (stamps): a folder that anybody else but root
-    could change, or put another one in the place of, is none; ``cache_refused`` says so.
+    could change, or put another one in the place of, is none; ``cache_refused`` says so. Where files have no owner,
+    nobody can know, and nothing is kept.
     """
-    top = _cache_top()
+    top = _cache_top() if system.HAS_OWNERS else ""
     if not top:
         return ""
     folder = os.path.join(top, name)
@@ -113,8 +114,8 @@ def _open_to_others(folder: str) -> tuple[str, str]:
             return _told(place, not open_mode)
     for place in (os.path.dirname(folder), folder):
         status = os.stat(place)
-        if status.st_uid != os.geteuid() or status.st_mode & 0o022:
-            return _told(place, status.st_uid != os.geteuid())
+        if not system.is_own(status) or status.st_mode & 0o022:
+            return _told(place, not system.is_own(status))
     return "", ""
 
 
@@ -129,7 +130,7 @@ def shown(path: str) -> str:
     """Return a path as a person would name it: relative to here if it is below."""
     try:
         here = os.path.relpath(path)
-    except OSError:  # the folder of this process is gone
+    except (OSError, ValueError):  # the folder of this process is gone, or on another drive
         return path
     return path if here.startswith("..") and os.path.isabs(path) else here
 
@@ -156,10 +157,10 @@ def _way(path: str, links: int) -> Iterator[str]:
 def recalled(file: str | os.PathLike[str]) -> bytes | None:
     """Return what was kept in a file of the cache; None if there is none, or it is damaged in whatever way."""
     try:
-        handle = os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        handle = os.open(file, os.O_RDONLY | system.NO_LINK | system.NO_WAIT)
         with open(handle, "rb") as opened:
             status = os.fstat(handle)
-            if not stat.S_ISREG(status.st_mode) or status.st_uid != os.geteuid() or status.st_mode & 0o022:
+            if not stat.S_ISREG(status.st_mode) or not system.is_own(status) or status.st_mode & 0o022:
                 return None
             kept, _, data = opened.read().partition(b"\n")
     except OSError:
@@ -173,7 +174,7 @@ def keep(file: str | os.PathLike[str], data: bytes) -> None:
     new = os.path.join(folder, f".{os.urandom(8).hex()}")
     try:
         _forget_some(folder)
-        handle = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
+        handle = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | system.NO_LINK, 0o600)
         try:
             with open(handle, "wb") as opened:
                 opened.write(digest(data).encode() + b"\n" + data)

@@ -24,6 +24,7 @@ except ImportError:
 
 from ..diagnostics.progress import hide, step
 from ..pipeline import Made, Maker, Task, make_one
+from ..startup import system
 from ..startup.again import loaded, loaded_too, marked_too, marks
 from ..startup.cache import cache_refused, digest, refused_too
 from ..startup.records import NamedTuple
@@ -63,7 +64,7 @@ class TwoProcesses(Maker):
         """Begin, if there is a core for a second process, and anything to do."""
         threads = sys.modules.get("threading")  # a copy of a process has none of its threads, but their locks
         alone = threads is None or threads.active_count() == 1
-        if task.outputs and sys.platform == "linux" and alone and len(os.sched_getaffinity(0)) > 1:
+        if task.outputs and sys.platform == "linux" and system.HAS_FORK and alone and system.cores() > 1:
             with suppress(OSError):  # there may be as many processes as there can be
                 self._second = _Second(task, self._marked)
 

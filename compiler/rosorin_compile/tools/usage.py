@@ -1,16 +1,23 @@
-"""How a run ends: its exit code, wrong usage, and what is said of the cache."""
+"""How a run ends: its exit code, wrong usage, and what is said of the cache and the system."""
 
 from __future__ import annotations
 
 from ..diagnostics.console import Console
 from ..diagnostics.registry import WRITING, Rule
 from ..startup.cache import cache_refused
+from ..startup.system import missed
 
 RULES = (
     Rule(
         "cache-not-private",
         "A note: somebody else could change what is in the folder of the cache, so there is no cache.",
         "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
+        WRITING,
+    ),
+    Rule(
+        "system-lacks",
+        "A note: this system has no locks, or no limits of a process, as Windows has none; the run goes on without.",
+        "Let nothing else write into the folder that is named; give it files of people whom you trust.",
         WRITING,
     ),
 )
@@ -20,6 +27,14 @@ FINE, PROBLEMS, USAGE = 0, 1, 2
 
 class WrongUsage(Exception):
     """The command line cannot be followed; the message says why."""
+
+
+def tell_of_system() -> None:
+    """Say what the run had to do without on this system."""
+    for message in missed():
+        from ..diagnostics import NOTE, Diagnostic
+
+        Console("text").show([Diagnostic("system-lacks", NOTE, message)])
 
 
 def tell_of_cache() -> None:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from ...diagnostics.installing import pip_install
+from ...startup import system
 from ...startup.records import NamedTuple
 
 SECONDS = 60
@@ -52,6 +53,7 @@ class Answer(NamedTuple):
 
 def ask(path: Path, seconds: int = SECONDS) -> Answer:
     """Return what MuJoCo makes of the MJCF at ``path``. Never raises for what is in the file."""
+    system.needs("resource", system.NO_LIMITS)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         answer = Path(folder, "answer.json")
         package = str(Path(__file__).resolve().parents[3])

@@ -20,6 +20,7 @@ from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Source, Span, err
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more, counted
 from ...project import shown
+from ...startup import system
 from ...xml.files import read_source
 from ...xml.markup import Document, MarkupError, parse
 from ..imported import Imported, ReadOptions
@@ -123,6 +124,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     if options.tell is not None:
         options.tell(warning._replace(numbers=TRUSTED) if options.trust else warning)
         diagnostics = []
+    system.needs("resource", system.NO_LIMITS)
     answer = _expand(path, options)
     files = _files(path, answer)
     sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))

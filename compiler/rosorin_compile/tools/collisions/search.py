@@ -29,6 +29,7 @@ from ...diagnostics.progress import hide
 from ...formats.srdf.planning import Planning, ordered
 from ...model import Joint
 from ...model.moveit import ADJACENT, ALWAYS, DEFAULT, NEVER, DisabledCollision, Pair
+from ...startup import system
 from ..physics.files import Meshes
 from .contacts import FAR, TOUCH, Contacts
 
@@ -266,7 +267,7 @@ def in_two(
 
     What the copy does not answer for is done here.
     """
-    second = _Second(pairs[1::2], work) if len(pairs) >= _WORTH_IT and _cores() > 1 else None
+    second = _Second(pairs[1::2], work) if len(pairs) >= _WORTH_IT and system.HAS_FORK and system.cores() > 1 else None
     own = pairs if second is None else pairs[::2]
     for number, pair in enumerate(own):
         told(number * len(pairs) // len(own), len(pairs))
@@ -275,12 +276,6 @@ def in_two(
         answers = second.answers()
         for pair in pairs[1::2]:
             yield pair, answers[pair] if pair in answers else work(pair)
-
-
-def _cores() -> int:
-    if not hasattr(os, "fork"):
-        return 1
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class _Second:

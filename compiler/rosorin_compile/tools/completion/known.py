@@ -198,6 +198,8 @@ def _patience() -> Iterator[None]:
     def end(_number: int, _frame: FrameType | None) -> None:
         raise _TooLong
 
+    if not hasattr(signal, "SIGALRM"):  # Windows: nothing could end it
+        raise _TooLong
     before = signal.signal(signal.SIGALRM, end)
     begun = time.monotonic()
     try:

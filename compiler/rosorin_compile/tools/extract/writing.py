@@ -17,7 +17,7 @@ from ...model import Box, Capsule, Cylinder, HeightMap, Shape
 from ...numbers import exact
 from ...output import cleared
 from ...output.ours import FOREIGN
-from ...output.staging import staged_file
+from ...output.staging import staged_file, write_staged
 from .problems import fail
 
 RULES = (
@@ -155,22 +155,13 @@ def replace(path: Path, text: str) -> None:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with cleared(target.parent), staged_file(target.parent) as (stage, handle):
-            _write(handle, text, target)
+            mode = target.stat().st_mode & 0o7777 if target.exists() else None
+            write_staged(stage, handle, text.encode("utf-8"), mode, sync=True)
             stage.replace(target)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         help = "check the name and the permissions"
         raise fail("extract-file", f"cannot write {path}: {reason}", help) from None
-
-
-def _write(handle: int, text: str, target: Path) -> None:
-    """Bring a text to the disk, with the permissions of the file that it is to replace."""
-    with open(handle, "wb", closefd=False) as file:
-        file.write(text.encode("utf-8"))
-        file.flush()
-        os.fsync(handle)
-    if target.exists():
-        os.fchmod(handle, target.stat().st_mode & 0o7777)
 
 
 def whose(_: str, old: bytes, __: bytes) -> str:

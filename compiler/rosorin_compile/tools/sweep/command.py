@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +19,7 @@ from ...output import OutputError
 from ...output.remote import RemoteIndex, folder_of
 from ...output.variants import Index
 from ...project import Description
+from ...startup import system
 from ...startup.records import NamedTuple
 from ..given import Given, given_arguments
 from ..options import argument_options, console_of, format_options, one_robot, package_option, place
@@ -194,6 +194,7 @@ def _made(sweep: Sweep, made: Job) -> int:
     """Make all variants; return the exit code. Raises OutputError, LoadError, Stopped."""
     counts, teller = Counts(len(sweep.variants)), Teller(sweep.console)
     maker = Maker(made, sweep.folder)
+    system.needs("fcntl", system.NO_LOCKS)
     try:
         with sweep.folder.held(), _engine(sweep, made) as engine:
             index = sweep.folder.index()
@@ -222,8 +223,7 @@ def _made(sweep: Sweep, made: Job) -> int:
 
 @contextmanager
 def _engine(sweep: Sweep, made: Job) -> Iterator[Engine]:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    count = min(sweep.options.jobs or cores, len(sweep.variants))
+    count = min(sweep.options.jobs or system.cores(), len(sweep.variants))
     if sweep.options.dask:
         from .cluster import Cluster, connect
 

@@ -19,6 +19,7 @@ from ...diagnostics import Diagnostic, error, progress
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.variants import Variant
 from ...output.remote import folder_of
+from ...startup import system
 from .making import ERROR, Folder, Job, Made, Maker, line_of
 
 if TYPE_CHECKING:
@@ -126,7 +127,7 @@ class Processes:
     def __init__(self, job: Job, folder: Folder, count: int) -> None:
         self.job, self.folder = job, folder
         # Forking takes along what is imported; with threads around it is not safe.
-        safe = sys.platform == "linux" and threading.active_count() == 1
+        safe = sys.platform == "linux" and system.HAS_FORK and threading.active_count() == 1
         self.context = get_context("fork" if safe else "spawn")
         self.count = count
         self.workers: list[_Worker] = []

@@ -141,9 +141,15 @@ SPOILED = [
         id="half-sizes",
     ),
     pytest.param(
-        *("static_tf.json", '"imu_link"\n      ]', '"imu"\n      ]'),
-        "static_tf.json does not carry the frame imu_link, which it should",
+        *("static_tf.launch.py", "[frame_prefix, 'imu_link']", "[frame_prefix, 'imu']"),
+        "static_tf.launch.py does not carry the frame imu_link, which it should",
         id="frame-missing",
+    ),
+    pytest.param(
+        *("static_tf.json", '"imu_link"\n      ]', '"imu"\n      ]'),
+        "static_tf.json cannot be read back: tf_base_imu goes from base_link to imu_link, "
+        "its arguments from base_link to imu",
+        id="frame-of-the-arguments",
     ),
     pytest.param(
         *("rosorin.urdf", '<parent link="link2"/>', '<parent link="link1"/>'),

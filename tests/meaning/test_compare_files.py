@@ -65,7 +65,8 @@ EDITS = [
     pytest.param(*("frames.md", "| ---", "| -----", 1), "frames.md: same meaning, different text", id="table"),
     pytest.param(
         *("rosorin.xml", "implicitfast", "Euler", 1),
-        "rosorin.xml: different text; nothing that is compared by meaning differs",
+        "rosorin.xml: different text; nothing that is compared by meaning differs: "
+        "option integrator Euler -> implicitfast",
         id="not-compared",
     ),
     pytest.param(
@@ -76,7 +77,8 @@ EDITS = [
     ),
     pytest.param(
         *("robot_model.json", '"parent": "base_link"', '"parent": 7', 1),
-        "robot_model.json: the committed file is damaged and compared as text alone (frame link1 parent is 7)",
+        "robot_model.json: the committed file is damaged and compared as text alone (frame link1 parent is 7): "
+        "joints joint1 parent 7 -> base_link",
         id="damaged-json",
     ),
 ]

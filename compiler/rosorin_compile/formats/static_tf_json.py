@@ -24,6 +24,7 @@ from .static_tf import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from typing import Any
 
     from .templating import Templates
@@ -52,10 +53,20 @@ def read(text: str) -> Facts:
     facts: Facts = {}
     try:
         for node in json_of(text)["static_transform_publisher"]:
-            facts |= node_facts(node["name"], node["arguments"])
+            said = node_facts(node["name"], node["arguments"])
+            _same_ends(node, said)
+            facts |= said
     except (KeyError, TypeError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
     return facts
+
+
+def _same_ends(node: Mapping[str, Any], said: Facts) -> None:
+    """Raise ValueError where the frames of an entry are not those of its arguments."""
+    ((child, parent),) = ((fact.name, value.value) for fact, value in said.items() if fact.quantity == "parent")
+    if (node["parent"], node["child"]) != (parent, child):
+        ends = f"from {node['parent']} to {node['child']}"
+        raise ValueError(f"{node['name']} goes {ends}, its arguments from {parent} to {child}")
 
 
 _LARGEST = 1_000_000  # bytes

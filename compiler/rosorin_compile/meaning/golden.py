@@ -20,6 +20,7 @@ from ..startup.records import NamedTuple
 from .changes import changes
 from .entities import Change, Pair
 from .renames import under_new_names
+from .text_values import differing
 from .view import View, called, view_of
 
 if TYPE_CHECKING:
@@ -103,7 +104,8 @@ def _pair(robot: Robot, artifact: Artifact, old: str) -> Pair | str:
     try:
         before = view_of(_said(facts(old), names, given, robot), names)
     except (ValueError, OverflowError) as problem:
-        return f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
+        damage = f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
+        return _with_values(damage, old, artifact.text)
     new: View = view_of(_said(facts(artifact.text), names, given, robot), names)
     return Pair(artifact.output, artifact.backend, before, new)
 
@@ -144,13 +146,24 @@ def _remarked(
     """Return a text difference with the remark that no change of meaning goes with it, where that is so."""
     if artifact is None or text.kind != CHANGED or text.remark or artifact.output in told:
         return text
-    if FORMATS[artifact.backend].facts is None:
+    format = FORMATS[artifact.backend]
+    if format.facts is None:
         return text
     old = _decoded(committed[artifact.file]) or ""
-    format = FORMATS[artifact.backend]
     differ = format.differ(old, artifact.text) if format.differ is not None else ""
-    same = same_syntax(format, old, artifact.text)
-    return text._replace(remark=differ or (_SAME_MEANING if same else _NOTHING_COMPARED))
+    if not differ:
+        differ = (
+            _SAME_MEANING
+            if same_syntax(format, old, artifact.text)
+            else _with_values(_NOTHING_COMPARED, old, artifact.text)
+        )
+    return text._replace(remark=differ)
+
+
+def _with_values(remark: str, old: str, new: str) -> str:
+    """Return a remark with the first values of a text that differ."""
+    values = differing(old, new)
+    return f"{remark}: {values}" if values else remark
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:

@@ -94,14 +94,19 @@ def _read(sheet: FactSheet) -> FactSheet:
             sheet.add(Fact("material", name, quantity), value)
     alike = sheet.root.findall(ALIKE) if sheet.known is not None else ()
     shared = {str(number): element for number, element in enumerate(alike)}
+    links: set[str] = set()
     for link in sheet.root.findall("link"):
         name, number = sheet.text(link, "name"), link.get(ALIKE)
+        links.add(name)
         if number in shared:
             _alike(sheet, name, number, shared[number], materials)
         else:
             _link(sheet, name, link, materials)
         link.clear()  # of thousands of links it would be half of the memory
     for joint in sheet.root.findall("joint"):
+        for end in ("parent", "child"):
+            if sheet.text(_child(joint, end), "link") not in links:
+                raise ValueError(f"the {end} of joint {sheet.text(joint, 'name')} is no link")
         _joint(sheet, joint, shared)
         joint.clear()
     _elements(sheet, ("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
@@ -288,7 +293,7 @@ def _look(sheet: FactSheet, material: Element) -> dict[str, float | str]:
     """Return what a material looks like: its colour, number by number, and its texture."""
     found: dict[str, float | str] = {}
     colour, texture = material.find("color"), material.find("texture")
-    if colour is not None:
+    if colour is not None and sheet.text(colour, "rgba"):
         found |= zip(_COLOUR, sheet.vector(colour, "rgba", 4, ()), strict=True)
     if texture is not None:
         found["texture"] = sheet.text(texture, "filename")

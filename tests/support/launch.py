@@ -67,6 +67,10 @@ class Context:
     def __init__(self, shares: Mapping[str, Path], given: Mapping[str, str]) -> None:
         self.shares, self.values, self.launch = shares, dict(given), Launch({}, [])
 
+    def restore(self, values: Mapping[str, str]) -> None:
+        """Take back what was set since ``values`` were all."""
+        self.values = dict(values)
+
 
 def read(path: Path, shares: Mapping[str, Path], **given: str) -> Launch:
     """Return what a launch file does with ``given`` arguments; ``shares`` are the share folders of packages."""
@@ -108,10 +112,12 @@ class Substitution:
 
 
 class LaunchConfiguration(Substitution):
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self, name: str, *, default: str | None = None) -> None:
+        self.name, self.default = name, default
 
     def perform(self, context: Context) -> str:
+        if self.name not in context.values and self.default is not None:
+            return self.default
         if self.name not in context.values:
             raise Failed(f"launch configuration '{self.name}' does not exist")
         return context.values[self.name]
@@ -223,6 +229,17 @@ class SetLaunchConfiguration:
 
     def execute(self, context: Context) -> None:
         context.values[self.name] = performed(self.value, context)
+
+
+class GroupAction:
+    """Actions whose launch configurations are set for them alone, as a scoped group's are (the default)."""
+
+    def __init__(self, actions: Sequence[Any]) -> None:
+        self.actions = actions
+
+    def execute(self, context: Context) -> list[Any]:
+        before = dict(context.values)
+        return [*self.actions, OpaqueFunction(function=lambda context: context.restore(before))]
 
 
 class OpaqueFunction:
@@ -352,7 +369,7 @@ class MoveItConfigsBuilder:
 
 
 def _python(text: str, path: Path, context: Context) -> list[Any]:
-    actions = (DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction, SetLaunchConfiguration)
+    actions = (DeclareLaunchArgument, GroupAction, IncludeLaunchDescription, OpaqueFunction, SetLaunchConfiguration)
     substitutions = (AndSubstitution, Command, LaunchConfiguration, NotSubstitution, OrSubstitution)
     offered: dict[str, dict[str, Any]] = {
         "ament_index_python": {},

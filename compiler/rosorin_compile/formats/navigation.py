@@ -14,6 +14,7 @@ from ..diagnostics.wording import listed, quoted
 from ..frontend.tree import Path, exists
 from ..model import NODE, UNPUBLISHED, Output, Publisher, Robot
 from ..rules.case import Case
+from ..rules.conditions import holds, modes_in
 from ..rules.tf_tree import is_tree
 from ..startup.records import NamedTuple
 from .parameters.tables import kinds
@@ -149,6 +150,13 @@ def kind_of(publisher: Publisher) -> str:
         if publisher.package in kinds("")[kind].packages or publisher.name in kinds("")[kind].names:
             return kind
     return ""
+
+
+def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
+    """Return the kinds of nodes that publish map -> odom while no mode is on; empty: of none that is known."""
+    edges = [robot.edges[int(lead.path[-1])] for lead in frames.leads if lead.child == frames.odom]
+    off = dict.fromkeys(modes_in(robot, [edge.when for edge in edges]), False)
+    return {kind_of(edge.publisher) for edge in edges if edge.parent == frames.map and holds(edge.when, off)}
 
 
 def stated_topic(robot: Robot, name: str) -> str:

@@ -275,7 +275,11 @@ def test_navigation_is_tuned_by_nav2_and_sized_by_the_description(tmp_path: Path
     own = yaml.safe_load((package / "config/nav2.yaml").read_text("utf-8"))
     costmap = merged["local_costmap"]["local_costmap"]["ros__parameters"]
     assert costmap["update_frequency"] == 5.0
-    assert merged["controller_server"]["ros__parameters"] == {"controller_frequency": 20.0}
+    assert merged["controller_server"]["ros__parameters"] == {
+        "controller_frequency": 20.0,
+        "odom_topic": "diff_drive_controller/odom",
+        "enable_stamped_cmd_vel": True,
+    }
     assert costmap["robot_base_frame"] == "base_footprint"
     assert costmap["footprint"] == own["local_costmap"]["local_costmap"]["ros__parameters"]["footprint"]
     needs = {element.text for element in ET.parse(package / "package.xml").iter("exec_depend")}

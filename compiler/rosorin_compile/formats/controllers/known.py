@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
 _ZERO = 1e-9
+_NAV2 = "nav2"
 
 _KINDS = {
     SHORT["mecanum_drive"]: (MECANUM,),
@@ -95,6 +96,8 @@ def _frames(robot: Robot, controller: Controller, driving: Driving) -> dict[str,
     base = _base(robot, driving.frame)
     edges = [edge for edge in robot.edges if edge.child == base]
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
+    if any(output.backend == _NAV2 for output in robot.outputs):
+        values["use_stamped_vel"] = False  # Nav2 of Humble has no header; a key of Humble alone
     values["enable_odom_tf"] = any(edge in edges for edge in owned(robot, controller))
     return {**values, "odom_frame_id": edges[0].parent} if edges else values
 

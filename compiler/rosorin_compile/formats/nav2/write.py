@@ -19,9 +19,11 @@ from ...model.tucked import left_out
 from ...rules.case import Case
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
-from ..distributions import HUMBLE
+from ..controllers.known import owned
+from ..controllers.topics import Driver, drivers
+from ..distributions import HUMBLE, JAZZY, title
 from ..mesh_vertices import clouds_of
-from ..navigation import AMCL, SLAM, Found, Frames, frames_of, kind_of, stated_topic, told
+from ..navigation import AMCL, FILTER, SLAM, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..parameters.files import Node, asked, nodes_of, text, value_of
 from ..templating import Templates
 
@@ -56,6 +58,12 @@ RULES = (
         "As the message says.",
         NAVIGATION,
     ),
+    Rule(
+        "nav2-command",
+        "A warning: a controller of the drive takes velocities in another message than Nav2 sends: nothing drives.",
+        "Give the controller `use_stamped_vel: false`, or both outputs the same `distribution`.",
+        NAVIGATION,
+    ),
 )
 
 LOCAL, GLOBAL = "local_costmap", "global_costmap"
@@ -68,6 +76,10 @@ CIRCLE, PLANAR = "circle", "lidar_2d"
 _SEES = {PLANAR: "LaserScan", "lidar_3d": "PointCloud2", "depth_camera": "PointCloud2"}
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 _MILLIMETRES = 1000
+_FILTERED = "odometry/filtered"  # of robot_localization
+# What of Nav2 sends or takes velocities (nav2_util/twist_{publisher,subscriber}.hpp); what reads the odometry.
+_SENDING = ("controller_server", "behavior_server", "velocity_smoother", "collision_monitor", "docking_server")
+_MEASURING = ("bt_navigator", "controller_server", "velocity_smoother")
 
 
 class Known(NamedTuple):
@@ -110,6 +122,7 @@ def known(robot: Robot, output: Output) -> tuple[Known | None, list[Found]]:
         message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"
         way_out = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
         wrong.append(Found("navigation-no-map", message, (), way_out, WARNING, key=True))
+    wrong += _unheard(robot, output)
     return Known(frames, base, poses.get(pose, {}) if pose is not None else {}), wrong
 
 
@@ -139,6 +152,16 @@ def _owners(robot: Robot, frames: Frames) -> Iterator[Found]:
                     message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
                     way_out = "correct the edge: the step from the odometry to the robot is of another node"
                     yield Found("navigation-owner", message, lead.path, way_out, absolute=True)
+
+
+def _unheard(robot: Robot, output: Output) -> Iterator[Found]:
+    """Yield the controllers of the drive that do not understand Nav2 of Humble, which sends Twist alone."""
+    for driver in drivers(robot) if asked(output) == HUMBLE else ():
+        if driver.stamped:
+            message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {title(HUMBLE)} sends Twist'
+            way_out = "give it use_stamped_vel: false, where its output is for Humble, too"
+            path = ("controllers", driver.name)
+            yield Found("nav2-command", message, path, way_out, WARNING, absolute=True, key=True)
 
 
 def _clouds(robot: Robot) -> Clouds:
@@ -268,6 +291,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def _nodes(robot: Robot, output: Output, made: Known, size: Measured | None) -> Iterator[Node]:
+    """Yield the nodes of Nav2, by the names that nav2_bringup gives them."""
     frames, base = made.frames, {"robot_base_frame": made.base}
     costmaps = {LOCAL: frames.odom, **({GLOBAL: frames.map} if frames.map else {})}
     for name, frame in costmaps.items():
@@ -275,16 +299,61 @@ def _nodes(robot: Robot, output: Output, made: Known, size: Measured | None) -> 
         values: dict[str, Any] = {"global_frame": frame, **base, **_outline(output, size)}
         values |= _band(layer, size)
         yield Node(f"{name}/{name}", "costmap", values | dict(_seen(robot, output, layer, size)))
+    servers = _servers(output, made)
+    for name, more in _way_of_velocities(robot, output, frames).items():
+        servers[name] = {**servers.get(name, {}), **more}
+    yield from (Node(name, name, values) for name, values in servers.items() if values)
     if frames.map:
-        yield Node("bt_navigator", "bt_navigator", {"global_frame": frames.map, **base})
+        yield from _localisation(robot, output, frames)
+
+
+def _servers(output: Output, made: Known) -> dict[str, dict[str, Any]]:
+    """Return the frames of the servers of Nav2, as many as a distribution has of them."""
+    frames, base = made.frames, {"robot_base_frame": made.base}
+    found: dict[str, dict[str, Any]] = {}
+    if frames.map:
+        found["bt_navigator"] = {"global_frame": frames.map, **base}
+    found["controller_server"] = {}
     # In Humble the behaviours have one frame, that of the local costmap.
     local = {"global_frame": frames.odom} if asked(output) == HUMBLE else {"local_frame": frames.odom}
     far = {"global_frame": frames.map} if frames.map and "local_frame" in local else {}
-    yield Node("behavior_server", "behavior_server", {**local, **far, **base})
-    yield Node("collision_monitor", "collision_monitor", {"base_frame_id": made.base, "odom_frame_id": frames.odom})
-    if frames.map:
-        for publisher in robot.publishers:
-            yield from _localisation(robot, output, frames, publisher)
+    found["behavior_server"] = {**local, **far, **base}
+    found["velocity_smoother"] = {}
+    found["collision_monitor"] = {"base_frame_id": made.base, "odom_frame_id": frames.odom}
+    if asked(output) != HUMBLE:
+        found["docking_server"] = {"base_frame": made.base, "fixed_frame": frames.odom}
+    if asked(output) not in (HUMBLE, JAZZY) and frames.map:
+        found["route_server"] = {"base_frame": made.base, "route_frame": frames.map}
+    return found
+
+
+def _way_of_velocities(robot: Robot, output: Output, frames: Frames) -> dict[str, dict[str, Any]]:
+    """Return in which message the servers send velocities to the drive, and where its odometry comes from."""
+    driving, odometry = drivers(robot), _odometry(robot, frames)
+    found: dict[str, dict[str, Any]] = {}
+    for name in _MEASURING if odometry else ():
+        found[name] = {"odom_topic": odometry}
+    for name in _SENDING if driving and asked(output) != HUMBLE else ():
+        found[name] = {**found.get(name, {}), "enable_stamped_cmd_vel": driving[0].stamped}
+    return found
+
+
+def _odometry(robot: Robot, frames: Frames) -> str:
+    """Return the topic of the odometry: that of the filter or the controller which moves the base; else nothing."""
+
+    def topics(publisher: Publisher) -> Iterator[str]:
+        if kind_of(publisher) == FILTER:
+            yield _FILTERED
+        yield from (driver.topic(driver.odometry) for driver in driving if _owns(robot, driver, publisher))
+
+    driving = drivers(robot)
+    moving = [lead.publisher for lead in frames.leads if (lead.parent, lead.child) == (frames.odom, frames.moved)]
+    found = {next(topics(publisher), "") for publisher in moving}
+    return found.pop() if len(found) == 1 else ""
+
+
+def _owns(robot: Robot, driver: Driver, publisher: Publisher) -> bool:
+    return any(edge.publisher.name == publisher.name for edge in owned(robot, driver.one.controller))
 
 
 def _outline(output: Output, size: Measured | None) -> dict[str, Any]:
@@ -318,19 +387,24 @@ def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> It
         yield from _band(own, size).items()
 
 
-def _localisation(robot: Robot, output: Output, frames: Frames, publisher: Publisher) -> Iterator[Node]:
-    """Yield AMCL or slam_toolbox: the frames, and whether it publishes map -> odom, as the edges say."""
-    kind, owns, scan = kind_of(publisher), bool(frames.owned(publisher)), _scan(robot, output)
-    if kind == AMCL:
-        values: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
-        values |= {"base_frame_id": frames.moved, "tf_broadcast": owns}
-        if robot.drive is not None:
-            values["robot_model_type"] = _MOTION[robot.drive.slides]
-        yield Node(publisher.name, kind, values | ({"scan_topic": scan} if scan else {}))
-    elif kind == SLAM:
+def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node]:
+    """Yield AMCL, and slam_toolbox if it is there: the frames, and whether it publishes map -> odom, as the edges say.
+
+    nav2_bringup starts AMCL unless it is told otherwise, with `tf_broadcast: true` if nobody says anything.
+    """
+    scan = _scan(robot, output)
+    topic = {"scan_topic": scan} if scan else {}
+    there = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
+    owns = {kind: any(frames.owned(one) for one in mine) for kind, mine in there.items()}
+    values: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
+    values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
+    if robot.drive is not None:
+        values["robot_model_type"] = _MOTION[robot.drive.slides]
+    yield Node(AMCL, AMCL, values | topic)
+    if there[SLAM]:
         values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
-        values |= {} if owns else {"transform_publish_period": 0.0}
-        yield Node(publisher.name, kind, values | ({"scan_topic": scan} if scan else {}))
+        values |= {} if owns[SLAM] else {"transform_publish_period": 0.0}
+        yield Node(SLAM, SLAM, values | topic)
 
 
 def _scan(robot: Robot, output: Output) -> str:

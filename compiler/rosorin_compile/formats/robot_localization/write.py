@@ -15,6 +15,7 @@ from ...model.driving import driving_of
 from ...rules.case import Case
 from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
+from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..parameters.files import Node, asked, text
 from ..templating import Templates
@@ -39,7 +40,8 @@ RULES = (
     Rule(
         "filter-input",
         "An input of a filter has no topic or a number with a gap before it, or nobody says what of it is used, or it "
-        "is to give what such messages do not have. A warning where the filter has no inputs.",
+        "is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
+        "odometry that nobody publishes.",
         "As the message says.",
         NAVIGATION,
     ),
@@ -125,10 +127,22 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
         if not topic(robot, name, one):
             message = f'nobody says which topic "{name}" is on'
             yield Found("filter-input", message, path, "add topic: NAME", key=True)
+        yield from _published(robot, name, kind, one)
         yield from _uses(robot, name, kind, one, frames.moved)
         for key in _COPIED:
             if key in one and (key in _MISSING.get(kind, ()) or (key == _COPIED[-1] and kind != "imu")):
                 yield Found("filter-input", f'"{name}" has no {key}', (*path, key), "remove it", key=True)
+
+
+def _published(robot: Robot, name: str, kind: str, one: Mapping[str, Any]) -> Iterator[Found]:
+    """Yield that an odometry is taken from a topic below a controller that publishes another one."""
+    driving = drivers(robot) if kind == "odom" else []
+    published = {driver.topic("").strip("/"): driver.topic(driver.odometry) for driver in driving}
+    meant = is_of_nobody(topic(robot, name, one), published)
+    if meant:
+        message = f'nobody publishes "{topic(robot, name, one)}", which "{name}" listens to: the controller publishes'
+        path = ("inputs", name, "topic")
+        yield Found("filter-input", f'{message} "{meant}"', path, f'write "{meant}"', WARNING)
 
 
 def _sensor(robot: Robot, name: str, one: Mapping[str, Any]) -> Iterator[Found]:

@@ -131,7 +131,10 @@ class Bringup(NamedTuple):
         from ...formats.parameters.values import written
 
         values: dict[str, Any] = {"starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts]}
-        values |= {"places": self.places, "ekf_name": self.ekf, "written": written, "control_namespace": ""}
+        values |= {"places": self.places, "ekf_name": self.ekf, "written": written}
+        values["control_namespace"] = self._namespace()
+        if _NAV2 in self.places:
+            values["slam"] = str(self._slam())
         if CONTROL in self.starts:
             values |= self._control(main)
         if MOVEIT in self.starts:
@@ -155,6 +158,13 @@ class Bringup(NamedTuple):
         words = (one.options.get("distribution") or one.options.get(CONTROL) for one in said)
         return known(str(next(filter(None, words), JAZZY)))
 
+    def _namespace(self) -> str:
+        """Return the namespace of the controllers that are started, empty for none."""
+        if CONTROL not in self.starts:
+            return ""
+        output = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
+        return str(output.options.get("namespace", "")).strip("/")
+
     def _filled(self) -> list[Any]:
         from ...formats.controllers.filled import filled
 
@@ -162,19 +172,32 @@ class Bringup(NamedTuple):
 
     def _control(self, main: str) -> dict[str, Any]:
         from ...formats.controllers.filled import remaps
+        from ...formats.controllers.topics import COMMAND, TF, drivers
 
         output = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
         every = sorted(self._filled(), key=lambda one: one.type != _FIRST)
         found = remaps(self.robot, output)
+        if NAV2 in self.starts and _NAV2 in self.places:
+            for driver in drivers(self.robot):
+                found.setdefault(driver.name, []).append((driver.command, COMMAND))
         return {
             "humble": self._distribution() == HUMBLE,
-            "control_namespace": str(output.options.get("namespace", "")).strip("/"),
             "spawned": [
                 Spawned(one.controller.name, tuple(found.get(one.controller.name, ())), one.controller.inactive)
                 for one in every
             ],
             "own_description": self.places[_URDF] != main,
+            "why": {TF: "it publishes there what it owns", COMMAND: "Nav2 sends velocities there"},
         }
+
+    def _slam(self) -> bool:
+        """Say whether it is slam_toolbox that publishes map -> odom, and not AMCL, while no mode is on."""
+        from ...formats.navigation import AMCL, SLAM, frames_of, owners_of_odom
+
+        output = next(one for one in self.robot.outputs if one.name == self.outputs[_NAV2])
+        frames, _ = frames_of(self.robot, output)
+        kinds = owners_of_odom(self.robot, frames) if frames is not None else ()
+        return SLAM in kinds and AMCL not in kinds
 
     def _moveit(self) -> dict[str, Any]:
         planning = self._planning()

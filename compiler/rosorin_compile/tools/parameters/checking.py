@@ -18,7 +18,7 @@ from ...project import no_file
 from ...rules.case import Case
 from ...startup.records import NamedTuple
 from ..usage import WrongUsage
-from . import frames, owners, values
+from . import frames, odometry, owners, values
 from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, found
 from .remaps import Remap, of_launch, of_word
@@ -81,6 +81,7 @@ def look(case: Case, asked: Asked) -> Looked:
     claims = owners.claims(nodes, remaps, told)
     told += owners.check(case, claims)
     told += frames.check(case, nodes, claims)
+    told += odometry.check(nodes, remaps)
     judged, absent = _judged(case, nodes)
     unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
     return Looked(arrange(told), judged, absent, unknown)

@@ -1,0 +1,335 @@
+"""The way of a velocity from Nav2 to the wheels, and of the odometry back, by the nodes that launch files start.
+
+Each topic is followed from node to node by its name after remaps and by its message. What nodes publish and take is
+written down here, from their sources: ros-navigation/navigation2 and ros-controls/ros2_controllers, {humble, jazzy}.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.formats.parameters.files import nodes_of
+from support.launch import Started, read
+from support.paths import ROOT
+
+# As nav2_bringup/launch/navigation_launch.py has them: the remaps of the nodes that send velocities.
+NODES = {
+    "humble": {
+        "controller_server": [("cmd_vel", "cmd_vel_nav")],
+        "behavior_server": [],
+        "velocity_smoother": [("cmd_vel", "cmd_vel_nav"), ("cmd_vel_smoothed", "cmd_vel")],
+        "bt_navigator": [],
+    },
+    "jazzy": {
+        "controller_server": [("cmd_vel", "cmd_vel_nav")],
+        "behavior_server": [("cmd_vel", "cmd_vel_nav")],
+        "velocity_smoother": [("cmd_vel", "cmd_vel_nav")],
+        "collision_monitor": [],
+        "docking_server": [("cmd_vel", "cmd_vel_nav")],
+        "bt_navigator": [],
+    },
+}
+NODES["kilted"] = NODES["jazzy"]
+LAUNCH = """
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+NODES = {nodes!r}
+
+
+def generate_launch_description():
+    namespace, slam = LaunchConfiguration('namespace'), LaunchConfiguration('slam')
+    file = LaunchConfiguration('params_file')
+    return LaunchDescription([
+        DeclareLaunchArgument('namespace', default_value='', description='as the real one declares it'),
+        Node(package='nav2_localization', executable='slam', arguments=[slam]),
+        *(
+            Node(package='nav2', executable=name, name=name, remappings=remaps, parameters=[file], namespace=namespace)
+            for name, remaps in NODES.items()
+        ),
+    ])
+"""
+TUNED = """
+collision_monitor: {ros__parameters: {cmd_vel_in_topic: cmd_vel_smoothed, cmd_vel_out_topic: cmd_vel}}
+controller_server: {ros__parameters: {controller_frequency: 20.0}}
+amcl: {ros__parameters: {tf_broadcast: true, robot_model_type: "nav2_amcl::DifferentialMotionModel"}}
+"""
+TWIST, STAMPED = "Twist", "TwistStamped"
+# What a controller takes on Humble by `use_stamped_vel`, and otherwise; its odometry.
+VELOCITIES = ({True: "~/cmd_vel", False: "~/cmd_vel_unstamped"}, "~/odom")
+REFERENCES = ({True: "~/reference", False: "~/reference_unstamped"}, "~/odometry")
+TAKES = {
+    "diff_drive": VELOCITIES,
+    "omni_wheel_drive": VELOCITIES,
+    "tricycle": ({True: "~/cmd_vel", False: "~/cmd_vel"}, "~/odom"),
+    "mecanum_drive": REFERENCES,
+    "ackermann_steering": REFERENCES,
+    "bicycle_steering": REFERENCES,
+    "tricycle_steering": REFERENCES,
+}
+STAMPED_BY_DEFAULT = ("diff_drive", "tricycle", "mecanum_drive")  # on Humble
+
+BASE = """\
+robot: car
+links:
+  base_link: {collision: [{box: {size: [0.4, 0.2, 0.1]}}]}
+  fork: {}
+  "w${i}": {for: {i: [0, 1, 2, 3]}, collision: [{cylinder: {radius: 50 mm, length: 20 mm}, rpy: [90 deg, 0, 0]}]}
+joints:
+  fork: {type: continuous, parent: base_link, child: fork, xyz: [0.3, 0, 0], axis: [0, 0, 1]}
+  "j${i}":
+    for: {"i, on, x, y": [[0, base_link, 0, 0.1], [1, base_link, 0, -0.1], [2, TWO], [3, base_link, 0.3, -0.1]]}
+    type: continuous
+    parent: ${on}
+    child: w${i}
+    xyz: ["${x}", "${y}", 0]
+    axis: [0, 1, 0]
+drive: {DRIVE}
+"""
+ON_BASE, ON_FORK = "base_link, 0.3, 0.1", "fork, 0, 0"
+TRICYCLE = (ON_FORK, "tricycle: {steering: fork, driven: [j2], rolling: [j0, j1]}", ["j2"], ["fork"])
+DRIVES = {
+    "diff_drive": (ON_BASE, "differential: {left: [j0], right: [j1]}", ["j0", "j1"], []),
+    "mecanum_drive": (
+        ON_BASE,
+        "mecanum: {front_left: j2, rear_left: j0, front_right: j3, rear_right: j1}",
+        ["j0", "j1", "j2", "j3"],
+        [],
+    ),
+    "tricycle": TRICYCLE,
+    "bicycle_steering": TRICYCLE,
+    "tricycle_steering": TRICYCLE,
+}
+EXAMPLES = {
+    "omni_wheel_drive": ("omni_base", [f"wheel_{i}_joint" for i in (1, 2, 3)], []),
+    "ackermann_steering": (
+        "ackermann_car",
+        ["rear_left_joint", "rear_right_joint"],
+        ["front_left_steering_joint", "front_right_steering_joint"],
+    ),
+}
+REST = """
+publishers: {PUBLISHERS}
+edges:
+  - {parent: odom, child: base_link, publisher: OWNER}
+  - {parent: map, child: odom, publisher: locator}
+control: {base: {plugin: mock_components/GenericSystem, joints: {JOINTS}}}
+controllers: {states: {type: joint_state_broadcaster}, base: {type: KIND}}
+outputs:
+  urdf: {file: car.urdf, control: DISTRIBUTION}
+  controllers: {file: controllers.yaml, distribution: DISTRIBUTION, namespace: "NAMESPACE"}
+  nav2: {file: nav2.yaml, distribution: DISTRIBUTION}
+"""
+FILTER = "  robot_localization: {file: ekf.yaml, inputs: {odom0: {topic: base/odom, uses: [vx, vyaw]}}}\n"
+
+
+class Case(NamedTuple):
+    """A robot to be followed: type of its controller, distribution, who owns the odometry, namespace, localisation."""
+
+    kind: str
+    distribution: str
+    owner: str = "base"
+    namespace: str = ""
+    locator: str = "nav2_amcl"
+
+
+def described(case: Case) -> str:
+    if case.kind in EXAMPLES:
+        folder, driven, steered = EXAMPLES[case.kind]
+        text = (ROOT / "examples" / folder / "robot.yaml").read_text("utf-8").partition("\noutputs:")[0]
+    else:
+        two, drive, driven, steered = DRIVES[case.kind]
+        text = BASE.replace("TWO", two).replace("{DRIVE}", f"{{{drive}}}")
+    joints = dict.fromkeys(driven, "{command: velocity, state: [position, velocity]}")
+    joints |= dict.fromkeys(steered, "{command: position, state: [position, velocity]}")
+    packages = {"base": "controller_manager", "ekf": "robot_localization"}
+    owner = f"{case.owner}: {{package: {packages[case.owner]}}}"
+    base = "base_footprint" if case.kind in EXAMPLES else "base_link"
+    words = {
+        "PUBLISHERS": f"{owner}, locator: {{package: {case.locator}}}",
+        "OWNER": case.owner,
+        "JOINTS": ", ".join(f"{name}: {how}" for name, how in joints.items()),
+        "KIND": case.kind,
+        "DISTRIBUTION": case.distribution,
+        "NAMESPACE": case.namespace,
+        "child: base_link": f"child: {base}",
+    }
+    rest = REST + (FILTER if case.owner == "ekf" else "")
+    for word, meant in words.items():
+        rest = rest.replace(word, meant)
+    return text + rest
+
+
+def started(folder: Path, case: Case, **given: str) -> list[Started]:
+    """Write the package of a robot, and return the nodes that all of it starts."""
+    bringup = folder / "nav2_bringup"
+    files = (
+        ("launch/bringup_launch.py", LAUNCH.format(nodes=NODES[case.distribution])),
+        ("params/nav2_params.yaml", TUNED),
+    )
+    for file, text in files:
+        (bringup / file).parent.mkdir(parents=True, exist_ok=True)
+        (bringup / file).write_text(text, "utf-8")
+    (folder / "car.yaml").write_text(described(case), "utf-8")
+    words = [
+        "package",
+        str(folder / "car.yaml"),
+        "-o",
+        str(folder / "car"),
+        "--name",
+        "car",
+        "--control",
+        "--nav2",
+        "-q",
+    ]
+    assert main(words) == 0
+    shares = {"car": folder / "car", "nav2_bringup": bringup}
+    return read(folder / "car/launch/bringup.launch.py", shares, **given).nodes
+
+
+class End(NamedTuple):
+    """A topic by its full name, with its message."""
+
+    topic: str
+    message: str
+
+
+def full(name: str, node: str, namespace: str) -> str:
+    space = f"/{namespace.strip('/')}" if namespace.strip("/") else ""
+    return name if name.startswith("/") else f"{space}/{name.replace('~', node, 1) if name.startswith('~') else name}"
+
+
+def resolved(name: str, node: str, namespace: str, remaps: list[tuple[str, str]]) -> str:
+    """Return the full name of a topic after remaps: the first one that fits is followed (rcl/src/rcl/remap.c)."""
+    topic = full(name, node, namespace)
+    for old, new in remaps:
+        if full(old, node, namespace) == topic:
+            return full(new, node, namespace)
+    return topic
+
+
+def parameters(node: Started, name: str) -> dict[str, Any]:
+    """Return what files give a node: sections are known by the full name of the node."""
+    space = f"{node.namespace.strip('/')}/" if node.namespace.strip("/") else ""
+    found: dict[str, Any] = {}
+    for file in node.files:
+        found |= nodes_of(Path(file).read_text("utf-8")).get(f"{space}{name}", {})
+    return found
+
+
+class Wheels(NamedTuple):
+    """Where the controller of the drive takes velocities, and where its odometry is."""
+
+    takes: End
+    odometry: str
+
+
+def wheels(nodes: list[Started], case: Case) -> Wheels:
+    manager = next(node for node in nodes if node.executable == "ros2_control_node")
+    spawner = next(node for node in nodes if node.executable == "spawner" and node.arguments[0] == "base")
+    remaps = list(manager.remaps)
+    for flag, text in pairwise(spawner.arguments):
+        if flag == "--controller-ros-args":
+            words = shlex.split(text)
+            remaps = [tuple(to.split(":=")) for option, to in pairwise(words) if option == "-r"]
+    keys = parameters(manager, "base")
+    assert keys
+    stamped = case.distribution != "humble" or keys.get("use_stamped_vel", case.kind in STAMPED_BY_DEFAULT)
+    commands, odometry = TAKES[case.kind]
+    place = ("base", manager.namespace, remaps)
+    return Wheels(End(resolved(commands[stamped], *place), STAMPED if stamped else TWIST), resolved(odometry, *place))
+
+
+def ends(node: Started, case: Case) -> tuple[list[End], list[End]]:
+    """Return what velocities a node of Nav2 takes and sends."""
+    keys = parameters(node, node.name)
+    stamped = case.distribution != "humble" and keys.get("enable_stamped_cmd_vel", case.distribution == "kilted")
+    taken, sent = {
+        "velocity_smoother": ("cmd_vel", "cmd_vel_smoothed"),
+        "collision_monitor": (keys.get("cmd_vel_in_topic", ""), keys.get("cmd_vel_out_topic", "")),
+    }.get(node.name, ("", "" if node.name == "bt_navigator" else "cmd_vel"))
+
+    def end(name: str) -> Iterator[End]:
+        if name:
+            topic = resolved(name, node.name, node.namespace, node.remaps)
+            yield End(topic, STAMPED if stamped else TWIST)
+
+    return list(end(taken)), list(end(sent))
+
+
+CASES = [
+    Case(kind, distribution, owner)
+    for kind in TAKES
+    for distribution in NODES
+    for owner in ("base", "ekf")
+    if (kind, distribution) != ("omni_wheel_drive", "humble")
+]
+CASES += [Case("mecanum_drive", one, owner, "left") for one in ("humble", "jazzy") for owner in ("base", "ekf")]
+
+
+@pytest.mark.parametrize("case", CASES, ids="-".join)
+def test_velocities_reach_the_wheels_and_odometry_comes_back(tmp_path: Path, case: Case) -> None:
+    nodes = started(tmp_path, case)
+    drive = wheels(nodes, case)
+    nav2 = [node for node in nodes if node.package == "nav2"]
+    for source in nav2:
+        reached = set(ends(source, case)[1])
+        while (
+            more := {end for node in nav2 if reached & {*ends(node, case)[0]} for end in ends(node, case)[1]} - reached
+        ):
+            reached |= more
+        assert not reached or drive.takes in reached, (source.name, reached)
+    published = {drive.odometry} if case.owner == "base" else {"/odometry/filtered"}
+    assert any(node.executable == "ekf_node" for node in nodes) == (case.owner == "ekf")
+    for name in ("bt_navigator", "controller_server", "velocity_smoother"):
+        node = next(one for one in nav2 if one.name == name)
+        heard = resolved(parameters(node, name).get("odom_topic", "odom"), name, node.namespace, node.remaps)
+        assert heard in published
+
+
+def test_a_namespace_that_is_not_carried_through_is_refused(tmp_path: Path) -> None:
+    case = Case("diff_drive", "jazzy")
+    nodes = started(tmp_path, case)
+    assert {node.namespace for node in nodes} == {""}
+    shares = {"car": tmp_path / "car", "nav2_bringup": tmp_path / "nav2_bringup"}
+    for file in ("bringup", "control", "navigation"):
+        said = r"namespace:=left is not carried through: .* compiled for no namespace\. .*description.launch.py alone"
+        with pytest.raises(RuntimeError, match=said):
+            read(tmp_path / f"car/launch/{file}.launch.py", shares, namespace="left")
+    alone = read(tmp_path / "car/launch/description.launch.py", shares, namespace="left").nodes
+    assert {node.namespace for node in alone} == {"left"}
+
+
+def test_the_namespace_of_controllers_does_not_leak_into_nav2(tmp_path: Path) -> None:
+    """Given one, nav2_bringup puts its parameters below it, and its nodes are elsewhere."""
+    for given in ({}, {"namespace": "left"}):
+        nodes = started(tmp_path, Case("mecanum_drive", "jazzy", "ekf", "left"), **given)
+        inside = {node.executable for node in nodes if node.namespace == "left"}
+        assert inside == {"robot_state_publisher", "ros2_control_node", "spawner"}
+        assert {node.namespace for node in nodes if node.executable not in inside} == {""}
+    with pytest.raises(RuntimeError, match="compiled for /left"):
+        started(tmp_path, Case("mecanum_drive", "jazzy", "ekf", "left"), namespace="right")
+
+
+@pytest.mark.parametrize(
+    ("locator", "slam", "broadcasts"),
+    [("nav2_amcl", "False", True), ("slam_toolbox", "True", False), ("some_localizer", "False", False)],
+)
+def test_who_owns_the_map_decides_what_is_started(tmp_path: Path, locator: str, slam: str, broadcasts: bool) -> None:
+    case = Case("mecanum_drive", "jazzy", "base", "", locator)
+    nodes = started(tmp_path, case)
+    assert next(node for node in nodes if node.executable == "slam").arguments == [slam]
+    (localised,) = [node for node in started(tmp_path, case, slam="False") if node.executable == "slam"]
+    assert localised.arguments == ["False"]
+    amcl = parameters(next(node for node in nodes if node.package == "nav2"), "amcl")
+    assert amcl["tf_broadcast"] is broadcasts
+    assert amcl["robot_model_type"] == "nav2_amcl::OmniMotionModel"

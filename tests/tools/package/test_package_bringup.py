@@ -178,6 +178,17 @@ def hand(folder: Path, distribution: str, kind: str = "position_gripper") -> Pat
     return folder / "hand"
 
 
+def test_moveit_is_in_the_namespace_of_the_controllers(tmp_path: Path) -> None:
+    """It finds them, and the joint states, by names without one."""
+    text = GRIPPER.replace("DISTRIBUTION}", 'jazzy, namespace: "left"}').replace("KIND", "position_gripper")
+    (tmp_path / "hand.yaml").write_text(text.replace('jazzy, namespace: "left"', "jazzy", 1), "utf-8")
+    words = ["--control", "--moveit", "-q"]
+    assert main(["package", str(tmp_path / "hand.yaml"), "-o", str(tmp_path / "hand"), *words]) == 0
+    nodes = nodes_of(tmp_path / "hand", "bringup.launch.py", "hand_description")
+    assert {"move_group", "spawner"} < {node.executable for node in nodes}
+    assert {node.namespace for node in nodes} == {"left"}
+
+
 @pytest.mark.parametrize("distribution", ["humble", "jazzy"])
 def test_a_controller_is_started_inactive(tmp_path: Path, distribution: str) -> None:
     nodes = nodes_of(hand(tmp_path, distribution), "control.launch.py", "hand_description")

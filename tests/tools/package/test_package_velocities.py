@@ -17,6 +17,7 @@ import pytest
 from rosorin_compile.cli import main
 from rosorin_compile.formats.parameters.files import nodes_of
 from support.launch import Started, read
+from support.packages import clean
 from support.paths import ROOT
 
 # As nav2_bringup/launch/navigation_launch.py has them: the remaps of the nodes that send velocities.
@@ -333,3 +334,18 @@ def test_who_owns_the_map_decides_what_is_started(tmp_path: Path, locator: str, 
     amcl = parameters(next(node for node in nodes if node.package == "nav2"), "amcl")
     assert amcl["tf_broadcast"] is broadcasts
     assert amcl["robot_model_type"] == "nav2_amcl::OmniMotionModel"
+
+
+def test_what_starts_navigation_is_clean_whatever_it_starts(tmp_path: Path) -> None:
+    """With Nav2, with a filter, and with both; in Python as ROS 2 packages have it."""
+    found = {}
+    for name, left_out in (("both", "none"), ("filter", "  nav2:"), ("nav2", "  robot_localization:")):
+        case = Case("mecanum_drive", "jazzy", "ekf" if name != "nav2" else "base", "left")
+        text = "".join(line for line in described(case).splitlines(True) if not line.startswith(left_out))
+        (tmp_path / "car.yaml").write_text(text, "utf-8")
+        words = ["-o", str(tmp_path / name), "--name", "car", "--control", "--nav2", "-q"]
+        assert main(["package", str(tmp_path / "car.yaml"), *words]) == 0
+        clean(*(tmp_path / name / "launch").glob("*.py"))
+        found[name] = (tmp_path / name / "launch/navigation.launch.py").read_text("utf-8")
+    assert ["ekf_node" in found[name] for name in ("both", "filter", "nav2")] == [True, True, False]
+    assert ["nav2_bringup" in found[name] for name in ("both", "filter", "nav2")] == [True, False, True]

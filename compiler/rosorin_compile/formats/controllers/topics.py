@@ -58,11 +58,20 @@ class Driver(NamedTuple):
 def drivers(robot: Robot) -> list[Driver]:
     """Return the controllers of a drive, those that are started active first; none without an output for them."""
     output = next((one for one in robot.outputs if one.backend == CONTROLLERS), None)
-    if output is None:
+    if output is None or not _is_whole(robot):
         return []
     space = str(output.options.get("namespace", "")).strip("/")
     found = [_driver(one, space) for one in filled(robot, known(asked(output))) if one.type in _TOPICS]
     return sorted(found, key=lambda driver: driver.one.controller.inactive)
+
+
+def _is_whole(robot: Robot) -> bool:
+    """Say whether the drive names what is there; rules tell where it does not."""
+    drive = robot.drive
+    if drive is None:
+        return True
+    names = [name for names in drive.joints.values() for name in names]
+    return all(name in robot.joint for name in names) and (not drive.frame or drive.frame in robot.link)
 
 
 def _driver(one: Filled, space: str) -> Driver:

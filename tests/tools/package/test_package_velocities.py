@@ -1,4 +1,4 @@
-"""The way of a velocity from Nav2 to the wheels, and of the odometry back, by the nodes that launch files start.
+"""The way of a velocity from Nav2 to the wheels, and of odometry and transforms back, by the nodes that are started.
 
 Each topic is followed from node to node by its name after remaps and by its message. What nodes publish and take is
 written down here, from their sources: ros-navigation/navigation2 and ros-controls/ros2_controllers, {humble, jazzy}.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,19 +40,25 @@ NODES = {
 NODES["kilted"] = NODES["jazzy"]
 LAUNCH = """
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 NODES = {nodes!r}
 
 
+def localisation(context):
+    # As the real one has it, slam_toolbox or AMCL; both read the file of the others.
+    name = 'slam_toolbox' if LaunchConfiguration('slam').perform(context) == 'True' else 'amcl'
+    file, namespace = LaunchConfiguration('params_file'), LaunchConfiguration('namespace')
+    return [Node(package='nav2', executable=name, name=name, parameters=[file], namespace=namespace)]
+
+
 def generate_launch_description():
-    namespace, slam = LaunchConfiguration('namespace'), LaunchConfiguration('slam')
-    file = LaunchConfiguration('params_file')
+    namespace, file = LaunchConfiguration('namespace'), LaunchConfiguration('params_file')
     return LaunchDescription([
         DeclareLaunchArgument('namespace', default_value='', description='as the real one declares it'),
-        Node(package='nav2_localization', executable='slam', arguments=[slam]),
+        OpaqueFunction(function=localisation),
         *(
             Node(package='nav2', executable=name, name=name, remappings=remaps, parameters=[file], namespace=namespace)
             for name, remaps in NODES.items()
@@ -65,6 +71,7 @@ controller_server: {ros__parameters: {controller_frequency: 20.0}}
 amcl: {ros__parameters: {tf_broadcast: true, robot_model_type: "nav2_amcl::DifferentialMotionModel"}}
 """
 TWIST, STAMPED = "Twist", "TwistStamped"
+NAV2_RATE = 20.0  # Hz: controller_frequency, smoothing_frequency
 # What a controller takes on Humble by `use_stamped_vel`, and otherwise; its odometry.
 VELOCITIES = ({True: "~/cmd_vel", False: "~/cmd_vel_unstamped"}, "~/odom")
 REFERENCES = ({True: "~/reference", False: "~/reference_unstamped"}, "~/odometry")
@@ -78,6 +85,8 @@ TAKES = {
     "tricycle_steering": REFERENCES,
 }
 STAMPED_BY_DEFAULT = ("diff_drive", "tricycle", "mecanum_drive")  # on Humble
+ON_TF = ("diff_drive", "omni_wheel_drive", "tricycle")  # the others have their transforms on ~/tf_odometry
+SENDERS = ("controller_server", "behavior_server", "docking_server")
 
 BASE = """\
 robot: car
@@ -228,10 +237,11 @@ def parameters(node: Started, name: str) -> dict[str, Any]:
 
 
 class Wheels(NamedTuple):
-    """Where the controller of the drive takes velocities, and where its odometry is."""
+    """Where the controller of the drive takes velocities, where its odometry is, and its transform: topic and ends."""
 
     takes: End
     odometry: str
+    transform: tuple[str, str, str]
 
 
 def wheels(nodes: list[Started], case: Case) -> Wheels:
@@ -247,7 +257,29 @@ def wheels(nodes: list[Started], case: Case) -> Wheels:
     stamped = case.distribution != "humble" or keys.get("use_stamped_vel", case.kind in STAMPED_BY_DEFAULT)
     commands, odometry = TAKES[case.kind]
     place = ("base", manager.namespace, remaps)
-    return Wheels(End(resolved(commands[stamped], *place), STAMPED if stamped else TWIST), resolved(odometry, *place))
+    # By default a mecanum controller stops one cycle after each velocity.
+    assert case.kind != "mecanum_drive" or keys["reference_timeout"] > 1 / NAV2_RATE
+    moving = keys.get("enable_odom_tf", case.kind != "tricycle")
+    tf = resolved("/tf" if case.kind in ON_TF else "~/tf_odometry", *place) if moving else ""
+    taken = End(resolved(commands[stamped], *place), STAMPED if stamped else TWIST)
+    ends = keys.get("odom_frame_id", "odom"), keys.get("base_frame_id", "base_link")
+    assert keys.get("tf_frame_prefix_enable") is False or "tf_frame_prefix_enable" not in keys
+    return Wheels(taken, resolved(odometry, *place), (tf, *ends))
+
+
+def transforms(nodes: list[Started], case: Case) -> Iterator[tuple[str, str]]:
+    """Yield what nodes publish on /tf between the map, the odometry and the base."""
+    topic, *ends = wheels(nodes, case).transform
+    if topic == "/tf":
+        yield tuple(ends)
+    for node in nodes:
+        keys = parameters(node, node.name)
+        if node.executable == "ekf_node" and keys.get("publish_tf", True):
+            yield keys.get("odom_frame", "odom"), keys.get("base_link_frame", "base_link")
+        if node.name == "amcl" and keys.get("tf_broadcast", True):
+            yield keys.get("global_frame_id", "map"), keys.get("odom_frame_id", "odom")
+        if node.name == "slam_toolbox" and keys.get("transform_publish_period", 0.05):
+            yield keys.get("map_frame", "map"), keys.get("odom_frame", "odom")
 
 
 def ends(node: Started, case: Case) -> tuple[list[End], list[End]]:
@@ -257,7 +289,7 @@ def ends(node: Started, case: Case) -> tuple[list[End], list[End]]:
     taken, sent = {
         "velocity_smoother": ("cmd_vel", "cmd_vel_smoothed"),
         "collision_monitor": (keys.get("cmd_vel_in_topic", ""), keys.get("cmd_vel_out_topic", "")),
-    }.get(node.name, ("", "" if node.name == "bt_navigator" else "cmd_vel"))
+    }.get(node.name, ("", "cmd_vel" if node.name in SENDERS else ""))
 
     def end(name: str) -> Iterator[End]:
         if name:
@@ -267,13 +299,8 @@ def ends(node: Started, case: Case) -> tuple[list[End], list[End]]:
     return list(end(taken)), list(end(sent))
 
 
-CASES = [
-    Case(kind, distribution, owner)
-    for kind in TAKES
-    for distribution in NODES
-    for owner in ("base", "ekf")
-    if (kind, distribution) != ("omni_wheel_drive", "humble")
-]
+CASES = [Case(kind, one) for kind in TAKES for one in NODES if (kind, one) != ("omni_wheel_drive", "humble")]
+CASES += [Case(kind, "jazzy", "ekf") for kind in ("diff_drive", "mecanum_drive")]
 CASES += [Case("mecanum_drive", one, owner, "left") for one in ("humble", "jazzy") for owner in ("base", "ekf")]
 
 
@@ -295,6 +322,8 @@ def test_velocities_reach_the_wheels_and_odometry_comes_back(tmp_path: Path, cas
         node = next(one for one in nav2 if one.name == name)
         heard = resolved(parameters(node, name).get("odom_topic", "odom"), name, node.namespace, node.remaps)
         assert heard in published
+    base = "base_footprint" if case.kind in EXAMPLES else "base_link"
+    assert sorted(transforms(nodes, case)) == [("map", "odom"), ("odom", base)]
 
 
 def test_a_namespace_that_is_not_carried_through_is_refused(tmp_path: Path) -> None:
@@ -302,38 +331,57 @@ def test_a_namespace_that_is_not_carried_through_is_refused(tmp_path: Path) -> N
     nodes = started(tmp_path, case)
     assert {node.namespace for node in nodes} == {""}
     shares = {"car": tmp_path / "car", "nav2_bringup": tmp_path / "nav2_bringup"}
-    for file in ("bringup", "control", "navigation"):
-        said = r"namespace:=left is not carried through: .* compiled for no namespace\. .*description.launch.py alone"
+    for file, (name, value) in product(
+        ("bringup", "control", "navigation"), (("namespace", "left"), ("frame_prefix", "left/"))
+    ):
+        said = rf"{name}:=left is not carried through: .* compiled for none; .* description.launch.py alone takes any"
         with pytest.raises(RuntimeError, match=said):
-            read(tmp_path / f"car/launch/{file}.launch.py", shares, namespace="left")
+            read(tmp_path / f"car/launch/{file}.launch.py", shares, **{name: value})
     alone = read(tmp_path / "car/launch/description.launch.py", shares, namespace="left").nodes
     assert {node.namespace for node in alone} == {"left"}
 
 
 def test_the_namespace_of_controllers_does_not_leak_into_nav2(tmp_path: Path) -> None:
     """Given one, nav2_bringup puts its parameters below it, and its nodes are elsewhere."""
-    for given in ({}, {"namespace": "left"}):
-        nodes = started(tmp_path, Case("mecanum_drive", "jazzy", "ekf", "left"), **given)
-        inside = {node.executable for node in nodes if node.namespace == "left"}
-        assert inside == {"robot_state_publisher", "ros2_control_node", "spawner"}
-        assert {node.namespace for node in nodes if node.executable not in inside} == {""}
-    with pytest.raises(RuntimeError, match="compiled for /left"):
-        started(tmp_path, Case("mecanum_drive", "jazzy", "ekf", "left"), namespace="right")
+    nodes = started(tmp_path, Case("mecanum_drive", "jazzy", "ekf", "left"))
+    inside = {node.executable for node in nodes if node.namespace == "left"}
+    assert inside == {"robot_state_publisher", "ros2_control_node", "spawner"}
+    assert {node.namespace for node in nodes if node.executable not in inside} == {""}
+    shares = {"car": tmp_path / "car"}
+    control = tmp_path / "car/launch/control.launch.py"
+    assert {node.namespace for node in read(control, shares, namespace="left").nodes} == {"left"}
+    with pytest.raises(RuntimeError, match=r"namespace:=right .* compiled for left"):
+        read(control, shares, namespace="right")
+    with pytest.raises(RuntimeError, match=r"namespace:=left .* compiled for none"):  # Nav2 is in none
+        started(tmp_path, Case("mecanum_drive", "jazzy", "ekf", "left"), namespace="left")
 
 
 @pytest.mark.parametrize(
-    ("locator", "slam", "broadcasts"),
-    [("nav2_amcl", "False", True), ("slam_toolbox", "True", False), ("some_localizer", "False", False)],
+    ("locator", "default", "publishers"),
+    [
+        ("nav2_amcl", "amcl", {"amcl", "slam_toolbox"}),
+        ("slam_toolbox", "slam_toolbox", {"slam_toolbox"}),
+        ("some_localizer", "amcl", {"slam_toolbox"}),
+    ],
 )
-def test_who_owns_the_map_decides_what_is_started(tmp_path: Path, locator: str, slam: str, broadcasts: bool) -> None:
+def test_who_owns_the_map_decides_what_is_started(
+    tmp_path: Path, locator: str, default: str, publishers: set[str]
+) -> None:
+    """AMCL is silent where it is not the owner; slam_toolbox, asked for by hand, has the frames of the robot."""
     case = Case("mecanum_drive", "jazzy", "base", "", locator)
-    nodes = started(tmp_path, case)
-    assert next(node for node in nodes if node.executable == "slam").arguments == [slam]
-    (localised,) = [node for node in started(tmp_path, case, slam="False") if node.executable == "slam"]
-    assert localised.arguments == ["False"]
-    amcl = parameters(next(node for node in nodes if node.package == "nav2"), "amcl")
-    assert amcl["tf_broadcast"] is broadcasts
-    assert amcl["robot_model_type"] == "nav2_amcl::OmniMotionModel"
+
+    def started_by(**given: str) -> Started:
+        nodes = started(tmp_path, case, **given)
+        (one,) = [node for node in nodes if node.name in ("amcl", "slam_toolbox")]
+        assert (("map", "odom") in transforms(nodes, case)) == (one.name in publishers)
+        return one
+
+    assert started_by().name == default
+    located, mapping = started_by(slam="False"), started_by(slam="True")
+    assert (located.name, mapping.name) == ("amcl", "slam_toolbox")
+    assert parameters(located, "amcl")["robot_model_type"] == "nav2_amcl::OmniMotionModel"
+    frames = parameters(mapping, "slam_toolbox")
+    assert frames["base_frame"] == parameters(located, "amcl")["base_frame_id"] == "base_link"
 
 
 def test_what_starts_navigation_is_clean_whatever_it_starts(tmp_path: Path) -> None:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
 _ZERO = 1e-9
 _NAV2 = "nav2"
+# Nav2 of Humble sends no header (a key of Humble alone). By default a mecanum controller stops one cycle after each
+# velocity, and Nav2 sends 20 a second; diff_drive has this time by default (its cmd_vel_timeout, s).
+_UNDER_NAV2 = {"use_stamped_vel": False, "reference_timeout": 0.5}
 
 _KINDS = {
     SHORT["mecanum_drive"]: (MECANUM,),
@@ -97,7 +100,7 @@ def _frames(robot: Robot, controller: Controller, driving: Driving) -> dict[str,
     edges = [edge for edge in robot.edges if edge.child == base]
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
     if any(output.backend == _NAV2 for output in robot.outputs):
-        values["use_stamped_vel"] = False  # Nav2 of Humble has no header; a key of Humble alone
+        values |= _UNDER_NAV2
     values["enable_odom_tf"] = any(edge in edges for edge in owned(robot, controller))
     return {**values, "odom_frame_id": edges[0].parent} if edges else values
 

@@ -133,8 +133,9 @@ class Bringup(NamedTuple):
         values: dict[str, Any] = {"starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts]}
         values |= {"places": self.places, "ekf_name": self.ekf, "written": written}
         values["control_namespace"] = self._namespace()
+        values["navigates"] = NAV2 in self.starts
         if _NAV2 in self.places:
-            values["slam"] = str(self._slam())
+            values |= self._localisation()
         if CONTROL in self.starts:
             values |= self._control(main)
         if MOVEIT in self.starts:
@@ -177,11 +178,13 @@ class Bringup(NamedTuple):
         output = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
         every = sorted(self._filled(), key=lambda one: one.type != _FIRST)
         found = remaps(self.robot, output)
+        drives = drivers(self.robot)
         if NAV2 in self.starts and _NAV2 in self.places:
-            for driver in drivers(self.robot):
+            for driver in drives:
                 found.setdefault(driver.name, []).append((driver.command, COMMAND))
         return {
             "humble": self._distribution() == HUMBLE,
+            "drives": bool(drives),
             "spawned": [
                 Spawned(one.controller.name, tuple(found.get(one.controller.name, ())), one.controller.inactive)
                 for one in every
@@ -190,14 +193,21 @@ class Bringup(NamedTuple):
             "why": {TF: "it publishes there what it owns", COMMAND: "Nav2 sends velocities there"},
         }
 
-    def _slam(self) -> bool:
-        """Say whether it is slam_toolbox that publishes map -> odom, and not AMCL, while no mode is on."""
-        from ...formats.navigation import AMCL, SLAM, frames_of, owners_of_odom
+    def _localisation(self) -> dict[str, Any]:
+        """Return whether slam_toolbox publishes map -> odom, and not AMCL, while no mode is on.
+
+        Its frames are known here where it is started by hand alone, and the artifact has no section for it.
+        """
+        from ...formats.navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 
         output = next(one for one in self.robot.outputs if one.name == self.outputs[_NAV2])
         frames, _ = frames_of(self.robot, output)
-        kinds = owners_of_odom(self.robot, frames) if frames is not None else ()
-        return SLAM in kinds and AMCL not in kinds
+        if frames is None or not frames.map:
+            return {"slam": "False"}
+        kinds = owners_of_odom(self.robot, frames)
+        written = any(kind_of(one) == SLAM for one in self.robot.publishers)
+        named = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
+        return {"slam": str(SLAM in kinds and AMCL not in kinds), "slam_frames": {} if written else named}
 
     def _moveit(self) -> dict[str, Any]:
         planning = self._planning()

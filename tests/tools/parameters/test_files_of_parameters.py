@@ -68,6 +68,11 @@ def test_what_a_launch_file_puts_in_has_no_type() -> None:
         ("1e3", 1000.0),
         (".5", 0.5),
         ("99999999999999999999", 1e20),
+        ("-9223372036854775808", -(2**63)),
+        ("1e400", "1e400"),
+        ("1e-310", "1e-310"),
+        ("0e-400", 0.0),
+        ("!!str 1", "1"),
         ("-.inf", -math.inf),
         ("infinity", math.inf),
         ("null", "null"),
@@ -108,7 +113,25 @@ def test_patterns(pattern: str, name: str, fits: bool) -> None:
     [
         ("ros__parameters: {a: 1}\n", (1, 1), "ros__parameters stands at the top: no node is named"),
         ("node: {ros__parameters: {}, a: 1}\n", (1, 29), '"a" has a value, and no ros__parameters stands above it'),
-        ("a: {b: {}}\n", (1, 1), "no node has parameters here: there is no ros__parameters"),
+        (
+            "n: {ros__parameters: {a: {}, b: 1}}\n",
+            (1, 30),
+            '"b" stands behind "a", which is empty: ROS 2 refuses the whole file',
+        ),
+        ("n: {ros__parameters: {'': 1}}\n", (1, 23), "a parameter has no name: ROS 2 refuses the whole file"),
+        (
+            "n: {ros__parameters: {a: 1}, ros__parameters: {b: 1}}\n",
+            (1, 30),
+            "ros__parameters stands twice for one node, which ROS 2 refuses",
+        ),
+        *(
+            (text, (1, column), f'"{name}" is no name of a node or a namespace: ROS 2 refuses the whole file')
+            for text, column, name in (
+                ("n: {/m: {ros__parameters: {a: 1}}}\n", 5, "/n//m"),
+                ("/n/: {ros__parameters: {a: 1}}\n", 1, "/n/"),
+                ("~: {ros__parameters: {a: 1}}\n", 1, "~"),
+            )
+        ),
         ("node: {ros__parameters: 3}\n", (1, 25), "ros__parameters is a mapping of keys to values"),
         ("node: {ros__parameters: {a: [[1]]}}\n", (1, 30), '"a" holds a list in a list, which ROS 2 refuses'),
         (
@@ -169,6 +192,7 @@ def test_depth_is_bounded() -> None:
         ("[{b: 1}]", {"a.b": [1]}),
         ("[{b: [x, z]}]", {"a.b": ["x", "z"]}),
         ("[{b: [x], c: 1}]", {"a.b": ["x"], "a.c": 1}),
+        ("[{b: [x, z]}], y: {c: 1}", {"a.b": ["x", "z"], "y.c": 1}),
         ("[{b: {c: 1.5}}]", {"a.b.c": [1.5]}),
     ],
 )
@@ -183,6 +207,28 @@ def test_what_ros_reads_otherwise_than_it_looks_is_told(text: str) -> None:
     sections, told = read(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
     assert [(one.rule, one.severity) for one in told] == [("parameters-syntax", "warning")]
     assert sections[0].parameters["z"].value == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "told", "wanted"),
+    [
+        ("x: {a: {}, b: 1}, c: 2", '"b" stands behind "x.a", which is empty: ROS 2 reads it otherwise', {"c": 2}),
+        ("c: 2, a: []", '"a" is an empty list, and ROS 2 does not know of what', {"c": 2, "a": []}),
+    ],
+)
+def test_what_is_empty_is_told(text: str, told: str, wanted: dict[str, Any]) -> None:
+    sections, found = read(Source("params.yaml", f"n: {{ros__parameters: {{{text}}}}}\n"))
+    assert [(one.rule, one.severity) for one in found] == [("parameters-syntax", "warning")]
+    assert found[0].message.startswith(told)
+    assert wanted.items() <= {key: one.value for key, one in sections[0].parameters.items()}.items()
+
+
+@pytest.mark.parametrize("text", ["a: {b: {}}\n", "{}\n"])
+def test_a_file_of_nothing_but_empty_nodes_is_told_and_no_mistake(text: str) -> None:
+    """As rcl takes it; with parameters elsewhere nobody is missed."""
+    sections, (told,) = read(Source("params.yaml", text))
+    assert (sections, told.severity) == ([], "warning")
+    assert told.message == "no node has parameters here: there is no ros__parameters"
 
 
 @pytest.mark.parametrize("text", ["", "# nothing yet\n", "\n\n"])

@@ -30,7 +30,7 @@ RULES = (
     Rule(
         "parameters-odometry",
         "A warning: a node listens to an odometry below the name of a controller that publishes another one. A note: "
-        "it listens to `odom`, and in the files the odometry of the drive is elsewhere.",
+        "it listens to `odom`, or below a `..._controller` that no file has, and the drive publishes elsewhere.",
         "Name the topic that is published; or say by `--remap` or `--launch` which remap there is.",
         PARAMETERS,
     ),
@@ -39,6 +39,7 @@ RULES = (
 _FILTER, _FILTERED = "ekf", "odometry/filtered"
 _INPUT = re.compile(r"odom\d+")
 _KEY, _USUAL = "odom_topic", "odom"
+_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
 
 
 class Asked(NamedTuple):
@@ -226,7 +227,8 @@ def _heard(node: Node) -> Iterator[tuple[str, Setting]]:
 
 def _nobody(node: Node, key: str, setting: Setting, heard: str, sources: Sequence[Driven]) -> Iterator[Diagnostic]:
     meant = is_of_nobody(heard, {source.node.full.strip("/"): source.topic for source in sources})
-    if not meant and heard not in (full_name(_USUAL, node.namespace, ""), f"/{_USUAL}"):
+    of_drive = heard in (full_name(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
+    if not meant and not of_drive:
         return  # of somebody else, such as a camera
     source = next((one for one in sources if one.topic == meant), sources[0])
     message = f'{node.shown} listens to the odometry {heard} ("{key}"{setting.how}), and nobody in the files publishes '

@@ -8,6 +8,7 @@ would refuse to start with is an error here.
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -42,11 +43,13 @@ _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "
 # What strtol and strtod take, and the words of YAML for what is not finite.
 _INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
+_ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
-_PUT_IN = re.compile(r"\$\(|<|^~$")  # where something else stands when the file is used
+_PUT_IN = re.compile(r"\$\(|<")  # where something else stands when the file is used
 _LONGEST = 300  # digits of a number: more are beyond a double, too
 _MOST = 2**63 - 1
+_TEXT = "tag:yaml.org,2002:str"
 
 
 class Parameter(NamedTuple):
@@ -127,6 +130,7 @@ class _Reader:
         self.sections: dict[str, Section] = {}
         self.told: list[Diagnostic] = []
         self.count = 0  # of parameters
+        self.hollow = ""  # the last mapping, if it was empty
         loader = getattr(yaml, "CLoader", yaml.Loader)
         self.events: Iterator[Any] = iter(loader(source.text).get_event, None)
 
@@ -143,7 +147,7 @@ class _Reader:
             from ...frontend.tree import first_line
 
             message = f"no node has parameters here: there is no {PARAMETERS_KEY}"
-            raise NoParameters(error("parameters-syntax", message, first_line(self.source), _HELP))
+            self.told.append(Diagnostic("parameters-syntax", "warning", message, first_line(self.source), help=_HELP))
 
     def names(self, above: str, start: Any, named: Span | None, depth: int) -> None:
         """Read a mapping of namespaces and nodes; ``named`` is the place of the last name."""
@@ -163,30 +167,38 @@ class _Reader:
             if name == PARAMETERS_KEY:
                 if named is None:
                     raise self.fail(f"{PARAMETERS_KEY} stands at the top: no node is named", key)
+                if of_node:
+                    what = f"{PARAMETERS_KEY} stands twice for one node, which ROS 2 refuses"
+                    raise self.fail(what, key, "make it one")
                 self.named(above, named)
                 self.parameters(self.sections.setdefault(above, Section(above, named)), "", depth + 1)
-                of_node = True
+                self.hollow, of_node = "", True
                 continue
             before = self.count
-            self.names(f"{above}/{name.strip('/')}", value, self.span(key), depth + 1)
+            between = "" if above.endswith("/") or (name.startswith("/") and not above) else "/"
+            self.names(f"{above}{between}{name}", value, self.span(key), depth + 1)
             if of_node and self.count > before:
                 what = f'"{name}" stands behind the {PARAMETERS_KEY} of "{above.strip("/")}", which ROS 2 refuses'
                 raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
 
     def named(self, full: str, named: Span) -> None:
         """Hold the name of a node against those that there may be (rmw_validate_node_name)."""
-        wrong = [word for word in full.strip("/").split("/") if not _WORD.fullmatch(word) and not _PUT_IN.search(word)]
+        words = full.removeprefix("/").split("/")
+        wrong = [word for word in words if not _WORD.fullmatch(word) and not _PUT_IN.search(word)]
         if wrong:
-            what = f'"{wrong[0]}" is no name of a node or a namespace: ROS 2 refuses the whole file'
+            what = f'"{wrong[0] or full}" is no name of a node or a namespace: ROS 2 refuses the whole file'
             help = "letters, digits and _ alone, a digit not first"
+            help = help if wrong[0] else "a / stands between two names, and at most once before all of them"
             raise NoParameters(error("parameters-syntax", what, named, help))
 
-    def parameters(self, section: Section, above: str, depth: int) -> None:
-        """Read a mapping of parameters, in levels."""
+    def parameters(self, section: Section, above: str, depth: int, first: bool = True) -> None:
+        """Read a mapping of parameters, in levels; ``first`` says that nothing of it was read before."""
         for key in self.events:
             if isinstance(key, yaml.MappingEndEvent):
+                self.hollow = above if first else self.hollow
                 return
-            name = f"{above}{self.text(key)}"
+            first = False
+            name = f"{above}{self.parameter(key, above)}"
             value = next(self.events)
             if depth > MAX_DEPTH:
                 raise self.fail(f"nested deeper than {MAX_DEPTH} levels", key, "flatten the file")
@@ -198,6 +210,19 @@ class _Reader:
             else:
                 self.put(section, name, Parameter(self.scalar(value)[0], self.span(key), self.span(value)))
 
+    def parameter(self, key: Any, above: str) -> str:
+        """Return a key of parameters; behind an empty mapping ROS 2 loses count of its levels."""
+        text = self.text(key)
+        if not text:
+            raise self.fail("a parameter has no name: ROS 2 refuses the whole file", key, "name it")
+        if self.hollow:
+            what, way_out = f'"{text}" stands behind "{self.hollow[:-1]}", which is empty', "leave the empty one out"
+            if not above:
+                raise self.fail(f"{what}: ROS 2 refuses the whole file", key, way_out)
+            self.told.append(self.otherwise(what, key, way_out))
+            self.hollow = ""
+        return text
+
     def put(self, section: Section, name: str, made: Parameter) -> None:
         """Add a parameter to those of a section."""
         self.count += 1
@@ -206,6 +231,11 @@ class _Reader:
             message = f'"{name}" stands twice for {section.name}; the last one counts'
             related = (Related("first set here", before.key),)
             self.told.append(Diagnostic("parameters-twice", "warning", message, made.key, related, "remove one"))
+        if made.value == []:
+            message = f'"{name}" is an empty list, and ROS 2 does not know of what: nodes in C++ do not start '
+            message += '("No parameter value set")'
+            help = "leave it out, if the node has a list by default"
+            self.told.append(Diagnostic("parameters-syntax", "warning", message, made.span, help=help))
         section.parameters[name] = made
 
     def array(self, section: Section, name: str, key: Any, start: Any, depth: int) -> None:
@@ -226,9 +256,12 @@ class _Reader:
 
     def in_list(self, section: Section, above: str, depth: int) -> None:
         """Read a mapping in a list; a plain value in it is the first of a list, up to the end of the mapping."""
+        first = True
         for key in self.events:
             if isinstance(key, yaml.MappingEndEvent):
+                self.hollow = f"{above}." if first else self.hollow
                 return
+            first = False
             name = f"{above}.{self.text(key)}"
             value = next(self.events)
             if depth > MAX_DEPTH:
@@ -237,7 +270,7 @@ class _Reader:
                 self.in_list(section, name, depth + 1)
             elif isinstance(value, yaml.SequenceStartEvent):
                 self.array(section, name, key, value, depth)
-                self.parameters(section, f"{above}.", depth)  # the list is over, and so is what is odd
+                self.parameters(section, f"{above}.", depth, first=False)  # the list is over, and so is what is odd
                 return
             else:
                 values = self.values(name, value, yaml.MappingEndEvent)
@@ -248,9 +281,9 @@ class _Reader:
                 self.put(section, name, Parameter(values, self.span(key), self.span(value)))
                 return
 
-    def otherwise(self, what: str, event: Any) -> Diagnostic:
+    def otherwise(self, what: str, event: Any, help: str = "write a mapping without the list") -> Diagnostic:
         """Return that ROS 2 reads something otherwise than it looks."""
-        message, help = f"{what}: ROS 2 reads it otherwise than it looks", "write a mapping without the list"
+        message = f"{what}: ROS 2 reads it otherwise than it looks"
         return Diagnostic("parameters-syntax", "warning", message, self.span(event), help=help)
 
     def skip(self, event: Any) -> None:
@@ -289,7 +322,7 @@ class _Reader:
         if isinstance(event, yaml.AliasEvent):
             raise self.fail("ROS 2 takes no aliases in a parameter file", event, "write the value here")
         text = event.value
-        if event.style in ("'", '"'):
+        if event.style in ("'", '"') or event.tag == _TEXT:
             return text, "string"
         if not text:
             raise self.fail("this key has no value: ROS 2 refuses the whole file", event, 'write "" for an empty text')
@@ -301,9 +334,10 @@ class _Reader:
             if len(digits) > _LONGEST:  # rcl takes a number that is no double for text
                 return text, "string"
             number = int(digits, base) * (-1 if text.startswith("-") else 1)
-            return (number, "int") if abs(number) <= _MOST else (float(number), "double")
+            return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):
-            return float(text), "double"
+            fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
+            return (float(text), "double") if fits else (text, "string")  # beyond a double it is text for rcl
         if _SPECIAL.match(text):
             return float(text.replace(".", "")), "double"
         return text, "string"

@@ -46,7 +46,8 @@ _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
-_PUT_IN = re.compile(r"\$\(|<")  # where something else stands when the file is used
+# Where something else stands when the file is used: of a launch file, or of those that replace words (nav2_common).
+_PUT_IN = re.compile(r"\$\(|<[A-Za-z_]\w*>")
 _LONGEST = 300  # digits of a number: more are beyond a double, too
 _MOST = 2**63 - 1
 _TEXT = "tag:yaml.org,2002:str"
@@ -61,9 +62,9 @@ class Parameter(NamedTuple):
 
     @property
     def substituted(self) -> bool:
-        """Whether a launch file puts something else here: ``$(find-pkg-share ...)``, and nobody knows its type."""
+        """Whether something else is put here, ``$(find-pkg-share ...)`` or ``<prefix>``: nobody knows its type."""
         values = self.value if isinstance(self.value, list) else [self.value]
-        return any(isinstance(one, str) and "$(" in one for one in values)
+        return any(isinstance(one, str) and _PUT_IN.search(one) for one in values)
 
 
 @dataclass(frozen=True)
@@ -306,7 +307,7 @@ class _Reader:
                 message, help = f'"{name}" holds a list in a list, which ROS 2 refuses', "write one text in quotes"
                 raise self.fail(message, event, f'{help}: "[[x, y], ...]"')
             value, kind = self.scalar(event)
-            if isinstance(value, str) and "$(" in value:  # a launch file puts something else here
+            if isinstance(value, str) and _PUT_IN.search(value):
                 kind = first
             if first and kind != first:
                 message = f'"{name}" mixes {first} and {kind}: ROS 2 refuses the whole file, and no node starts'

@@ -133,7 +133,7 @@ class Bringup(NamedTuple):
         values: dict[str, Any] = {"starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts]}
         values |= {"places": self.places, "ekf_name": self.ekf, "written": written}
         values["control_namespace"] = self._namespace()
-        values["navigates"] = NAV2 in self.starts
+        values |= {"navigates": NAV2 in self.starts, "drives": False}
         if _NAV2 in self.places:
             values |= self._localisation()
         if CONTROL in self.starts:

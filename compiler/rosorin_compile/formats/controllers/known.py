@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
 _ZERO = 1e-9
 _NAV2 = "nav2"
-# Nav2 of Humble sends no header (a key of Humble alone). By default a mecanum controller stops one cycle after each
-# velocity, and Nav2 sends 20 a second; diff_drive has this time by default (its cmd_vel_timeout, s).
-_UNDER_NAV2 = {"use_stamped_vel": False, "reference_timeout": 0.5}
+# By default a mecanum controller stops one cycle after each velocity, and Nav2 sends 20 a second. Seconds: what
+# diff_drive has by default (cmd_vel_timeout).
+_TIMEOUT = 0.5
 
 _KINDS = {
     SHORT["mecanum_drive"]: (MECANUM,),
@@ -99,10 +99,14 @@ def _frames(robot: Robot, controller: Controller, driving: Driving) -> dict[str,
     base = _base(robot, driving.frame)
     edges = [edge for edge in robot.edges if edge.child == base]
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
-    if any(output.backend == _NAV2 for output in robot.outputs):
-        values |= _UNDER_NAV2
+    if _navigates(robot):
+        values["use_stamped_vel"] = False  # Nav2 of Humble has no header; a key of Humble alone
     values["enable_odom_tf"] = any(edge in edges for edge in owned(robot, controller))
     return {**values, "odom_frame_id": edges[0].parent} if edges else values
+
+
+def _navigates(robot: Robot) -> bool:
+    return any(output.backend == _NAV2 for output in robot.outputs)
 
 
 def _base(robot: Robot, frame: str) -> str:
@@ -121,6 +125,8 @@ def _base(robot: Robot, frame: str) -> str:
 def _mecanum(robot: Robot, driving: Driving) -> dict[str, Any]:
     joints = robot.drive.joints if robot.drive else {}
     values: dict[str, Any] = {f"{role}_wheel_command_joint_name": names[0] for role, names in joints.items()}
+    if _navigates(robot):
+        values["reference_timeout"] = _TIMEOUT
     around = (driving.wheelbase + driving.track) / 2
     values["kinematics.wheels_radius"] = _radius(driving)
     values["kinematics.sum_of_robot_center_projection_on_X_Y_axis"] = around

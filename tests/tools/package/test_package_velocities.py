@@ -139,7 +139,7 @@ outputs:
   controllers: {file: controllers.yaml, distribution: DISTRIBUTION, namespace: "NAMESPACE"}
   nav2: {file: nav2.yaml, distribution: DISTRIBUTION}
 """
-FILTER = "  robot_localization: {file: ekf.yaml, inputs: {odom0: {topic: base/odom, uses: [vx, vyaw]}}}\n"
+FILTER = "  robot_localization: {file: ekf.yaml, inputs: {odom0: {topic: ODOMETRY, uses: [vx, vyaw]}}}\n"
 
 
 class Case(NamedTuple):
@@ -173,6 +173,8 @@ def described(case: Case) -> str:
         "NAMESPACE": case.namespace,
         "child: base_link": f"child: {base}",
     }
+    inside = f"{case.namespace}/" if case.namespace else ""
+    words["ODOMETRY"] = f"{inside}base/{TAKES[case.kind][1].removeprefix('~/')}"
     rest = REST + (FILTER if case.owner == "ekf" else "")
     for word, meant in words.items():
         rest = rest.replace(word, meant)
@@ -317,7 +319,11 @@ def test_velocities_reach_the_wheels_and_odometry_comes_back(tmp_path: Path, cas
             reached |= more
         assert not reached or drive.takes in reached, (source.name, reached)
     published = {drive.odometry} if case.owner == "base" else {"/odometry/filtered"}
-    assert any(node.executable == "ekf_node" for node in nodes) == (case.owner == "ekf")
+    filters = [node for node in nodes if node.executable == "ekf_node"]
+    assert len(filters) == (case.owner == "ekf")
+    for node in filters:
+        heard = parameters(node, node.name)["odom0"]
+        assert resolved(heard, node.name, node.namespace, node.remaps) == drive.odometry
     for name in ("bt_navigator", "controller_server", "velocity_smoother"):
         node = next(one for one in nav2 if one.name == name)
         heard = resolved(parameters(node, name).get("odom_topic", "odom"), name, node.namespace, node.remaps)

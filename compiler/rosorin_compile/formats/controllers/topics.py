@@ -91,8 +91,7 @@ def odometry_of(kind: str) -> str:
 def is_of_nobody(topic: str, published: Mapping[str, str]) -> str:
     """Return the topic that is meant by one that is below the name of a controller which does not publish it.
 
-    ``published`` are the topics of the odometry by full names of controllers; a topic of others is nobody's to judge.
+    ``published`` are the topics of the odometry by names of controllers; a topic of others is nobody's to judge.
     """
-    above, _, last = topic.strip("/").rpartition("/")
-    meant = published.get(above, "")
-    return meant if meant and last != meant.rpartition("/")[2] else ""
+    meant = published.get(topic.strip("/").rpartition("/")[0], "")
+    return meant if meant.strip("/") != topic.strip("/") else ""

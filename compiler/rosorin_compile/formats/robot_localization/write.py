@@ -137,7 +137,9 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
 def _published(robot: Robot, name: str, kind: str, one: Mapping[str, Any]) -> Iterator[Found]:
     """Yield that an odometry is taken from a topic below a controller that publishes another one."""
     driving = drivers(robot) if kind == "odom" else []
-    published = {driver.topic("").strip("/"): driver.topic(driver.odometry) for driver in driving}
+    # In a namespace a controller is known by its own name, too: that is what people write.
+    named = ((name, driver) for driver in driving for name in (driver.name, driver.topic("").strip("/")))
+    published = {name: driver.topic(driver.odometry) for name, driver in named}
     meant = is_of_nobody(topic(robot, name, one), published)
     if meant:
         message = f'nobody publishes "{topic(robot, name, one)}", which "{name}" listens to: the controller publishes'

@@ -119,6 +119,7 @@ def test_patterns(pattern: str, name: str, fits: bool) -> None:
             '"b" stands behind "a", which is empty: ROS 2 refuses the whole file',
         ),
         ("n: {ros__parameters: {'': 1}}\n", (1, 23), "a parameter has no name: ROS 2 refuses the whole file"),
+        ("'': {m: {ros__parameters: {a: 1}}}\n", (1, 1), "a node has no name: ROS 2 refuses the whole file"),
         (
             "n: {ros__parameters: {a: 1}, ros__parameters: {b: 1}}\n",
             (1, 30),

@@ -159,6 +159,8 @@ class _Reader:
             if isinstance(key, yaml.MappingEndEvent):
                 return
             name = self.text(key)
+            if not name:
+                raise self.fail("a node has no name: ROS 2 refuses the whole file", key, "name it")
             value = next(self.events)
             if name == PARAMETERS_KEY and not isinstance(value, yaml.MappingStartEvent):
                 raise self.fail(f"{PARAMETERS_KEY} is a mapping of keys to values", value)

@@ -18,14 +18,13 @@ FLOATING = ("_TX", "_TY", "_TZ", "_R")
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 # The ends of the names of default classes (``classes``), and the groups by which viewers show and hide.
 VISUAL, COLLISION = "visual", "collision"
-# Visuals that nobody described: they show the collision shapes of a robot that has nothing else to be seen by.
-SHOWN = "visual_of_shapes"
+# What of wheels collides: with the floor alone (``masks``).
+WHEEL = "wheel_collision"
+# Collision shapes that are seen, in the groups of visuals: those of links that have nothing else to be seen by.
+SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
 
 # The sites that mark where frames are: dots that a viewer shows when it is asked for group 4.
 FRAME = "frame"
-
-# What of wheels collides: with the floor alone (``masks``).
-ROLLING = "rolling_collision"
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 

@@ -10,13 +10,23 @@ class is called after the words that the names of all its joints have: wrist of 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 
 from ...startup import patterns
 from ...startup.records import NamedTuple
 from ...xml.escaping import Markup
 from ..templating import attribute, attributes
-from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, ROLLING, SHOWN, VISUAL, VISUAL_GROUP
+from .bodies import (
+    COLLISION,
+    COLLISION_GROUP,
+    FRAME,
+    FRAME_GROUP,
+    SHOWN,
+    SHOWN_WHEEL,
+    VISUAL,
+    VISUAL_GROUP,
+    WHEEL,
+)
 from .masks import BESIDE_WHEELS, ROLLS
 
 # What each joint has for itself, and what many have in common that move otherwise.
@@ -86,7 +96,7 @@ class Classes:
         self.shared = self._share()
 
     def named(self, purpose: str) -> str:
-        """Return the name of the class of geoms (``visual``, ``collision``, ``visual_of_shapes``) or of frames."""
+        """Return the name of the class of geoms (``visual``, ``collision``, ``wheel_collision``) or of frames."""
         return f"{self._prefix}{purpose}"
 
     def printed(self, place: int) -> Markup:
@@ -100,20 +110,23 @@ class Classes:
             printed = self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
         return Markup(attribute("name", element.name) + printed)
 
-    def tree(self, seen: bool, shown: bool, groups: Mapping[str, int], rolls: bool = False) -> Class:
-        """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.
+    def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
+        """Return the classes as the file has them: of geoms those that are ``used``; ``rolls``: some are of wheels.
 
-        ``rolls``: some collide with the floor alone.
         ``groups`` are those that visuals and collisions have if not ours, by purpose.
         """
-        visual = {"group": str(groups.get(VISUAL, VISUAL_GROUP)), "contype": "0", "conaffinity": "0", "density": "0"}
-        solid = {"group": str(groups.get(COLLISION, COLLISION_GROUP if seen else 0)), "density": "0"}
-        inner = [Class(self.named(SHOWN))] if shown else []
-        made = [Class(self.named(VISUAL), [_part("geom", visual)], inner)]
-        wheels = [Class(self.named(ROLLING), [_part("geom", ROLLS.said())])] if rolls else []
-        made.append(
-            Class(self.named(COLLISION), [_part("geom", solid | (BESIDE_WHEELS.said() if rolls else {}))], wheels)
-        )
+        seen = {"group": str(groups.get(VISUAL, VISUAL_GROUP))}
+        group = groups.get(COLLISION, COLLISION_GROUP if {VISUAL, SHOWN, SHOWN_WHEEL}.intersection(used) else 0)
+        solid = {"group": str(group)} if group else {}
+        solid |= {"density": "0", **(BESIDE_WHEELS.said() if rolls else {})}
+        inner = {WHEEL: ROLLS.said(), SHOWN: seen, SHOWN_WHEEL: seen | ROLLS.said()}
+        solids = [Class(self.named(name), [_part("geom", said)]) for name, said in inner.items() if name in used]
+        made = []
+        if VISUAL in used:
+            seen |= {"contype": "0", "conaffinity": "0", "density": "0"}
+            made.append(Class(self.named(VISUAL), [_part("geom", seen)]))
+        if solids or COLLISION in used:
+            made.append(Class(self.named(COLLISION), [_part("geom", solid)], solids))
         made.append(Class(self.named(FRAME), [_part("site", {"group": str(FRAME_GROUP)})]))
         made += [Class(name, [_part(one.tag, one.values) for one in shared]) for name, shared in self.shared.items()]
         return Class(self.outer, (), made)
@@ -126,7 +139,7 @@ class Classes:
 
     def _share(self) -> dict[str, list[_Shared]]:
         """Return what elements share, by the name of the class: actuators with their joints, if all are of it."""
-        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, ROLLING, SHOWN, FRAME)}
+        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)}
         made: dict[str, list[_Shared]] = {}
         for shared in self._groups(made):
             name = self._with_joints(shared, made) or self._called(shared)
@@ -181,13 +194,14 @@ class Classes:
         return ""
 
     def _called(self, shared: _Shared) -> str:
-        """Return a name that no class has, after what the names of the joints have in common."""
-        words = shared.words or shared.tag
-        name, number = f"{self._prefix}{words}", 1
-        while name in self._taken:
-            number += 1
-            name = f"{self._prefix}{words}_{number}"
-        return name
+        """Return a name that no class has: after what the names of the joints have in common, or after the first."""
+        first = self._elements[shared.members[0]].joint
+        own = _words_of([first])
+        words = [shared.words or shared.tag, own if "_" in own else first or shared.tag]
+        names = [
+            f"{self._prefix}{word}" for word in (*words, *(f"{words[0]}_{n}" for n in range(2, len(self._taken) + 2)))
+        ]
+        return next(name for name in names if name not in self._taken)
 
     def _saved(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> int:
         """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""

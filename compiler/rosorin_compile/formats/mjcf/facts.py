@@ -486,7 +486,8 @@ def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str,
             key = ("geom", kind, geom.get("size"), geom.get("mesh"))
             sizes = sheet.once(key, partial(_full_sizes, sheet, geom, kind, scales))
             sheet.add_shape(name, f"{purpose} {index}", kind, sizes, _transform(sheet, geom))
-            for part, value in zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False):
+            look = () if purpose == COLLISION else sheet.vector(geom, "rgba", 4, ())
+            for part, value in zip(_COLOUR, look, strict=False):
                 sheet.add_of_shape(name, f"{purpose} {index}", part, value)
 
 

@@ -21,6 +21,7 @@ from ...model.motion import plane_axes
 from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from ..imported import LeftOut, cannot_carry
+from .bodies import COLLISION, SHOWN, SHOWN_WHEEL, WHEEL
 from .source import Markup, Places, says, spans_of
 
 RULES = (
@@ -106,7 +107,8 @@ class Reading:
         held = [facts["joints"][at]["type"] for top in self.tops for at in self.joints_in.get(top, ())]
         self.ground = len(self.tops) != 1 or any(kind != FREE for kind in held)
         self.free_base = not self.ground and held == [FREE]
-        self.is_ours = any(geom["class"] == f"{facts['name']}_collision" for geom in facts["geoms"])
+        ours = [f"{facts['name']}_{purpose}" for purpose in (COLLISION, WHEEL, SHOWN, SHOWN_WHEEL)]
+        self.is_ours = any(geom["class"] in ours for geom in facts["geoms"])
 
     def name(self, kind: str, name: str, made_up: str = "", index: int = -1) -> str:
         """Return the name of an object that no other of its kind has: its own, or one that is made up."""

@@ -21,7 +21,7 @@ from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Seq
 from ...model import Transform
 from ...xml.markup import Element
-from .bodies import SHOWN
+from .bodies import SHOWN, SHOWN_WHEEL
 from .links import placing
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
 from .unsaid import texture_path
@@ -81,7 +81,8 @@ def _usual_groups(reading: Reading, purposes: Mapping[int, list[str]]) -> dict[s
     """Return the groups that most geoms have, of those that are seen and of those that collide and are not."""
     geoms, made = reading.facts["geoms"], {}
     for purpose in ("visual", "collision"):
-        counts = Counter(geoms[index]["group"] for index, found in purposes.items() if found[0] == purpose)
+        of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
+        counts = Counter(geom["group"] for geom in of_it if not _has_our_look(reading, geom))
         if counts:
             made[purpose] = counts.most_common(1)[0][0]
     return made
@@ -119,13 +120,14 @@ def _more(reading: Reading, looks: Looks, index: int, shape: Map, purpose: str, 
     said = {key: text for key, text in geom["element"]["attributes"].items() if key not in (*_SAID, *_OF_CONTACT)}
     if len(purposes) > 1:
         said = {key: text for key, text in said.items() if (key in _LOOKS) == (purpose == "visual")}
-    if purposes[0] == purpose and geom["group"] != reading.groups[purpose]:
+    ours = _has_our_look(reading, geom)
+    if purposes[0] == purpose and not ours and geom["group"] != reading.groups[purpose]:
         said["group"] = str(geom["group"])
     elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
         said["group"] = str(_HIDDEN)  # what is seen of it is the visual
     if purposes == ["collision"] and "rgba" in geom["element"]["attributes"]:
         said["rgba"] = " ".join(repr(tidy(round(value, 7))) for value in geom["rgba"])
-    if purposes == ["collision"] and geom["material"] >= 0:
+    if purposes == ["collision"] and geom["material"] >= 0 and not ours:
         said["material"] = looks.material(geom["material"])
     inner = Map(element.span)
     for name in put_words(inner, said, "mjcf_geom", element):
@@ -174,8 +176,6 @@ def _keep_others(reading: Reading) -> None:
     for index, geom in enumerate(reading.facts["geoms"]):
         if geom["body"] not in reading.link_of or _is_carried(reading, geom) or is_scene(geom):
             continue
-        if _is_made_up(reading, geom):
-            continue
         span, link = reading.places.of("geoms", index).span, reading.link_of[geom["body"]]
         reading.kept(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
 
@@ -223,7 +223,7 @@ def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:
         more = more or _asset(reading, "mesh", mesh["name"])["inner"]
         if not mesh_file(mesh):
             return False
-    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more and not _is_made_up(reading, geom)
+    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more
 
 
 def is_scene(geom: Mapping[str, Any]) -> bool:
@@ -231,9 +231,9 @@ def is_scene(geom: Mapping[str, Any]) -> bool:
     return geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)
 
 
-def _is_made_up(reading: Reading, geom: Mapping[str, Any]) -> bool:
-    """Say whether a geom is one of ours that shows what collides, and is nothing else."""
-    return bool(geom["class"] == f"{reading.facts['name']}_{SHOWN}")
+def _has_our_look(reading: Reading, geom: Mapping[str, Any]) -> bool:
+    """Say whether a geom collides and is seen in a colour that we have given it, for want of a visual."""
+    return geom["class"] in [f"{reading.facts['name']}_{purpose}" for purpose in (SHOWN, SHOWN_WHEEL)]
 
 
 def _collides(geom: Mapping[str, Any]) -> bool:
@@ -422,10 +422,12 @@ class Looks:
         """Set the materials: those of shapes, and those that sites and tendons have, or nobody."""
         scene: set[int] = set()
         own: set[int] = set()
+        ours: set[int] = set()
         for geom in self.reading.facts["geoms"]:
-            (own if _is_carried(self.reading, geom) else scene).add(geom["material"])
+            carried = own if _is_carried(self.reading, geom) else scene
+            (ours if _has_our_look(self.reading, geom) else carried).add(geom["material"])
         indices = range(len(self.reading.facts["materials"]))
-        for index in (at for at in indices if at in own or at not in scene):
+        for index in (at for at in indices if at in own or at not in scene | ours):
             self.material(index)
         if scene - own - {-1}:
             element = self.reading.markup.sections("asset")[:1] or [self.reading.markup.root]

@@ -21,7 +21,9 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 - A height map is merged boxes, or what ``height_maps`` asks for; as a height field (``hfield``) it is never smaller
   than they are, and does not collide with planes.
 - Visual geoms collide with nothing and are in group 2. Collision geoms are in group 3, which viewers hide; in group 0
-  if there is nothing else to look at. A robot without visuals is seen as its collision shapes, in one colour a link.
+  if there is nothing else to look at. A link of a robot without visuals is seen as its collision shapes, in one colour:
+  these are in group 2.
+- What MuJoCo takes an attribute for is not said: a place at zero, a hinge, the axis z, a sphere.
 - The sites of frames are in group 4, which viewers hide.
 - What sensors are made of stands in the bodies of their frames and in the list of sensors (``write_sensors``).
 """
@@ -29,7 +31,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 
 from ...diagnostics import Diagnostic
@@ -63,7 +65,7 @@ from ...xml.elements import indented
 from ...xml.escaping import Markup
 from ..mesh_vertices import clouds_of
 from ..templating import Templates, attribute, attributes, comment
-from .bodies import COLLISION, FRAME, ROLLING, SHOWN, VISUAL, body_name
+from .bodies import COLLISION, FRAME, SHOWN, SHOWN_WHEEL, VISUAL, WHEEL, body_name
 from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
@@ -216,13 +218,14 @@ class _Printer:
         self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
         self.geom_names: dict[str, list[str]] = {}
         self.left_out: dict[str, str] = {}  # geoms that are not written, each with its link
+        self.used: set[str] = set()  # the purposes of those that are
         self.simulated = SimulationPrinter(robot, number, shown.values())
         self.fields: dict[str, Field] = {}
         # What is printed of values that many joints and links may share.
         self.motions: dict[Hashable, Mapping[str, str]] = {}
         self.printed: dict[Hashable, tuple[object, Markup | str]] = {}
         self.form = form_of(output)
-        self.names, self.simulated.own_names = _geom_names(robot, self.form, shown)
+        self.names, self.simulated.own_names = _geom_names(robot, self.form)
         self.mesh_inertia = output.options.get("mesh_inertia", "shell")
         self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
@@ -250,10 +253,8 @@ class _Printer:
         return self.motions[key]
 
     def tree(self, groups: Mapping[str, int]) -> Class:
-        """Return the default classes; ``groups`` that are asked for."""
-        shown = bool(self.shown)
-        seen = shown or any(link.visual for link in self.robot.links)
-        return self.classes.tree(seen, shown, groups, bool(self.rolling))
+        """Return the default classes of what has been printed; ``groups`` that are asked for."""
+        return self.classes.tree(self.used, bool(self.rolling), groups)
 
     def actuators(self, drives: Sequence[Drive]) -> list[Part]:
         """Return the elements of actuators, which follow the joints in the list of those that share classes."""
@@ -269,7 +270,7 @@ class _Printer:
         return numbers(values, self.number)
 
     def place(self, pose: Pose) -> Mapping[str, str]:
-        """Return a position (m) and a unit quaternion (w x y z), which is left out where nothing is turned."""
+        """Return a position (m) and a unit quaternion (w x y z): each where it is not that of what it stands in."""
         return _place(pose.xyz, pose.rpy, self.number)
 
     def body(self, frame: Frame, after: Frame | None) -> Body:
@@ -283,12 +284,12 @@ class _Printer:
             self.joints_of(frame.joint) if frame.joint else [],
             [
                 *self.geoms(link, COLLISION, link.collision),
-                *self.geoms(link, VISUAL, link.collision if link.name in self.shown else link.visual),
+                *self.geoms(link, VISUAL, link.visual),
                 *([self.no_drag(link.name)] if self.in_fluid and link.name in self.weightless else []),
             ],
             attribute("name", frame.name) + self.framed,
             self.elements.get(frame.name, ()),
-            [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
+            [self.simulated.mark(mark, self.place(mark.pose)) for mark in link.marked],
             [indented(text, _indent(frame.depth - self.top + 1)) for text in link.mjcf_elements],
             [_indent(depth - self.top) for depth in ends],
         )
@@ -302,11 +303,6 @@ class _Printer:
         if link.gravity_compensation:
             texts.append(attribute("gravcomp", self.number(link.gravity_compensation)))
         return "".join([*texts, self.simulated.printed(link.mjcf)] if link.mjcf else texts)
-
-    def place_of(self, pose: Pose) -> Mapping[str, str]:
-        """Return the attributes of a pose; what is zero needs none."""
-        values = self.place(pose)
-        return values if any(pose.xyz) else {key: text for key, text in values.items() if key != "pos"}
 
     def free_joint(self) -> Markup:
         """Return the element of the joint of a floating base."""
@@ -338,7 +334,7 @@ class _Printer:
             return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(self.number, six)[:3]))
         if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not has_products(inertial):
             own = " ".join(inertial.printed(self.number)[:3])
-            return attributes(**{**self.place(inertial.pose), "mass": mass, "diaginertia": own})
+            return attributes(**{"pos": pos, **self.place(inertial.pose), "mass": mass, "diaginertia": own})
         return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed(self.number, six)))
 
     def collider(self, geom: Geom) -> str:
@@ -349,10 +345,13 @@ class _Printer:
         """Return the geoms of shapes, named by the link, the purpose and the number of the solid."""
         if not shapes:
             return []
-        shown = self.shown.get(link.name) if purpose == VISUAL else None
-        called = self.classes.named(SHOWN if shown else purpose)
+        shown = self.shown.get(link.name) if purpose == COLLISION else None
+        kind = purpose
         if purpose == COLLISION and link.name in self.rolling:
-            called = self.classes.named(ROLLING)
+            kind = SHOWN_WHEEL if shown else WHEEL
+        elif shown:
+            kind = SHOWN
+        called = self.classes.named(kind)
         made: list[str] = []
         for index, solid in enumerate([solid for shape in shapes for solid in solids(shape, self.form)], start=1):
             geometry = solid.geometry
@@ -361,14 +360,14 @@ class _Printer:
             if not sized:
                 self.left_out[name] = link.name
                 continue
+            self.used.add(kind)
             if purpose == COLLISION:
                 self.geom_names.setdefault(link.name, []).append(name)
-            if shown:
-                more = {"material": self.simulated.material(shown.name)}
+                more = {"material": self.simulated.material(shown.name)} if shown else {}
             else:
-                more = self.look(solid) if purpose == VISUAL else {}
-                if solid.contact is not None or solid.mjcf:
-                    more |= self.simulated.touching(solid, purpose)
+                more = self.look(solid)
+            if solid.contact is not None or solid.mjcf:
+                more |= self.simulated.touching(solid, purpose)
             if isinstance(geometry, (Mesh, HeightMap)):
                 made.append(attributes(**{"name": name, "class": called, **self.of_file(geometry, solid), **more}))
             else:
@@ -381,8 +380,9 @@ class _Printer:
             return ""
         if isinstance(geometry, (Mesh, HeightMap)):
             return attributes(**{"class": called})
-        values = {"class": called, "type": type(geometry).__name__.lower(), "size": self.numbers(_half_sizes(geometry))}
-        return attributes(**values, **self.place(solid.origin()))
+        kind = {} if isinstance(geometry, Sphere) else {"type": type(geometry).__name__.lower()}
+        sizes = self.numbers(_half_sizes(geometry))
+        return attributes(**{"class": called}, **kind, size=sizes, **self.place(solid.origin()))
 
     def of_file(self, geometry: Mesh | HeightMap, solid: Shape) -> Mapping[str, str]:
         """Return the type of what is no primitive, what it is of, and where it sits."""
@@ -407,7 +407,7 @@ class _Printer:
         """Return a geom that keeps fluids from a body without mass: MuJoCo takes that for a box of metres."""
         of_fluid = {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
         none = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
-        return attributes(name=f"{link}_no_drag", type="sphere", size=self.number(_NO_SIZE), **none, **of_fluid)
+        return attributes(name=f"{link}_no_drag", size=self.number(_NO_SIZE), **none, **of_fluid)
 
     def look(self, visual: Shape) -> dict[str, str]:
         """Return the material of a visual, and the colour that it has instead of that of the material."""
@@ -429,21 +429,18 @@ def _shows_collision(robot: Robot, output: Output) -> bool:
     return bool(output.options.get("visuals", usual) == "from_collision")
 
 
-def _geom_names(
-    robot: Robot, form: str, shown: Collection[str]
-) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
+def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
     """Return the name of each geom by link, purpose and number; and by LINK_PURPOSE_NUMBER where another one has that.
 
     A geom has the name of its shape, if no other shape has it; one that collides goes before one that is seen. All
-    others are called after their link, and so are those that show what collides, of the links that are ``shown``.
+    others are called after their link.
     """
     places: dict[tuple[str, str, int], str] = {}
     for purpose in (COLLISION, VISUAL):
         for link in robot.links:
-            shows = purpose == VISUAL and link.name in shown
-            shapes = link.visual if purpose == VISUAL and not shows else link.collision
+            shapes = link.visual if purpose == VISUAL else link.collision
             for number, solid in enumerate([solid for shape in shapes for solid in solids(shape, form)], start=1):
-                places[link.name, purpose, number] = "" if shows else solid.name
+                places[link.name, purpose, number] = solid.name
     own = [(at, name) for at, name in places.items() if name]
     if not own:
         return {at: f"{at[0]}_{at[1]}_{at[2]}" for at in places}, {}
@@ -489,8 +486,8 @@ def _setting(value: str | float | Sequence[float], number: NumberFormat) -> str:
 @remembered
 def _place(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
     quaternion = Pose(xyz, rpy).transform().quaternion()
-    pos = vector(xyz, number)
-    return {"pos": pos} if quaternion == (1, 0, 0, 0) else {"pos": pos, "quat": vector(quaternion, number)}
+    made = {"pos": vector(xyz, number)} if any(xyz) else {}
+    return made if quaternion == (1, 0, 0, 0) else {**made, "quat": vector(quaternion, number)}
 
 
 @remembered

@@ -60,7 +60,7 @@ def several(joint: Joint, printer: SimulationPrinter) -> list[Markup]:
         parts = zip(PLANAR, kinds, axes, strict=True)
     else:
         parts = zip(FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
-    made = [attributes(name=base + end, type=kind, axis=vector(axis, number)) for end, kind, axis in parts]
+    made = [attributes(name=base + end, **_motion(kind, axis, number)) for end, kind, axis in parts]
     return made if joint.type == "planar" else [*made, attributes(name=base + FLOATING[3], type="ball")]
 
 
@@ -74,11 +74,17 @@ def _base_name(joint: Joint, robot: Robot) -> str:
 
 def single(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
     """Return the attributes of a joint of one position, but its name."""
-    values = {"type": TYPES[joint.type], "axis": vector(joint.axis, printer.number)}
+    values = _motion(TYPES[joint.type], joint.axis, printer.number)
     ends = position_range(joint)
     if ends:
         values["range"] = numbers(ends, printer.number)
     return {**values, **_inner(joint, printer)}
+
+
+def _motion(kind: str, axis: Vector, number: NumberFormat) -> dict[str, str]:
+    """Return the type and the axis of a joint of one position; MuJoCo's own are a hinge and z."""
+    values = {} if kind == "hinge" else {"type": kind}
+    return values if axis == _AXES[2] else {**values, "axis": vector(axis, number)}
 
 
 def _inner(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:

@@ -14,7 +14,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.cli import main  # noqa: E402
 from rosorin_compile.diagnostics import has_errors  # noqa: E402
-from support.paths import ROOT, ROSORIN  # noqa: E402
+from support.paths import DATA, ROOT, ROSORIN  # noqa: E402
 from support.robots import compiled, compiled_text  # noqa: E402
 from support.scenes import BACK_END, seen  # noqa: E402
 
@@ -85,6 +85,17 @@ def test_the_floor_is_where_the_robot_ends(tmp_path: Path, base: str, root: str)
     text = LEG.replace("overview", "eye").replace("name: floor", "name: ball").replace("sites: {floor", "sites: {flat")
     outputs = f"outputs: {{mjcf: {{file: hopper.xml, base: {base}}}, scene: {{file: scene.xml}}}}\n"
     scene = written(tmp_path, text + root + outputs) / "scene.xml"
+    assert gap(scene) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("base", "free"), [("", True), (", base: fixed", False)])
+def test_a_robot_that_drives_stands_free_on_its_floor(tmp_path: Path, base: str, free: bool) -> None:
+    text = (DATA / "simulation" / "drive-differential.yaml").read_text("utf-8")
+    outputs = f"outputs: {{mjcf: {{file: good.xml{base}}}, scene: {{file: scene.xml}}}}\n"
+    scene = written(tmp_path, text + outputs) / "scene.xml"
+    model = mujoco.MjModel.from_xml_path(str(scene))
+    assert (mujoco.mjtJoint.mjJNT_FREE in model.jnt_type) == free
+    assert model.key(0).name == "home"
     assert gap(scene) == pytest.approx(0.0, abs=1e-6)
 
 

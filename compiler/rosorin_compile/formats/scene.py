@@ -67,6 +67,7 @@ class _Camera(NamedTuple):
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the scene of a robot. Option: ``of``, the output of MJCF that is in it."""
+    from ..model.standing import stands_free
     from .templating import comment
 
     of, problem = _included(robot, output)
@@ -91,7 +92,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "axes": vector(_rounded((*camera.x, *camera.y), 6), six),
         "lamp": vector(_rounded([at - _LAMP * extent * way for at, way in zip(centre, _LIGHT, strict=True)]), six),
         "light": vector(_LIGHT, six),
-        "ground": six(round(min(0.0, c), 6) if of.options.get("base", "fixed") == "fixed" else 0.0),
+        "ground": six(0.0 if stands_free(robot, of) else round(min(0.0, c), 6)),
         "name": lambda name: _free(name, robot),
     }
     return templates.own("scene.xml.jinja", values), []
@@ -123,12 +124,11 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     Where the size of one is not known, it is the box around what else is there, and all frames.
     """
     from ..model.bounds import Bounds
-    from ..model.standing import home_of, reach, stands_at
+    from ..model.standing import home_of, reach, stands_at, stands_free
     from .mesh_vertices import clouds_of
 
     home, clouds = home_of(robot), clouds_of(robot)
-    free = of.options.get("base", "fixed") == "free"
-    at: Pose = stands_at(robot, home, clouds) if free else robot.simulation.root.pose
+    at: Pose = stands_at(robot, home, clouds) if stands_free(robot, of) else robot.simulation.root.pose
     solid = reach(robot, home.positions, "collision", at, clouds)
     seen = reach(robot, home.positions, "visual", at)
     boxes = [one.bounds for one in (solid, seen) if one.bounds is not None]

@@ -1,4 +1,4 @@
-"""Standing: the pose that a robot is at home in, and where its root is when it stands on a floor in that pose."""
+"""Standing: the pose that a robot is at home in, and where its root is when it stands free on a floor in that pose."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from ..startup.records import NamedTuple
 from .bounds import Bounds
 from .geometry import IDENTITY, Pose, Transform, Vector, dot
-from .robot import JointPose, Robot
+from .robot import JointPose, Output, Robot
 from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 HOME = "home"
@@ -40,6 +40,12 @@ class Reach(NamedTuple):
 def unknown(mesh: Mesh) -> Cloud | None:  # noqa: ARG001 - whoever has read no mesh
     """Say of no mesh where its vertices are."""
     return None
+
+
+def stands_free(robot: Robot, output: Output) -> bool:
+    """Say whether the base is free to move in a simulation: as the output says, else that of a robot with a drive."""
+    usual = "fixed" if robot.drive is None else "free"
+    return output.options.get("base", usual) == "free" and not robot.simulation.root.world
 
 
 def home_of(robot: Robot) -> JointPose:

@@ -14,6 +14,7 @@ from ..diagnostics.registry import SIMULATED, rule
 from ..frontend.lower.simulation import MEASURED, TARGETS
 from ..frontend.tree import Path
 from ..model import BODY_ELEMENT, NO_SIMULATION, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Robot
+from ..model.standing import stands_free
 from ..startup.records import NamedTuple
 from ..xml import mujoco
 from ..xml.elements import found_in
@@ -135,7 +136,7 @@ class Names:
         robot = self.robot
         names = {joint.name for joint in robot.joints if joint.moves or joint.type == BALL}
         names |= {joint.name + end for joint in robot.joints for end in SEVERAL.get(joint.type, ())}
-        if any(output.options.get("base") == "free" for output in robot.outputs):
+        if any(stands_free(robot, output) for output in robot.outputs):
             names.add(free_joint(robot))
         return names
 

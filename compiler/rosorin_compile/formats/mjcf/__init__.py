@@ -206,7 +206,8 @@ FORMAT = Format(
         "number_format": NUMBER_FORMAT,
         "base": {
             "enum": ["fixed", "free"],
-            "description": "fixed (default): held in the world at the root link; free: free to move.",
+            "description": "fixed: held in the world at the root link; free: free to move."
+            " Default: free, if the robot has a drive.",
         },
         "option": {
             "type": "object",

@@ -12,6 +12,7 @@ from functools import cached_property
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import HeightMap, Mesh, Output, Robot, Shape
+from ...model.standing import stands_free
 from ...rules.case import Case
 from ...startup.records import NamedTuple
 from .bodies import body_name, weld_groups
@@ -99,8 +100,7 @@ class _Filtered:
         self.form = form_of(output)
         self.implied = output.options.get("contacts", "implied") == "implied"
         self.top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
-        free = output.options.get("base", "fixed") == "free" and not robot.simulation.root.world
-        self.world = "" if free else robot.root  # the top of what is welded to the world
+        self.world = "" if stands_free(robot, output) else robot.root  # the top of what is welded to the world
         self.shapes = self._looks(Masks(robot, self.implied))
 
     def _looks(self, masks: Masks) -> Mapping[_Look, list[_Place]]:

@@ -57,7 +57,7 @@ from ...model import (
     principal_moments,
 )
 from ...model.looks import colours_of
-from ...model.standing import home_of, stands_at
+from ...model.standing import home_of, stands_at, stands_free
 from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup.records import NamedTuple, replace
 from ...startup.remembering import remembered
@@ -125,11 +125,12 @@ class Frame(NamedTuple):
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the MJCF of a robot.
 
-    Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format``,
+    Options: ``base`` (fixed: the root link is held in the world; free: it floats, as that of a robot with a drive does
+    unless it says fixed), ``number_format``,
     ``visuals`` (own, or from_collision for links that have none).
     """
     number = number_format(output.options)
-    free = output.options.get("base", "fixed") == "free" and not robot.simulation.root.world
+    free = stands_free(robot, output)
     elements = elements_of(robot, templates, number)
     form = form_of(output)
     frames = list(walk(robot))

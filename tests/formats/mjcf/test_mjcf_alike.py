@@ -64,7 +64,7 @@ def test_all_that_is_said_is_read(chain: Compiled, monkeypatch: pytest.MonkeyPat
     [
         (0, 'mass="2"', 'mass="3"', "s0 mass"),
         (3, 'mass="2"', 'mass="3"', "s3 mass"),
-        (2, 'fullinertia="0.1 0.1 0.1', 'fullinertia="0.1 0.1 0.2', "s2 inertia"),
+        (2, 'diaginertia="0.1 0.1 0.1', 'diaginertia="0.1 0.1 0.2', "s2 inertia"),
         (3, 'size="0.05 0.05 0.1"', 'size="0.05 0.05 0.2"', "s3 collision"),
         (5, 'size="0.1"', 'size="0.2"', "s5 collision"),
         (2, 'pos="0 0 0.2"', 'pos="0 0 0.3"', "s2 origin z"),

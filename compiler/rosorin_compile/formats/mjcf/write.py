@@ -331,7 +331,7 @@ class _Printer:
         if not has_mass(inertial):
             return ""
         pos, mass, six = vector(inertial.pose.xyz, self.number), self.number(inertial.mass), along_link_of(inertial)
-        if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not any(six[3:]):
+        if not any(six[3:]):
             return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(self.number, six)[:3]))
         if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not has_products(inertial):
             own = " ".join(inertial.printed(self.number)[:3])

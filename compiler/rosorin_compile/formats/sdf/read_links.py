@@ -208,7 +208,9 @@ class Links:
                 message = f"the submesh of {named(element)} is kept for SDF alone: other formats have the whole mesh"
                 converted(self.reading, message, solid.span)
         material = self.reading.single(element, "material")
-        if material is not None:
+        if material is not None and element.tag == "collision":
+            self.reading.ignored("the material of a collision: what collides is not seen", material.span)
+        elif material is not None:
             looks = self._looks(material, made, link)
             rest += [wrapped("material", looks)] if looks else []
         more = others(self.reading, element, (*_OF_SHAPE, *_KEPT_OF_SHAPE), ("name",))

@@ -457,8 +457,9 @@ def test_chaos_is_judged_by_what_the_source_does_to_itself(monkeypatch: pytest.M
 
 
 # Three meshes within each other, pushed by servos: where they touch hangs on the last bits, and not on all of them.
-STONE = """0.011 -0.018 -0.037 -0.039 0.025 0.033 0.009 0.018 0.003 0.035 0.025 -0.040 0.029 -0.037 0.018 -0.026 0.029 0.003
--0.016 -0.006 -0.038 -0.030 0.014 0.012 0.009 -0.009 0.040 0.038 0.015 0.012 0.015 -0.009 -0.029 0.018 0.002 -0.015"""
+STONE = """0.011 -0.018 -0.037 -0.039 0.025 0.033 0.009 0.018 0.003 0.035 0.025 -0.040 0.029 -0.037 0.018 -0.026 0.029
+0.003 -0.016 -0.006 -0.038 -0.030 0.014 0.012 0.009 -0.009 0.040 0.038 0.015 0.012 0.015 -0.009 -0.029 0.018
+0.002 -0.015"""
 STONES = f"""<mujoco><option integrator="implicitfast" cone="elliptic" impratio="100" gravity="0 0 0"/>
 <asset><mesh name="stone" vertex="{STONE}"/></asset>
 <default><geom type="mesh" mesh="stone" mass="0.1"/><joint damping="1" frictionloss="0.1"/>

@@ -119,8 +119,19 @@ def test_a_crash_of_mujoco_is_no_fault_of_the_robot(
     assert "not held against the source in its engine: MuJoCo crashed on the file (signal 6)" in said
 
 
-def test_a_proof_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(process, "_START_PROVE", "import time; time.sleep(60)")
+def test_a_proof_that_waits_for_others_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = "import sys, time; time.sleep(1.2); open(sys.argv[3], 'w').write('{}')"
+    monkeypatch.setattr(process, "_START_PROVE", slow)
+    assert process.prove(Path("arm.xml"), {}, seconds=1) == {}
+
+
+@pytest.mark.parametrize("child", ["import time; time.sleep(60)", "{}while True: pass"])
+def test_a_proof_has_an_end(child: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    limited = (
+        "import sys; sys.path[:0] = [sys.argv[1]]\nfrom rosorin_compile.formats.mjcf import engine\nengine._limit(1)\n"
+    )
+    monkeypatch.setattr(process, "_START_PROVE", child.format(limited))
+    monkeypatch.setattr(process, "_PATIENCE", 1 if "sleep" in child else 60)
     assert process.prove(Path("arm.xml"), {}, seconds=1) == "MuJoCo did not come to an end with the file in 1 s"
 
 

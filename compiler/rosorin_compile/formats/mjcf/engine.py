@@ -136,7 +136,8 @@ def _limit(cpu_seconds: int) -> None:
     for kind, most in ((resource.RLIMIT_CPU, cpu_seconds), (resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CORE, 0)):
         _, allowed = resource.getrlimit(kind)  # which no process may raise
         least = most if allowed == resource.RLIM_INFINITY else min(most, allowed)
-        resource.setrlimit(kind, (least, least))
+        grace = kind == resource.RLIMIT_CPU and least != allowed  # whoever passes the first of the two is told apart
+        resource.setrlimit(kind, (least, least + grace))
 
 
 _INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")  # mjtIntegrator

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -23,7 +24,8 @@ from ...diagnostics.installing import pip_install
 from ...startup import system
 from ...startup.records import NamedTuple
 
-SECONDS = 60
+SECONDS = 60  # of calculating, which the child counts itself
+_PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 
@@ -63,7 +65,7 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
         except subprocess.TimeoutExpired:
             return Answer(None, (), _endless(seconds), "make the model smaller", True)
         if not answer.is_file():
-            return _fallen(done)
+            return _fallen(done, seconds)
         made = json.loads(answer.read_text(encoding="utf-8"))
     told = tuple(made.pop("warnings"))
     if "refused" in made:
@@ -92,7 +94,7 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
         except subprocess.TimeoutExpired:
             return _endless(seconds)
         if not answer.is_file():
-            return _fallen(done).refusal
+            return _fallen(done, seconds).refusal
         return _reason(answer.read_text(encoding="utf-8"), text).replace(f"{folder.resolve()}{os.sep}", "")
 
 
@@ -108,7 +110,7 @@ def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[
         except subprocess.TimeoutExpired:
             return _endless(seconds)
         if not answer.is_file():
-            return _fallen(done).refusal
+            return _fallen(done, seconds).refusal
         made: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
         return made
 
@@ -124,7 +126,7 @@ def _reason(refused: str, text: str) -> str:
 def _run(command: list[str], folder: str, seconds: int) -> subprocess.CompletedProcess[bytes]:
     """Run a child; MuJoCo writes a log into the working folder, and that should be nobody's."""
     return subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
-        command, cwd=folder, capture_output=True, timeout=seconds, env=_environment()
+        command, cwd=folder, capture_output=True, timeout=_PATIENCE * seconds, env=_environment()
     )
 
 
@@ -137,7 +139,9 @@ def _environment() -> dict[str, str]:
     return {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
 
 
-def _fallen(done: subprocess.CompletedProcess[bytes]) -> Answer:
+def _fallen(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
+    if done.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
+        return Answer(None, (), _endless(seconds), "make the model smaller", True)
     lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
     last = lines[-1] if lines else ""
     absent = _ABSENT.match(last)

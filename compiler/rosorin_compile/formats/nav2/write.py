@@ -392,19 +392,27 @@ def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node
 
     nav2_bringup starts AMCL unless it is told otherwise, with `tf_broadcast: true` if nobody says anything.
     """
-    scan = _scan(robot, output)
-    topic = {"scan_topic": scan} if scan else {}
     there = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
     owns = {kind: any(frames.owned(one) for one in mine) for kind, mine in there.items()}
     values: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
     values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
     if robot.drive is not None:
         values["robot_model_type"] = _MOTION[robot.drive.slides]
-    yield Node(AMCL, AMCL, values | topic)
+    yield Node(AMCL, AMCL, values | _scan_topic(robot, output))
     if there[SLAM]:
-        values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
-        values |= {} if owns[SLAM] else {"transform_publish_period": 0.0}
-        yield Node(SLAM, SLAM, values | topic)
+        silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
+        yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
+
+
+def seen_by_slam(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
+    """Return what slam_toolbox has to know of a robot: its frames, and the topic of the scan."""
+    values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
+    return values | _scan_topic(robot, output)
+
+
+def _scan_topic(robot: Robot, output: Output) -> dict[str, Any]:
+    scan = _scan(robot, output)
+    return {"scan_topic": scan} if scan else {}
 
 
 def _scan(robot: Robot, output: Output) -> str:

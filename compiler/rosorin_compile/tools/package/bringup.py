@@ -196,8 +196,9 @@ class Bringup(NamedTuple):
     def _localisation(self) -> dict[str, Any]:
         """Return whether slam_toolbox publishes map -> odom, and not AMCL, while no mode is on.
 
-        Its frames are known here where it is started by hand alone, and the artifact has no section for it.
+        What it has to know comes from here where it is started by hand alone: the artifact has no section for it then.
         """
+        from ...formats.nav2.write import seen_by_slam
         from ...formats.navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 
         output = next(one for one in self.robot.outputs if one.name == self.outputs[_NAV2])
@@ -206,8 +207,8 @@ class Bringup(NamedTuple):
             return {"slam": "False"}
         kinds = owners_of_odom(self.robot, frames)
         written = any(kind_of(one) == SLAM for one in self.robot.publishers)
-        named = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
-        return {"slam": str(SLAM in kinds and AMCL not in kinds), "slam_frames": {} if written else named}
+        seen = {} if written else seen_by_slam(self.robot, output, frames)
+        return {"slam": str(SLAM in kinds and AMCL not in kinds), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
         planning = self._planning()

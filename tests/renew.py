@@ -1,6 +1,6 @@
 """Writes anew what is committed and made by a program; the difference is then read like any other change.
 
-python tests/renew.py docs | schema | from-xacro | findings
+python tests/renew.py docs | schema | from-xacro | findings | upgrade
 python tests/renew.py imported | translated | pictures [NAME...]
 """
 
@@ -18,6 +18,7 @@ WRITERS = {
     "imported": "tools/importer/test_import_golden.py",
     "translated": "tools/importer/test_translated.py",
     "findings": "tools/verify/test_verify_faults.py",
+    "upgrade": "support/upgrade.py",
     "pictures": "tools/picture/test_picture_committed.py",
 }
 

@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: what is compiled ahead, the page for an index, archives alike to the byte."""
+"""What pyproject.toml cannot say: the licence, what is compiled ahead, the page for an index, archives made alike."""
 
 import gzip
 import io
@@ -9,7 +9,7 @@ import sys
 import tarfile
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import __version__, setup
 from setuptools.command.build_py import build_py
 from setuptools.command.sdist import sdist
 
@@ -104,7 +104,11 @@ def addresses() -> dict[str, str]:
     return {"Homepage": HOME} if HOME else {}
 
 
+# An expression, as pyproject.toml may have it since setuptools 77. Debian 12 has 66, which reads a table there; that is
+# what newer ones stop taking.
+LICENCE = "license_expression" if int(__version__.partition(".")[0]) >= 77 else "license"
 setup(
+    **{LICENCE: "Apache-2.0", "license_files": ["LICENSE", "NOTICE"]},
     cmdclass={"build_py": BuildPy, "sdist": Sdist},
     long_description=page(Path("README.md").read_text("utf-8")),
     long_description_content_type="text/markdown",

@@ -15,6 +15,8 @@ from typing import Any
 
 from .resolved import KINDS, is_named, name_all, resolved, without_made_up
 
+_WRITTEN_FOR = 4  # the MuJoCo that our MJCF is written for
+
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
 
 
@@ -31,10 +33,21 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
             _strip_paths(spec)
             name_all(spec)
             made: dict[str, Any] = facts(mujoco, spec, spec.compile())
+            if not hasattr(spec.compiler, "savecompiled"):
+                made["rounded_by"] = mujoco.__version__
         except Exception as problem:  # whatever the reader refuses is told, not raised
-            made = {"refused": without_made_up(str(problem))}
+            made = {"refused": without_made_up(reason(mujoco, problem))}
     made["warnings"] = [str(warning.message) for warning in caught]
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
+
+
+def reason(mujoco: Any, problem: Exception) -> str:
+    """Return why MuJoCo refuses a model; of what an older one does not know, that MuJoCo 4 does."""
+    told = str(problem)
+    unknown = isinstance(problem, AttributeError) or "unrecognized" in told
+    if not unknown or int(mujoco.__version__.partition(".")[0]) >= _WRITTEN_FOR:
+        return told
+    return f"MuJoCo {mujoco.__version__} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {told}"
 
 
 def _strip_paths(spec: Any) -> None:
@@ -56,7 +69,7 @@ def load(mujoco: Any, text: str, folder: str) -> str:
             spec.modelfiledir = folder
             spec.compile()
         except Exception as problem:
-            return str(problem) or type(problem).__name__
+            return reason(mujoco, problem) or type(problem).__name__
         finally:
             mujoco.set_mju_user_warning(None)
     return ""

@@ -60,7 +60,8 @@ def resolved(spec: Any) -> dict[str, Any]:
     ``KINDS`` are by name; in a body stands here what is of no kind. The sections are lists in the order of the file.
     ``whole`` are the sections that say nothing of bodies and joints.
     """
-    spec.compiler.savecompiled = False  # numbers to the last digit
+    if hasattr(spec.compiler, "savecompiled"):  # before MuJoCo 4 it writes six digits
+        spec.compiler.savecompiled = False
     return _Resolver(ElementTree.fromstring(spec.to_xml())).made()  # noqa: S314 - MuJoCo's own text
 
 

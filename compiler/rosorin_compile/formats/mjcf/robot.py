@@ -56,6 +56,9 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:
         reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
+    if "rounded_by" in answer.facts:
+        rounded = f"MuJoCo {answer.facts['rounded_by']} tells actuators, sensors and options with six digits"
+        reading.warned(f"{rounded}; MuJoCo 4 with all", markup.root.span)
     if not reading.tops:
         return Imported(None, [_no_body(markup)], files=files)
     _read(reading, path)

@@ -115,6 +115,7 @@ class Scene:
         mujoco = self.mujoco
         spec = mujoco.MjSpec()
         spec.memory = _MEMORY
+        spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE  # MuJoCo 3.3 asks otherwise
         bodies = []
         for number in range(len(self.tops)):
             body = spec.worldbody.add_body(name=f"b{number}", explicitinertial=True, mass=1.0, inertia=[1.0, 1.0, 1.0])

@@ -439,7 +439,8 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
 def _unbrake(mujoco: Any, model: Any) -> None:
     """Take from a model all that gives or takes energy."""
     bits = mujoco.mjtDisableBit
-    for name in ("CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "ACTUATION", "DAMPER"):
+    damper = "DAMPER" if hasattr(bits, "mjDSBL_DAMPER") else "PASSIVE"  # MuJoCo 3.3: springs with it, which keep energy
+    for name in ("CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "ACTUATION", damper):
         model.opt.disableflags |= int(getattr(bits, f"mjDSBL_{name}"))
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ...diagnostics import Diagnostic, has_errors
 from ...formats import FORMATS
 from ...formats.mjcf.bodies import body_name
+from ...formats.mjcf.engine import reason
 from ...formats.templating import Templates
 from ...model import Joint, Link, Mesh, Output, Robot
 from ...startup.records import NamedTuple, replace
@@ -108,6 +109,13 @@ def moving(robot: Robot) -> list[Joint]:
     return [joint for joint in robot.joints if joint.moves]
 
 
+def _delete(spec: Any, element: Any) -> None:
+    if hasattr(spec, "delete"):
+        spec.delete(element)
+    else:  # MuJoCo 3.3.0
+        element.delete()
+
+
 class World:
     """A robot in MuJoCo. ``base``: it is held in the world (FIXED), or stands on a floor (FREE).
 
@@ -123,7 +131,7 @@ class World:
             spec = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
             spec.modelfiledir = str(folder)
             for key in list(spec.keys):
-                spec.delete(key)  # states come from the poses of the description
+                _delete(spec, key)  # states come from the poses of the description
             if base == FREE:
                 self._lay_floor(spec)
             self.model = spec.compile()
@@ -131,7 +139,7 @@ class World:
             if self.own:
                 self.model = spec.compile()
         except ValueError as problem:
-            raise Refused(str(problem) or "MuJoCo does not say why") from None
+            raise Refused(reason(mujoco, problem) or "MuJoCo does not say why") from None
         self.data = mujoco.MjData(self.model)
         self.link_of = self._links()
         self.actuators = self._actuators()

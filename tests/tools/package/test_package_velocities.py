@@ -16,7 +16,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.formats.parameters.files import nodes_of
-from support.launch import Started, read
+from support.launch import Failed, Started, read
 from support.packages import clean
 from support.paths import ROOT
 
@@ -386,6 +386,8 @@ def test_who_owns_the_map_decides_what_is_started(
     located, mapping = started_by(slam="False"), started_by(slam="True")
     assert (located.name, mapping.name) == ("amcl", "slam_toolbox")
     assert parameters(located, "amcl")["robot_model_type"] == "nav2_amcl::OmniMotionModel"
+    with pytest.raises(Failed, match="slam"):
+        started_by(slam="true")  # which nav2_bringup would read as a name of Python
     frames = parameters(mapping, "slam_toolbox")
     assert frames["base_frame"] == parameters(located, "amcl")["base_frame_id"] == "base_link"
 

@@ -19,6 +19,7 @@ import pytest
 from rosorin_compile import __version__
 from rosorin_compile.diagnostics.report import HOME
 from support.paths import ROOT
+from support.snapshot import of_clone
 
 CHANGELOG = ROOT / "CHANGELOG.md"
 VERSION = re.compile(r"^## \[(\d+\.\d+\.\d+)\] - \d{4}-\d\d-\d\d$", re.MULTILINE)
@@ -39,12 +40,6 @@ SAID = (
     ".github",
 )
 BARE_NAME = re.compile(r"pip install (?:-\S+ )*[`'\"]*rosorin[-_]compile(?![\w.-]*\.whl|-\d)")
-
-
-def git(*words: str) -> str:
-    if not (ROOT / ".git").exists():
-        pytest.skip("this is no clone")
-    return subprocess.run(["git", "-C", str(ROOT), *words], check=True, capture_output=True, text=True).stdout
 
 
 def test_the_version_is_the_same_everywhere() -> None:
@@ -88,10 +83,10 @@ def test_a_commit_that_changelog_names_is_that_release(section: str) -> None:
         assert version == __version__
         return
     assert re.fullmatch("[0-9a-f]{40}", line)
-    if git("rev-parse", "--is-shallow-repository").strip() == "true":
+    if of_clone("rev-parse", "--is-shallow-repository").strip() == "true":
         pytest.skip("a clone without its history")
-    git("merge-base", "--is-ancestor", line, "HEAD")
-    assert f'\nversion = "{version}"\n' in git("show", f"{line}:pyproject.toml")
+    of_clone("merge-base", "--is-ancestor", line, "HEAD")
+    assert f'\nversion = "{version}"\n' in of_clone("show", f"{line}:pyproject.toml")
 
 
 def test_nobody_is_told_to_install_a_name_or_sent_to_an_address_that_nobody_serves() -> None:
@@ -119,7 +114,7 @@ def test_a_bare_name_is_found(line: str) -> None:
 def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The sdist of what is under version control here, as it is now."""
     folder = tmp_path_factory.mktemp("sdist")
-    for name in git("ls-files", "-z").split("\0")[:-1]:
+    for name in of_clone("ls-files", "-z").split("\0")[:-1]:
         if (ROOT / name).is_file():
             (folder / "tree" / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, folder / "tree" / name)
@@ -138,7 +133,7 @@ def test_an_sdist_is_the_repository_without_time_and_owner(sdist: Path) -> None:
         (315532800, 0, 0, "", "", 0o644)
     }
     names = [one.name.removeprefix(top) for one in entries]
-    tracked = [name for name in git("ls-files").splitlines() if (ROOT / name).is_file()]
+    tracked = [name for name in of_clone("ls-files").splitlines() if (ROOT / name).is_file()]
     assert [name for name in names if not MADE.match(name)] == sorted(tracked)
     assert sdist.read_bytes()[4:8] == bytes(4)  # no time in the head of gzip
 

@@ -187,10 +187,19 @@ def test_what_is_made_for_people_does_not_come_back(tmp_path: Path) -> None:
     assert "poses" not in tree
     assert "materials" not in tree
     assert not any("visual" in link for link in tree["links"].values())
+    assert "visuals" not in tree["outputs"]["mjcf"]  # it is seen as before
     file.write_text(pair(tmp_path / "pair", "poses: {home: {positions: {left_hip_joint: 1}}}\n" + OUTPUT), "utf-8")
     tree = read_mjcf(file, ReadOptions()).tree
     assert tree is not None
     assert tree["poses"]["home"]["positions"]["left_hip_joint"] == 1
+
+
+def test_collision_shapes_that_are_seen_come_back_as_that() -> None:
+    tree = read_mjcf(OUTPUTS / "rosorin.xml", ReadOptions()).tree
+    assert tree is not None
+    assert tree["outputs"]["mjcf"]["visuals"] == "from_collision"  # its wheels have visuals of their own
+    assert "visual" not in tree["links"]["link1"]
+    assert "materials" not in tree
 
 
 def floor_gap(text: str, key: str) -> float:

@@ -132,8 +132,10 @@ def _outputs(reading: Reading) -> Map:
         put(mjcf, "actuators", listing(reading.actuators, reading.markup.root))
     if not reading.implied_contacts:
         put(mjcf, "contacts", "described")
-    if not any("visual" in link for link in reading.links.values()):
-        put(mjcf, "visuals", "own")
+    seen = any("visual" in link for link in reading.links.values())
+    shown = any(shapes.has_our_look(reading, geom) for geom in reading.facts["geoms"])
+    if seen == shown:  # else it is as usual: collision shapes are shown where there is no visual
+        put(mjcf, "visuals", "from_collision" if shown else "own")
     groups = Map(reading.tree.span)
     for purpose, group in reading.groups.items():
         put(groups, purpose, group)

@@ -82,7 +82,7 @@ def _usual_groups(reading: Reading, purposes: Mapping[int, list[str]]) -> dict[s
     geoms, made = reading.facts["geoms"], {}
     for purpose in ("visual", "collision"):
         of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
-        counts = Counter(geom["group"] for geom in of_it if not _has_our_look(reading, geom))
+        counts = Counter(geom["group"] for geom in of_it if not has_our_look(reading, geom))
         if counts:
             made[purpose] = counts.most_common(1)[0][0]
     return made
@@ -120,7 +120,7 @@ def _more(reading: Reading, looks: Looks, index: int, shape: Map, purpose: str, 
     said = {key: text for key, text in geom["element"]["attributes"].items() if key not in (*_SAID, *_OF_CONTACT)}
     if len(purposes) > 1:
         said = {key: text for key, text in said.items() if (key in _LOOKS) == (purpose == "visual")}
-    ours = _has_our_look(reading, geom)
+    ours = has_our_look(reading, geom)
     if purposes[0] == purpose and not ours and geom["group"] != reading.groups[purpose]:
         said["group"] = str(geom["group"])
     elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
@@ -231,7 +231,7 @@ def is_scene(geom: Mapping[str, Any]) -> bool:
     return geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)
 
 
-def _has_our_look(reading: Reading, geom: Mapping[str, Any]) -> bool:
+def has_our_look(reading: Reading, geom: Mapping[str, Any]) -> bool:
     """Say whether a geom collides and is seen in a colour that we have given it, for want of a visual."""
     return geom["class"] in [f"{reading.facts['name']}_{purpose}" for purpose in (SHOWN, SHOWN_WHEEL)]
 
@@ -425,7 +425,7 @@ class Looks:
         ours: set[int] = set()
         for geom in self.reading.facts["geoms"]:
             carried = own if _is_carried(self.reading, geom) else scene
-            (ours if _has_our_look(self.reading, geom) else carried).add(geom["material"])
+            (ours if has_our_look(self.reading, geom) else carried).add(geom["material"])
         indices = range(len(self.reading.facts["materials"]))
         for index in (at for at in indices if at in own or at not in scene | ours):
             self.material(index)

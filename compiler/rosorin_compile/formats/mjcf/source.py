@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import posixpath
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from ...xml.markup import Attribute, Document, Element, MarkupError, parse
 from ..imported import ReadOptions
 
 MAX_DEPTH = 20  # of files that include files
+_OWN = 4  # parts of the path of a folder that is somebody's own: /home/somebody/robots
 
 
 class _Including(NamedTuple):
@@ -93,7 +95,7 @@ class Markup:
         path = _found(file.value.replace("\\", "/"), by)  # MuJoCo takes both for a separator
         if not any(path.resolve().is_relative_to(folder) for folder in self.allowed):
             message = f"{file.value} lies outside the folder of the robot, and is not read"
-            help = "move it there, or allow its folder: --package NAME=FOLDER"
+            help = f"move it there, or allow its folder: --package {self._to_allow(path)}"
             raise MarkupError(error("include-outside", message, file.span, help))
         if by.depth == MAX_DEPTH:
             message = f"files include each other {MAX_DEPTH} levels deep"
@@ -106,6 +108,14 @@ class Markup:
         root = self.included[element] = self._read(path, file.span)
         for inner in root.iter():
             self._follow(inner, _Including(by.main, path.parent, by.known, by.depth + 1, (*by.above, path)))
+
+    def _to_allow(self, path: Path) -> str:
+        """Return the folder of the main file and of one outside, as --package takes it; no folder of many projects."""
+        main, file = self.allowed[0], path.resolve()
+        shared = [one for one in main.parents if file.is_relative_to(one) and len(one.parts) >= _OWN]
+        if not shared or not path.is_file():
+            return "NAME=FOLDER"
+        return f"{shared[0].name}={shlex.quote(os.path.relpath(shared[0]))}"
 
     def _model(self, path: Path, asked: Span, depth: int) -> None:
         """Read a model that is attached, once however often it is named."""

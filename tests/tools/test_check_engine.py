@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.formats import FORMATS
-from support.commands import Shown, edit
+from rosorin_compile.formats.mjcf import process
+from support.commands import Shown, edit, write_files
 
 pytest.importorskip("mujoco", minversion="4")
 
@@ -102,3 +104,31 @@ def test_without_mujoco_nothing_is_asked(capsys: Shown, monkeypatch: pytest.Monk
     assert main(["all"]) == 0
     monkeypatch.setattr("rosorin_compile.formats.mjcf.process.find_spec", lambda _: None)
     assert said(capsys, 0) == []
+
+
+def test_an_engine_that_is_too_old_is_a_warning(home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    class OldMuJoCo(ModuleType):
+        """One that refuses an attribute that MuJoCo 4 knows; nothing else of it is asked."""
+
+        class MjSpec:
+            @staticmethod
+            def from_string(_: str) -> None:
+                raise ValueError("XML Error: Schema violation: unrecognized attribute: 'output'\nElement 'camera'")
+
+        __version__ = "3.3.0"
+
+        @staticmethod
+        def set_mju_user_warning(handler: object) -> None: ...
+
+    robot = ROBOT.replace("      - mesh: {file: cover.obj}\n", "")
+    write_files(home, {"descriptions/cart/robot.yaml": robot})
+    assert main(["all"]) == 0
+    monkeypatch.setattr(process, "import_module", lambda name: OldMuJoCo(name))
+    (line,) = said(capsys, 0)
+    assert line.startswith(
+        "warning[engine-refuses]: cart.xml is not loaded by the engine that it is for: MuJoCo 3.3.0 is"
+    )
+    assert "MuJoCo 4 may know it: XML Error: Schema violation: unrecognized attribute: 'output' Element" in line
+    monkeypatch.setattr(OldMuJoCo, "__version__", "4.0.0")
+    (line,) = said(capsys, 1)
+    assert "error[engine-refuses]" in line

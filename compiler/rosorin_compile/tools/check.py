@@ -70,7 +70,7 @@ RULES = (
     Rule(
         "engine-refuses",
         "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` asks MuJoCo, "
-        "where it is installed.",
+        "where it is installed; of one that is too old, it is a warning.",
         "As the message says; a mesh is looked for from the folder of the artifact.",
         WRITING,
     ),
@@ -240,7 +240,7 @@ def check_one(run: Run, description: Description, pictures: Pictures | None = No
         _differ(run, comparison, changed)
         _tell_no_folder(run, description)
         return PROBLEMS
-    if refusals:
+    if has_errors(refusals):
         return PROBLEMS
     run.console.say(f"{description.name}: {count(compiled.artifacts, meshes)} as committed in {description.outputs}")
     compared = [description.outputs / name for name in committed]
@@ -284,6 +284,8 @@ def _mesh(compiled: bytes, committed: bytes | None) -> str:
 def refused(given: Given, description: Description, compiled: Compiled) -> list[Diagnostic]:
     """Return an error for each artifact that its engine does not load, or for each mesh that keeps it from that.
 
+    An engine that is too old is a warning.
+
     MuJoCo takes 0.3 s to be imported, and some milliseconds a robot; with meshes 0.5 s, in a process of its own.
     """
     from ..formats import FORMATS
@@ -299,11 +301,14 @@ def refused(given: Given, description: Description, compiled: Compiled) -> list[
 
 def _refusal(given: Given, description: Description, artifact: Artifact, reason: str) -> list[Diagnostic]:
     """Return why an engine does not load an artifact, at the meshes that it names, or else at the output."""
-    from ..diagnostics import error
+    from ..diagnostics import WARNING, Diagnostic, error
+    from ..formats.mjcf.process import TOO_OLD
     from ..frontend.tree import locate
     from ..model import Mesh
 
     message = f"{artifact.file} is not loaded by the engine that it is for: {reason}"
+    if TOO_OLD in reason:  # which says nothing of the artifact
+        return [Diagnostic("engine-refuses", WARNING, message)]
     known = understood(given, description, Console("json"))  # a second time, for the places; said is nothing
     if known is None:
         return [error("engine-refuses", message, None)]

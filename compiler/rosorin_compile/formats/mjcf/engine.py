@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from .process import TOO_OLD
 from .resolved import KINDS, is_named, name_all, resolved, without_made_up
 
 _WRITTEN_FOR = 4  # the MuJoCo that our MJCF is written for
@@ -47,7 +48,7 @@ def reason(mujoco: Any, problem: Exception) -> str:
     unknown = isinstance(problem, AttributeError) or "unrecognized" in told
     if not unknown or int(mujoco.__version__.partition(".")[0]) >= _WRITTEN_FOR:
         return told
-    return f"MuJoCo {mujoco.__version__} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {told}"
+    return f"MuJoCo {mujoco.__version__} {TOO_OLD}, MuJoCo {_WRITTEN_FOR} may know it: {told}"
 
 
 def _strip_paths(spec: Any) -> None:

@@ -27,6 +27,8 @@ from ...startup.records import NamedTuple
 SECONDS = 60  # of calculating, which the child counts itself
 _PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine
 
+TOO_OLD = "is too old for it"  # what a MuJoCo says of itself that does not know what a newer one does
+
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 
 # Run by -c: -m would look for modules in the working folder first, which may be foreign.

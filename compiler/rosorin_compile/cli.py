@@ -70,7 +70,7 @@ COMMANDS = {name: help for group in GROUPS.values() for name, help in group.item
 
 # The words that a command takes; those of extract stand there.
 WORDS = {
-    "init": "NAME",
+    "init": "NAME [TEMPLATE]",
     "all": "[ROBOT ...]",
     "print": "OUTPUT [ROBOT] [NAME:=VALUE ...]",
     "check": "[ROBOT ...]",

@@ -48,7 +48,7 @@ def complaints(text: str) -> list[str]:
 def files() -> Iterator[Path]:
     """Yield every file that is a description, or a part of one, in this repository."""
     yield from sorted((ROOT / "descriptions").glob("*/*.yaml"))
-    yield ROOT / "templates" / "starter.yaml"
+    yield from sorted((ROOT / "templates" / "start").glob("*/*.yaml"))
     yield from sorted((ROOT / "parts").glob("*.yaml"))
     yield from sorted((ROOT / "examples").glob("*/robot.yaml"))
     for path in sorted((XACRO).glob("*/robot.yaml")):
@@ -123,13 +123,13 @@ def test_what_is_beyond_an_editor_is_so() -> None:
         assert complaints((paths.BAD / f"{name}.yaml").read_text("utf-8")) == []
 
 
-STARTER = (ROOT / "templates" / "starter.yaml").read_text("utf-8")
+STARTER = (ROOT / "templates" / "start" / "base" / "robot.yaml").read_text("utf-8")
 
 
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("xyz: [-40 mm", "xzy: [-40 mm"),
+        ("xyz: [-130 mm", "xzy: [-130 mm"),
         ("joints:\n  base", "jonts:\n  base"),
         ("mass: 1.8 kg", "mass: 1.8 gk"),
         ("mass: 1.8 kg", "mass: 1.8 mm"),
@@ -141,7 +141,7 @@ STARTER = (ROOT / "templates" / "starter.yaml").read_text("utf-8")
         ("child: base_link", "child: base<link"),
         ("xyz: [40 mm, 0,", "xyz: [40 mm,"),
         ("rpy: [0, 0, 180 deg]", "rpy: [0, 0, 180 mm]"),
-        ("for: {", "for: 3 #"),
+        ("mirror: y}", "mirror: forward}"),
         ("type: length, default: 90 mm", "type: lenght, default: 90 mm"),
         ("{type: length}", "{typ: length}"),
         ("help: a driven wheel", "hlp: a driven wheel"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.tools.init import CannotStart, check_name, start
+from rosorin_compile.tools.init import TEMPLATES, CannotStart, check_name, start, texts_of
 from support.paths import PACKAGE, ROOT, SCHEMAS
 from support.robots import compiled, texts
 
@@ -26,6 +27,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+def terminal(answer: str) -> io.StringIO:
+    """Return what stands for a terminal on which somebody types."""
+    typed = io.StringIO(answer)
+    typed.isatty = lambda: True  # type: ignore[method-assign]
+    return typed
+
+
 def files(folder: Path) -> list[str]:
     return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
 
@@ -33,14 +41,14 @@ def files(folder: Path) -> list[str]:
 def test_from_nothing_to_artifacts(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["init", "my_bot"]) == 0
     assert capsys.readouterr().out == (
-        "descriptions/my_bot/robot.yaml written: a small mobile base with a lidar\n"
+        "descriptions/my_bot/robot.yaml written: a small mobile base with a lidar, which drives\n"
         f"{SCHEMA} written: completion and help in editors\n"
-        "next: rosorin-compile all my_bot\n"
+        "next: rosorin-compile all my_bot, and rosorin-compile view my_bot to see it\n"
     )
     assert files(here) == [SCHEMA, "descriptions/my_bot/robot.yaml"]
     assert main(["all"]) == 0
     shown = capsys.readouterr()
-    assert shown.out.startswith("my_bot: 5 artifacts in outputs/my_bot, written: frames.md, frames.svg, my_bot.urdf, ")
+    assert shown.out.startswith("my_bot: 6 artifacts in outputs/my_bot, written: frames.md, frames.svg, my_bot.urdf, ")
     assert shown.err == ""
     assert main(["check"]) == 0
 
@@ -55,7 +63,8 @@ def test_the_starter_teaches_what_it_says() -> None:
         "let:",
         "parts:",
         "use:",
-        "for:",
+        "mirror:",
+        "drive:",
         "sensors:",
         "edges:",
         "when:",
@@ -78,7 +87,97 @@ def test_the_starter_teaches_what_it_says() -> None:
     }
     assert [d for d in made.diagnostics if d.severity != "note"] == []
     for command in re.findall(r"rosorin-compile (\w+) bot(?: (\w+))?", text):
-        assert command[0] in ("all", "watch", "explain")
+        assert command[0] in ("all", "view", "simulate", "explain")
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_every_template_compiles_with_stand_ins_at_most(template: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["init", "bot", template]) == 0
+    folder = Path("descriptions/bot")
+    for path in folder.iterdir():
+        text = path.read_text("utf-8")
+        assert "NAME" not in text
+        assert max(map(len, text.splitlines())) <= 120, path.name
+    made = compiled(folder / "robot.yaml")
+    assert made.robot is not None
+    assert {found.rule for found in made.diagnostics} <= {"stand-in"}
+    assert len(made.artifacts) > 5
+    capsys.readouterr()
+    assert main(["all", "-q"]) == main(["check", "-q"]) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("template", [name for name in TEMPLATES if name != "mobile_manipulator"])
+def test_a_template_could_be_built_and_simulates(template: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The mobile manipulator is the example porter, which other tests drive."""
+    pytest.importorskip("mujoco", minversion="4")
+    start("bot", Path(), template)
+    assert main(["all", "-q"]) == 0
+    assert main(["check", "--physics"]) == 0
+    assert main(["simulate", "--seconds", "0.5", "--no-timing"]) == 0
+    told = capsys.readouterr()
+    assert "simulated: nothing to say" in told.out
+    assert {line.partition("[")[2].partition("]")[0] for line in told.err.splitlines() if "note[" in line} <= {
+        "stand-in"
+    }
+
+
+def test_the_mobile_manipulator_is_the_example() -> None:
+    """What is not the same: the first file, and the pairs that follow from the bumper of the example."""
+    example = ROOT / "examples" / "porter"
+    texts = texts_of("mobile_manipulator", "porter")
+    assert set(texts) | {"simulation.yaml"} == {path.name for path in example.iterdir()}
+    for name in sorted(set(texts) - {"robot.yaml", "collisions.yaml"}):
+        assert (example / name).read_text("utf-8") == texts[name], name
+    own, written = (
+        text.partition("rosorin_compile: 1")[2]
+        for text in (texts["robot.yaml"], (example / "robot.yaml").read_text("utf-8"))
+    )
+    assert written.replace("simulation.yaml, ", "") == own
+
+
+@pytest.mark.parametrize(
+    ("answer", "written"),
+    [
+        ("arm\n", "an arm of five joints"),
+        ("sens\n", "sensors on a plate"),
+        ("\n", "a small mobile base"),
+        ("", "a small mobile base"),
+    ],
+)
+def test_a_terminal_is_asked(here: Path, capsys, monkeypatch, answer: str, written: str) -> None:
+    monkeypatch.setattr("sys.stdin", terminal(answer))
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    assert main(["init", "bot"]) == 0
+    told = capsys.readouterr().out
+    assert all(name in told for name in TEMPLATES)
+    assert f"which one? [base] descriptions/bot/robot.yaml written: {written}" in told
+
+
+def test_an_answer_that_is_no_template(here: Path, capsys, monkeypatch) -> None:
+    monkeypatch.setattr("sys.stdin", terminal("tank\n"))
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    assert main(["init", "bot"]) == 2
+    told = capsys.readouterr().err
+    assert 'there is no template "tank"; take one of base, arm, mobile_manipulator, sensor_rig' in told
+    assert files(here) == []
+    with pytest.raises(SystemExit, match="2"):
+        main(["init", "bot", "tank"])
+    assert "'tank'" in capsys.readouterr().err
+
+
+def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_before(here, capsys, monkeypatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("arm\n"))
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    assert main(["init", "bot"]) == 0
+    assert "a small mobile base" in capsys.readouterr().out
+    monkeypatch.setattr("sys.stdin", terminal("arm\n"))
+    assert main(["init", "bot"]) == 2
+    told = capsys.readouterr()
+    assert "is there already" in told.err
+    assert "which one" not in told.out
 
 
 @pytest.mark.usefixtures("here")
@@ -224,7 +323,7 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         "sys.addaudithook(stop)\n"
         "start('bot', Path())\n"
     )
-    whole = (ROOT / "templates" / "starter.yaml").read_text("utf-8").replace("NAME", "bot")
+    whole = texts_of("base", "bot")["robot.yaml"]
     seen = set()
     for moment in range(40):
         folder = here / str(moment)

@@ -118,7 +118,7 @@ def test_an_option_has_one_name_for_its_value() -> None:
         (["frames", "--fram=a", "--publishr=b"], 'frames has no option --publishr=b; did you mean "--publisher"?'),
         (["extract", "boxes", "a.stl", "--jsn"], 'extract has no option --jsn; did you mean "--json"?'),
         (["extract", "heightmap", "a.stl", "--exact", "-1cm"], "extract has no option -1cm; "),
-        (["init", "a", "b"], 'init takes no "b"; see rosorin-compile init --help'),
+        (["init", "a", "arm", "b"], 'init takes no "b"; see rosorin-compile init --help'),
         (["schema", "recordin"], 'there is no schema "recordin"; did you mean "recording"?'),
     ],
 )

@@ -40,12 +40,14 @@ BASES = {
         (FORWARD, BACK, Twist(0.5, 0, 0.5), Twist(0.3, 0, -0.3), Twist(-0.3, 0, 0.3), Twist(1.5, 0, 1.0)),
         0.04,
     ),
+    EXAMPLES / "porter": ((FORWARD, BACK, TURN, OTHER_TURN, Twist(0.2, 0, -0.5)), 0.06),
 }
 CROSS = 0.02  # m/s or rad/s that nobody asked for; measured 0.004, and 0.014 of the car that slips in its fast curve
 RIPPLE = 1e-3  # m
 CARRIED = {  # what carries a base beside the wheels that drive it
     "turtlebot3_burger": ("caster_back_link",),
     "ackermann_car": ("front_left_joint", "front_right_joint"),
+    "porter": ("front_caster", "rear_caster"),
 }
 CASES = [(folder, command) for folder, (commands, _) in BASES.items() for command in commands]
 

@@ -39,6 +39,7 @@ FREE: dict[str, dict[str, str]] = {
     "rosorin": {"base": "free"},
     "omni_base": {},
     "ackermann_car": {},
+    "porter": {},
     "turtlebot3_burger": {},
     "unitree_a1": {"base": "free"},
 }

@@ -42,6 +42,7 @@ MASSES = {
     "unitree_a1": 13.74,
     "omni_base": 2.5 + 3 * 0.15,
     "ackermann_car": 1.4 + 4 * 0.08 + 2 * 0.04,
+    "porter": 18 + 2 * 0.1 + 2 * 1.2 + (1.2 + 1.4 + 1 + 0.5 + 0.3) + (0.2 + 2 * 0.05) + 0.15 + 0.07 + 0.3,
 }
 
 # UR5e: a (m), d (m) and alpha (rad) of the joints, by https://www.universal-robots.com/articles/ur/
@@ -291,6 +292,7 @@ def test_mujoco_has_the_frames_of_pinocchio(name: str, base: str) -> None:
     shared = [link.name for link in robot.links if link.name not in robot.simulated_frames]
     for state in simulator.random_states(robot, STATES):
         simulator.pose(robot, model, data, state)
+        state = {joint.name: robot.position(joint, state) for joint in robot.joints if joint.moves}  # followers, too
         pinocchio.framesForwardKinematics(judge, judge_data, pinocchio_at(pinocchio, judge, state))
         for link in shared:
             judged = judge_data.oMf[judge.getFrameId(link)]

@@ -19,6 +19,13 @@ def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     command.add_argument("name", metavar="NAME", help="name of the robot: letters, digits, underscores")
     command.add_argument(
+        "template",
+        nargs="?",
+        choices=tuple(TEMPLATES),
+        metavar="TEMPLATE",
+        help=f"what to start from: {', '.join(TEMPLATES)}; default: a terminal is asked, else {DEFAULT}",
+    )
+    command.add_argument(
         "--folder", default=".", metavar="FOLDER", help="the project, which has or gets descriptions/; default: ."
     )
 
@@ -26,23 +33,59 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write a new description, and say what to do next."""
     try:
-        started = start(options.name, Path(options.folder))
+        check_free(options.name, Path(options.folder))
+        template = options.template or asked()
+        started = start(options.name, Path(options.folder), template)
     except CannotStart as problem:
         raise WrongUsage(str(problem)) from None
     except OSError as problem:
         sys.stderr.write(f"cannot write in {options.folder}: {problem.strerror or problem}\n")
         return PROBLEMS
-    print(f"{started.description} written: a small mobile base with a lidar")
+    print(f"{started.description} written: {TEMPLATES[template].what}")
     if started.schema_written:
         print(f"{started.schema} written: completion and help in editors")
     elif started.outdated:
         print(f"{started.schema} is of another version; to renew it: rosorin-compile schema > {started.schema}")
     where = "" if Path(options.folder).samefile(".") else f"cd {options.folder} && "
-    print(f"next: {where}rosorin-compile all {options.name}")
+    print(f"next: {where}rosorin-compile all {options.name}, and rosorin-compile view {options.name} to see it")
     return FINE
 
 
-STARTER = "starter.yaml"  # in the data package of templates
+def asked() -> str:
+    """Return the template that whoever sits at a terminal wants; without one the default. Raises WrongUsage."""
+    if sys.stdin is None or not (sys.stdin.isatty() and sys.stdout.isatty()):
+        return DEFAULT
+    width = max(map(len, TEMPLATES))
+    for name, template in TEMPLATES.items():
+        print(f"  {name:{width}}  {template.what}")
+    print(f"which one? [{DEFAULT}] ", end="", flush=True)
+    answer = sys.stdin.readline().strip() or DEFAULT
+    begun = [name for name in TEMPLATES if name.startswith(answer)]
+    if len(begun) != 1:
+        raise WrongUsage(f'there is no template "{answer}"; take one of {", ".join(TEMPLATES)}')
+    return begun[0]
+
+
+class Template(NamedTuple):
+    """A description to start from: what it is, and its files; two templates may share one."""
+
+    what: str
+    files: tuple[str, ...]
+
+
+_ARM = ("arm/arm.yaml", "arm/gripper.yaml")
+_ON_WHEELS = ("base", "sensors", "control", "collisions")
+TEMPLATES = {
+    "base": Template("a small mobile base with a lidar, which drives", ("base/robot.yaml",)),
+    "arm": Template("an arm of five joints with a gripper", ("arm/robot.yaml", *_ARM, "arm/collisions.yaml")),
+    "mobile_manipulator": Template(
+        "a base that drives, with an arm, a gripper, a lidar, a camera and an IMU",
+        ("mobile_manipulator/robot.yaml", *_ARM, *(f"mobile_manipulator/{name}.yaml" for name in _ON_WHEELS)),
+    ),
+    "sensor_rig": Template("sensors on a plate: a lidar, two cameras, an IMU, GNSS", ("sensor_rig/robot.yaml",)),
+}
+DEFAULT = "base"
+START = "start"  # their folder, in the data package of templates
 PLACEHOLDER = "NAME"
 SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline says
 _MAX_NAME = 60
@@ -74,21 +117,35 @@ def check_name(name: str) -> None:
         raise CannotStart(f'"{name}" means something else in YAML; {help}')
 
 
-def start(name: str, project: Path) -> Started:
+def check_free(name: str, project: Path) -> None:
+    """Raise CannotStart unless a description of that name can be written into a project."""
+    check_name(name)
+    target = project / DESCRIPTIONS / name
+    if os.path.lexists(target):
+        raise CannotStart(f"{target} is there already; nothing is overwritten, take another name")
+
+
+def texts_of(template: str, name: str) -> dict[str, str]:
+    """Return the files of a template, by their names, for a robot of that name."""
+    folder = data_folder("templates") / START
+    paths = [folder / file for file in TEMPLATES[template].files]
+    return {path.name: path.read_text("utf-8").replace(PLACEHOLDER, name) for path in paths}
+
+
+def start(name: str, project: Path, template: str = DEFAULT) -> Started:
     """Write a new description of that name into a project, whole or not at all; nothing is overwritten.
 
     Raises CannotStart, and OSError if the disk refuses.
     """
-    check_name(name)
+    check_free(name, project)
     folder = project / DESCRIPTIONS
     target = folder / name
-    if os.path.lexists(target):
-        raise CannotStart(f"{target} is there already; nothing is overwritten, take another name")
-    text = (data_folder("templates") / STARTER).read_text("utf-8").replace(PLACEHOLDER, name)
+    texts = texts_of(template, name)
     folder.mkdir(parents=True, exist_ok=True)
     with cleared(folder), staged(folder) as stage:
         (stage / name).mkdir()
-        (stage / name / ROOT_FILE).write_text(text, "utf-8")
+        for file, text in texts.items():
+            (stage / name / file).write_text(text, "utf-8")
         written, outdated = _give_schema(folder, stage)
         (stage / name).rename(target)
     return Started(target / ROOT_FILE, folder / SCHEMA, written, outdated)

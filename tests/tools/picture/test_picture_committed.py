@@ -27,6 +27,7 @@ PICTURES = {
     "turtlebot3_burger.png": (str(EXAMPLES / "turtlebot3_burger" / "robot.yaml"),),
     "unitree_a1.png": (str(EXAMPLES / "unitree_a1" / "robot.yaml"), "--pose", "home"),
     "ur5e.png": (str(EXAMPLES / "ur5e" / "robot.yaml"), "--pose", "home"),
+    "porter.png": (str(EXAMPLES / "porter" / "robot.yaml"), "--pose", "ready"),
     "rosorin_frames.svg": (str(ROSORIN), "--pose", "tuck", "--frames"),
 }
 SCENES = {f"scene_{path.parent.name}.png": path for path in (ROSORIN, *EXAMPLES.glob("*/robot.yaml"))}

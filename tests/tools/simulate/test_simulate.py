@@ -74,6 +74,7 @@ ROBOTS = {
     "descriptions/rosorin": {"limit-not-reached": 5, "pose-not-held": 1},
     "examples/ackermann_car": {},
     "examples/omni_base": {},
+    "examples/porter": {},
     "examples/turtlebot3_burger": {},
     "examples/unitree_a1": {"limit-not-reached": 1},
     "examples/ur5e": {"limit-not-reached": 2},

@@ -226,7 +226,7 @@ def creeps(path: Path, mujoco: Any, option: dict[str, Any] | None = None) -> flo
     return float(np.hypot(*(world.data.qpos[:2] - begin)))
 
 
-OTHERS = ("ackermann_car", "omni_base", "turtlebot3_burger", "unitree_a1")
+OTHERS = ("ackermann_car", "omni_base", "porter", "turtlebot3_burger", "unitree_a1")
 STANDING = [ROSORIN, *(ROOT / "examples" / name / "robot.yaml" for name in OTHERS)]
 
 

@@ -87,6 +87,37 @@ def test_readme_holds(tmp_path: Path) -> None:
         assert one.holds, f"$ {one.command}\nprinted:\n" + "\n".join(one.printed)
 
 
+def test_the_first_pages_stay_short() -> None:
+    """One minute, and half an hour: whoever adds to them takes as much away."""
+    assert len(README.read_text("utf-8").split()) <= 900
+    assert len((DOCS / "tutorial.md").read_text("utf-8").split()) <= 2500
+
+
+SHOWN_FROM = {"tutorial.md": ROOT / "templates" / "start" / "base", "whole-robot.md": ROOT / "examples" / "porter"}
+
+
+@pytest.mark.parametrize("name", SHOWN_FROM)
+def test_what_a_page_shows_of_a_file_stands_there(name: str) -> None:
+    written = [line for path in SHOWN_FROM[name].iterdir() for line in path.read_text("utf-8").splitlines()]
+    if name == "whole-robot.md":  # the page adds simulation.yaml to the template
+        written = [line.replace("simulation.yaml, ", "") for line in written]
+    shown = [one for one in blocks((DOCS / name).read_text("utf-8")) if one.language == "yaml" and not one.mark[0]]
+    assert len(shown) > 3
+    assert [line for one in shown for line in one.lines if line and line not in written] == []
+
+
+def test_the_whole_robot_has_every_section_and_is_the_example() -> None:
+    page = (DOCS / "whole-robot.md").read_text("utf-8")
+    (added,) = [one for one in blocks(page) if one.mark == ("file", "descriptions/porter/simulation.yaml")]
+    example = ROOT / "examples" / "porter"
+    assert "\n".join(added.lines) + "\n" == (example / "simulation.yaml").read_text("utf-8")
+    written = "".join(path.read_text("utf-8") for path in example.iterdir())
+    shown = "".join("\n".join(one.lines) + "\n" for one in blocks(page) if one.language == "yaml")
+    for section in set(language()["properties"]) - {"help"}:  # which a file of parts has
+        assert re.search(rf"^{section}:", written, re.MULTILINE), section
+        assert re.search(rf"^{section}:", shown, re.MULTILINE), section
+
+
 def test_there_are_pages_with_files_and_commands() -> None:
     found = [block for page in PAGES for block in blocks(page.read_text("utf-8"))]
     assert sum(block.mark[0] == "file" and block.language == "yaml" for block in found) >= 5

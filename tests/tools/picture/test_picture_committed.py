@@ -28,6 +28,7 @@ PICTURES = {
     "unitree_a1.png": (str(EXAMPLES / "unitree_a1" / "robot.yaml"), "--pose", "home"),
     "ur5e.png": (str(EXAMPLES / "ur5e" / "robot.yaml"), "--pose", "home"),
     "porter.png": (str(EXAMPLES / "porter" / "robot.yaml"), "--pose", "ready"),
+    "porter_dark.png": (str(EXAMPLES / "porter" / "robot.yaml"), "--pose", "ready", "--theme", "dark"),
     "rosorin_frames.svg": (str(ROSORIN), "--pose", "tuck", "--frames"),
 }
 SCENES = {f"scene_{path.parent.name}.png": path for path in (ROSORIN, *EXAMPLES.glob("*/robot.yaml"))}

@@ -43,7 +43,7 @@ def ask(path: Path, root: str, states: list[dict[str, Any]] | None = None, *, qu
     if "refused" in found:
         raise Refused(found["refused"].strip())
     if quiet:
-        known = ("in link: sensor", "in joint: sensor", "imic element", "Coulomb friction", "gravity")
+        known = ("in link: sensor", "in joint: sensor", "imic element", "Coulomb friction", "gravity", "model: plugin")
         told = [line for line in ran.stderr.splitlines() if "warning" in line.lower()]
         assert [line for line in told if not any(word in line for word in known)] == []
     return found

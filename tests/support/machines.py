@@ -184,10 +184,17 @@ def robot_of(chance: random.Random) -> Robot:
 
 
 def as_in_sdf(robot: Robot, weightless: Collection[str] = ()) -> Robot:
-    """Return a robot as an SDF can say it: fixed joints have the names of their links, the least mass is none."""
+    """Return a robot as an SDF can say it: joints of frames have their names, the least mass is none, colours no name."""
     links = tuple(replace(link, inertial=None) if link.name in weightless else link for link in robot.links)
+    links = tuple(replace(link, visual=tuple(_coloured(robot, shape) for shape in link.visual)) for link in links)
     joints = tuple(replace(j, name=f"{j.child}_joint") if j.is_fixed else j for j in robot.joints)
-    return replace(robot, links=links, joints=joints)
+    return replace(robot, links=links, joints=joints, materials=())
+
+
+def _coloured(robot: Robot, shape: Shape) -> Shape:
+    """Return a shape with the colour of its material in the place of the name."""
+    material = robot.material.get(shape.material or "")
+    return shape if material is None else replace(shape, rgba=material.rgba, material="")
 
 
 def _vector(chance: random.Random, size: float) -> Vector:

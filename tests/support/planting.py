@@ -67,6 +67,8 @@ def other(value: Any) -> Any:
         return value + 1
     if isinstance(value, float):
         return value * 1.01 + 0.003
+    if isinstance(value, str) and value.lstrip().startswith("<"):  # XML stays XML
+        return value.replace("/>", ' planted="x"/>', 1)
     return f"{value}_x" if value else "x"
 
 

@@ -289,7 +289,9 @@ def test_mujoco_has_the_frames_of_pinocchio(name: str, base: str) -> None:
         data.qpos[:7] = (0, 0, 0, 1, 0, 0, 0)  # it would stand on a floor
     judge = pinocchio.buildModelFromXML(artifact(name, ".urdf"))
     judge_data = judge.createData()
-    shared = [link.name for link in robot.links if link.name not in robot.simulated_frames]
+    shared = [link.name for link in robot.links if f'<link name="{link.name}"' in artifact(name, ".urdf")]
+    unpublished = {j.child for j in robot.joints if j.publisher.kind == "static_transform_publisher"}
+    assert {link.name for link in robot.links} == {*shared, *unpublished, *robot.simulated_frames}
     for state in simulator.random_states(robot, STATES):
         simulator.pose(robot, model, data, state)
         state = {joint.name: robot.position(joint, state) for joint in robot.joints if joint.moves}  # followers, too

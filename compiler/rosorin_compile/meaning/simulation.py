@@ -53,13 +53,10 @@ def _things(robot: Robot) -> dict[str, Said]:
         things |= _of_link(link)
     for joint in robot.joints:
         things |= _of_joint(joint)
-    for kind, entries in (
-        ("actuator", simulation.actuators),
-        ("tendon", simulation.tendons),
-        ("constraint", simulation.constraints),
-        ("simulated sensor", simulation.sensors),
-    ):
+    for kind, entries in (("actuator", simulation.actuators), ("tendon", simulation.tendons)):
         things |= {f"{kind} {entry.name}": _said(entry) for entry in entries}
+    things |= {f"constraint {one.name}": {"type": one.tag, **_said(one)} for one in simulation.constraints}
+    things |= {f"simulated sensor {one.name}": {"kind": one.tag, **_said(one)} for one in simulation.sensors}
     for index, pair in enumerate(simulation.contact_pairs, start=1):
         things[f"contact pair {pair.name or index}"] = _said(pair)
     for material in robot.materials:

@@ -92,7 +92,7 @@ class Sdist(sdist):
 
 def page(text: str) -> str:
     """Return README.md for an index, which has no file that it names: without pictures and comments, links as words."""
-    text = re.sub(r"<!--.*?-->\n?", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->\n?|<picture>.*?</picture>\n*", "", text, flags=re.DOTALL)
     text = re.sub(r"!\[[^\]]*\]\((?!https?:)[^)]*\)\n*", "", text)
     return re.sub(r"\[([^\]]*)\]\((?!https?:)[^)]*\)", r"\1", text)
 

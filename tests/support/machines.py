@@ -184,7 +184,7 @@ def robot_of(chance: random.Random) -> Robot:
 
 
 def as_in_sdf(robot: Robot, weightless: Collection[str] = ()) -> Robot:
-    """Return a robot as an SDF can say it: joints of frames have their names, the least mass is none, colours no name."""
+    """Return a robot as an SDF can say it: joints called by their links, the least mass none, colours without names."""
     links = tuple(replace(link, inertial=None) if link.name in weightless else link for link in robot.links)
     links = tuple(replace(link, visual=tuple(_coloured(robot, shape) for shape in link.visual)) for link in links)
     joints = tuple(replace(j, name=f"{j.child}_joint") if j.is_fixed else j for j in robot.joints)

@@ -147,7 +147,8 @@ def test_the_mobile_manipulator_is_the_example() -> None:
         ("", "a small mobile base"),
     ],
 )
-def test_a_terminal_is_asked(here: Path, capsys, monkeypatch, answer: str, written: str) -> None:
+@pytest.mark.usefixtures("here")
+def test_a_terminal_is_asked(capsys, monkeypatch, answer: str, written: str) -> None:
     monkeypatch.setattr("sys.stdin", terminal(answer))
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
     assert main(["init", "bot"]) == 0
@@ -168,7 +169,8 @@ def test_an_answer_that_is_no_template(here: Path, capsys, monkeypatch) -> None:
     assert "'tank'" in capsys.readouterr().err
 
 
-def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_before(here, capsys, monkeypatch) -> None:
+@pytest.mark.usefixtures("here")
+def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_before(capsys, monkeypatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("arm\n"))
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
     assert main(["init", "bot"]) == 0

@@ -149,6 +149,7 @@ def test_the_page_of_an_index_names_no_file_of_the_repository(sdist: Path) -> No
     assert bool(about.get_all("Project-URL")) == bool(HOME)
     assert text.startswith("# rosorin-compile\n")
     assert "<!--" not in text
+    assert "docs/pictures" not in text
     assert not re.findall(r"\]\((?!https?://)", text)
     readme = (ROOT / "README.md").read_text("utf-8")
     assert [line for line in text.splitlines() if line.startswith("## ")] == [

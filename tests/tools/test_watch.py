@@ -109,7 +109,7 @@ def test_it_says_what_moved_and_writes_only_that(project: Path, watch: Watch) ->
     edit(project, "xyz: [40 mm, 0,", "xyz: [50 mm, 0,")
     told = watch.until("laser moved")
     assert told == [
-        "bot: 5 artifacts in outputs/bot, written: bot.xml, frames.md, static_tf.launch.py",
+        "bot: 6 artifacts in outputs/bot, written: bot.xml, frames.md, static_tf.launch.py",
         "  laser moved 10.0 mm in base_link: origin x 0.04 -> 0.05 m: mjcf, static_tf, frames",
     ]
     after = artifacts(project)
@@ -120,7 +120,7 @@ def test_it_says_what_moved_and_writes_only_that(project: Path, watch: Watch) ->
 def test_a_change_that_changes_nothing(project: Path, watch: Watch) -> None:
     before = artifacts(project)
     edit(project, "wheel_radius: 40 mm", "wheel_radius: 4 cm")
-    assert watch.until("unchanged") == ["bot: 5 artifacts in outputs/bot, unchanged"]
+    assert watch.until("unchanged") == ["bot: 6 artifacts in outputs/bot, unchanged"]
     assert artifacts(project) == before
 
 
@@ -156,7 +156,7 @@ def test_what_is_wrong_is_said_when_it_is_new(project: Path, watch: Watch) -> No
     edit(project, "wheel_radius: 41 mn", "wheel_radius: 40 mm")
     watch.until("the artifacts stay as they are")
     edit(project, "xzy: [40 mm, 0,", "xyz: [40 mm, 0,")
-    assert watch.until("artifacts in outputs")[-1] == "bot: 5 artifacts in outputs/bot, unchanged"
+    assert watch.until("artifacts in outputs")[-1] == "bot: 6 artifacts in outputs/bot, unchanged"
     edit(project, "xyz: [40 mm, 0,", "xzy: [40 mm, 0,")
     assert "error[unknown-key]" in watch.until("the artifacts stay as they are")[0], "it is new again"
 

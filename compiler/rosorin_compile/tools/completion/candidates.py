@@ -282,6 +282,12 @@ def _plain(text: str) -> str:
     return text if len(text) <= _MAX_HELP else f"{text[:_MAX_HELP].rpartition(' ')[0]} ..."
 
 
+def _templates(_: known.Subject, __: str) -> list[Candidate]:
+    from ..init import TEMPLATES
+
+    return [Candidate(name, template.what) for name, template in TEMPLATES.items()]
+
+
 def _schemas(_: known.Subject, __: str) -> list[Candidate]:
     from ..schema import names
 
@@ -349,6 +355,7 @@ KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
     "ARGUMENT": _names("arguments"),
     "ID": _rules,
     "SCHEMA": _schemas,
+    "TEMPLATE": _templates,
 }
 
 

@@ -1,9 +1,9 @@
 """Translating: a xacro as a description with its macros, arguments and files, proven against the real xacro.
 
 To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
-are), ``walking`` with ``setting`` and ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering``
-(the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording`` (elements that become words),
-``sharing`` and ``uniting`` (what several robots of a package include).
+are), ``walking`` with ``setting``, ``returning`` and ``entries`` (what is made), ``naming`` (short names and mounts),
+``rendering`` (the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording`` (elements that
+become words), ``sharing`` and ``uniting`` (what several robots of a package include).
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ from .wording import told as lines
 MAX_ATTEMPTS = 40
 _NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")
 _DIMENSION = re.compile(r" is an? [\w ]+ \(\S+\), but \S+ is an? [\w ]+ \(| is a number, not an? \w+ \(")
+_SPELT = re.compile(r'(?:(\w+)|\w+ "([^"]*)"): xacro has (?:True|False), the translation (?:true|false)\Z')
 WITHIN = "what calls it is written out"
 
 
@@ -216,7 +217,8 @@ class _Mending:
         self.lifted: dict[Place, WrittenOut] = {}
         self.unsaid: dict[str, str] = {}
         self.explicit: set[str] = set()
-        self.texts = self.turns = self.chains = False
+        self.texts = self.turns = self.chains = self.lacking = False
+        self.spelt: frozenset[str] = frozenset()
         self.plain: frozenset[str] = frozenset()
         self.last: list[Fault] = []
 
@@ -295,7 +297,7 @@ class _Mending:
             frozenset(self.lifted),
             self.changing,
         )
-        how = how._replace(chains=self.chains, plain=self.plain)
+        how = how._replace(chains=self.chains, plain=self.plain, lacking=self.lacking, spelt=self.spelt)
         made = attempt(source.path, options, how)
         source.environment = made.program.environment.keys()
         used = {name: one for name, one in made.program.arguments.items() if one.used}
@@ -343,6 +345,13 @@ class _Mending:
             return None
         if not self.texts and any(map(_NO_LIST.search, texts)):
             self.texts = True
+            return None
+        if not self.lacking and any("is a mapping, not empty" in text for text in texts):
+            self.lacking = True
+            return None
+        spelt = {found[1] or found[2] for text in texts if (found := _SPELT.search(text))} - self.spelt
+        if spelt:
+            self.spelt |= spelt
             return None
         if not self.turns and any("more than a full turn" in text for text in texts):
             self.turns = True

@@ -67,7 +67,8 @@ class How(NamedTuple):
     ``texts``: vectors may be texts in tables; ``turns``: angles may be more than a full turn. ``shares``: files are
     shared with other robots, and of these what is there is taken for what this robot needs; None: nothing is shared.
     ``chains``: what is chosen among many is chosen in the part, not by its uses. ``plain``: macros that reckon with
-    masses and lengths as with numbers; ``ARGUMENTS`` among them are the arguments.
+    masses and lengths as with numbers; ``ARGUMENTS`` among them are the arguments. ``lacking``: what a named value
+    gives may not be there; ``spelt``: the elements whose text is true or false as Python prints it.
     """
 
     imported: Imported
@@ -88,6 +89,8 @@ class How(NamedTuple):
     shares: frozenset[str] | None = None
     chains: bool = False
     plain: frozenset[str] = frozenset()
+    lacking: bool = False
+    spelt: frozenset[str] = frozenset()
 
 
 def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
@@ -103,7 +106,7 @@ def attempt(path: Path, options: ReadOptions, how: How) -> Attempt:
     data = Data(program, how.changed.folder)
     renderer = Renderer(program, walker.seen, choices, data)
     renderer.vectors_are_texts, renderer.turns = how.texts, how.turns
-    renderer.plain = how.plain
+    renderer.plain, renderer.lacking, renderer.spelt = how.plain, how.lacking, how.spelt
     renderer.meshes = how.changed.meshes or ""
     renderer.words = how.words.spots
     documents = renderer.render()

@@ -84,10 +84,10 @@ class Data:
 
     def _copy(self, folder: Path, file: str, rest: bool) -> None:
         """Take down a file; of a name that goes on, all tables that it may be."""
-        if not rest:
+        if not rest and not (folder / file).is_dir():
             found = [folder / file]
         else:
-            above = folder / file.rpartition("/")[0]
+            above = folder / file.rpartition("/")[0] if rest else folder / file
             found = sorted(one for one in above.rglob("*") if one.suffix in (".yaml", ".yml"))[:_MOST]
         for one in found:
             try:

@@ -25,12 +25,14 @@ from .scopes import (
     TABLE,
     WORDS,
     Bound,
+    Returned,
     Scope,
     Unsaid,
     Value,
     Variable,
     is_plain,
     literal,
+    package_in,
 )
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, signed, tokens, words
 
@@ -118,6 +120,7 @@ class Rendering:
         self.mark = mark
         self.named = named or (lambda _: None)
         self.share: Callable[[str], ast.expr] | None = None
+        self.returned: Callable[[Returned], ast.expr] | None = None
         self.loaded: Callable[[str, bool], str] = lambda text, _: text
 
     def begin(self, node: ast.expr) -> None:
@@ -205,7 +208,7 @@ class Rendering:
             return ast.Constant(_worded(node.value))
         if isinstance(node, (ast.BinOp, ast.IfExp)) and _is_text(node):
             return node
-        if isinstance(node, (ast.Name, ast.Call)) and getattr(node, "kind", "") == WORDS:
+        if isinstance(node, (ast.Name, ast.Call)) and _kind_of(node) == WORDS and not getattr(node, "is_open", False):
             return node
         if isinstance(node, ast.List) or _kind_of(node) == LIST:
             return ast.Call(ast.Name("join", ast.Load()), [ast.Constant(" "), node], [])
@@ -220,7 +223,7 @@ class Rendering:
                 raise Unsupported(f"${{{piece.text}}}: {problem}") from None
             return self.node(tree, scope, depth + 1)
         kind, _, rest = piece.text.strip().partition(" ")
-        rest = rest.strip()
+        rest = package_in(piece.text, scope) if kind == "find" else rest.strip()
         if kind == "arg":
             return self.name(f"arg {rest}", scope, depth)
         if kind == "eval":
@@ -261,9 +264,14 @@ class Rendering:
             stays = found.where == ARGUMENT and kind in (LIST, TABLE)  # what the command line gives is text
             made.kind = WORDS if stays else kind  # type: ignore[attr-defined]
             made.is_list = kind == LIST and found.where == PARAMETER  # type: ignore[attr-defined]
+            made.is_open = kind == WORDS and found.is_read()  # type: ignore[attr-defined]
             return made
         if isinstance(found, Unsaid):
             raise Unsupported(found.reason)
+        if isinstance(found, Returned):
+            if self.returned is None:
+                raise Unsupported(f'"{name}" is set by a macro')
+            return self.returned(found)
         if name in ("pi", "e", "tau", *_CONSTANTS):
             return ast.Name(_CONSTANTS.get(name, name), ast.Load())
         what = "argument" if name.startswith("arg ") else "name"

@@ -22,7 +22,7 @@ from .scopes import (
     Value,
     Variable,
 )
-from .texts import Unsupported
+from .texts import EXPRESSION, Unsupported
 from .values import Values
 
 _SHORT = 90
@@ -56,8 +56,10 @@ class Elements(Values):
         )
         content: list[str] = []
         plain = True
+        named = next((value.text for name, value in node.attributes if name == "name"), node.tag)
         for item in self.merged(node.content):
-            content += self.lines_of(item, f"{pad}  ")
+            is_flag = named in self.spelt and isinstance(item, Value)
+            content += [f"{pad}  {self.flag_of(item)}"] if is_flag else self.lines_of(item, f"{pad}  ")
             plain = plain and isinstance(item, Value)
         if not content:
             return [f"{pad}{start}/>"]
@@ -68,6 +70,14 @@ class Elements(Values):
         if len(content) == 1 and len(content[0]) < _SHORT // 2:
             return [f"{pad}{start}>{content[0].strip()}</{node.tag}>"]
         return [f"{pad}{start}>", *content, f"{pad}</{node.tag}>"]
+
+    def flag_of(self, value: Value) -> str:
+        """Return a text that is true or false, of which the kind is not known here, as Python prints it."""
+        pieces = expanded(value.text.strip(), value.scope)
+        if len(pieces) != 1 or pieces[0][0].kind != EXPRESSION:
+            return str(self.joined(pieces, value, escape))
+        node = ast.IfExp(self.node_of(pieces, value), ast.Constant("True"), ast.Constant("False"))
+        return f"${{{written(node)}}}"
 
     def lines_of(self, item: Any, pad: str) -> list[str]:
         """Return the lines of what stands in an element."""
@@ -127,6 +137,8 @@ class Elements(Values):
             return ""
         if "${" not in text and len(lines) == 1 and len(text) <= _SHORT:
             return repr(text)
+        if len(lines) == 1 and text.startswith("${") and text.endswith("}") and text.count("${") == 1:
+            return text[2:-1]  # evaluated where the condition holds alone: a list may be shorter elsewhere
         if not self.named_texts:
             node = node_of(Expression(" ".join(line.strip() for line in lines)))
             if node is None:

@@ -85,6 +85,31 @@ def called_by(element: Element) -> Iterator[str]:
         yield element.tag.removeprefix("xacro:").rpartition(".")[2]
 
 
+def is_handed(program: Program, macro: Macro, name: str, seen: tuple[Macro, ...] = ()) -> bool:
+    """Say whether whoever calls a macro has a value of a name, or is called by such macros alone."""
+    called = macro.element.get("name").removeprefix("xacro:")
+    sites = [
+        element
+        for file in program.files.values()
+        for element in file.document.root.iter()
+        if any(fnmatchcase(called, pattern) for pattern in called_by(element))
+    ]
+    return bool(sites) and all(_has(program, site, name, (*seen, macro)) for site in sites)
+
+
+def _has(program: Program, site: Element, name: str, seen: tuple[Macro, ...]) -> bool:
+    here: Element | None = site
+    while here is not None and here.tag != "xacro:macro":
+        here = here.parent
+    if here is None:
+        return program.scope.known(name) is not None
+    holder = program.by_element.get(id(here))
+    if holder is None or holder in seen:
+        return False
+    own = any(one.name == name and not one.block for one in holder.parameters)
+    return own or is_handed(program, holder, name, seen)
+
+
 def pattern_of(text: str) -> str:
     """Return a text as a pattern, with ``*`` for each piece that is evaluated.
 
@@ -113,4 +138,14 @@ def _spelt(piece: Token) -> str:
     return piece.text if piece.kind == EXPRESSION else f"'$({piece.text})'"
 
 
-__all__ = ["called_by", "can_lift", "elements_at", "equal_to", "leading_to", "macro_around", "own_place", "pattern_of"]
+__all__ = [
+    "called_by",
+    "can_lift",
+    "elements_at",
+    "equal_to",
+    "is_handed",
+    "leading_to",
+    "macro_around",
+    "own_place",
+    "pattern_of",
+]

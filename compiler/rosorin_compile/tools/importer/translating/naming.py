@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 
 from .expressions import source_tree
 from .pieces import Body, Call, Entry, Given, Handed, Listed, Macro, Named, Use, Whens, Xml
-from .scopes import Bound, Scope, Value, Variable, is_argument, is_plain, names_of, sole_name
+from .scopes import Bound, Returned, Scope, Value, Variable, is_argument, is_plain, names_of, package_in, sole_name
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, tokens
 
 Scoped = tuple[Token, Scope]
@@ -26,6 +26,8 @@ def expanded(text: str, scope: Scope, depth: int = 0) -> list[Scoped]:
     """Return the pieces of a text, those of macros that are written out in their place."""
     made: list[Scoped] = []
     for piece in tokens(text):
+        if piece.kind == EXTENSION and piece.text.startswith("find ") and "${" in piece.text:
+            piece = Token(EXTENSION, f"find {package_in(piece.text, scope)}")
         name = sole_name([piece])
         found = scope.find(name) if name else None
         if isinstance(found, Bound) and depth < 30:
@@ -82,6 +84,9 @@ def _of_tree(tree: ast.AST, scope: Scope) -> Iterator[Variable]:
             yield found
         elif isinstance(found, Bound):
             yield from variables_in(Value(found.text, found.scope, ""))
+        elif isinstance(found, Returned):
+            for given in found.call.given.values():
+                yield from variables_in(given)
 
 
 def values_of(body: Body) -> Iterator[tuple[Value, str]]:

@@ -63,7 +63,12 @@ class Entry:
 
     def may_lack(self, key: str) -> bool:
         """Say whether a key is there on conditions."""
-        return any(item.when for item in self.items if item.key == key)
+        whens = [item.when for item in self.items if item.key == key]
+        if len(whens) == 2 and all(len(one) == 1 for one in whens):
+            (one,), (other,) = whens  # <xacro:if> and <xacro:unless> of one condition
+            if one.value.text == other.value.text and one.value.scope.begun() is other.value.scope.begun():
+                return one.holds == other.holds
+        return any(whens)
 
     def known(self) -> list[str]:
         """Return the keys, each once."""

@@ -25,6 +25,7 @@ NUMBERS = ("length", "angle", "mass", "number", "speed")
 LISTS = ("length3", "angle3", "number3", "number4")
 CONDITION, NAME, FILE, XML, FREE = "condition", "name", "file", "xml", "free"
 LOADED = "loaded"
+RETURNED = "returned"  # of what a macro sets for its caller
 
 _LITERAL = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _OF_TEXTS = ("upper", "lower", "strip", "replace", "startswith", "endswith")
@@ -82,6 +83,8 @@ class Variable:
         values = [value for value in head.values if not value.idle] or head.values
         literals = [literal(value.text) for value in values if is_plain(value.text)]
         evidence = head.evidence
+        if "=" in evidence and "" in literals and not any(isinstance(one, (int, float)) for one in literals):
+            return WORDS  # several numbers, or none of them
         if any(sink in evidence for sink in LISTS) or (
             any(isinstance(one, list) for one in literals)
             and all(isinstance(one, list) or _is_quoted_list(one) for one in literals)
@@ -106,6 +109,10 @@ class Variable:
             return NUMBER
         return WORDS if evidence & {XML, NAME, FILE, "compared"} else ANY
 
+    def is_read(self) -> bool:
+        """Say whether the variable is what stands in a table: a text or a number, whatever it is used as."""
+        return any(_is_read(value.text, value.scope) for value in self.head().values)
+
 
 @dataclass(eq=False)
 class Bound:
@@ -117,6 +124,14 @@ class Bound:
     text: str
     scope: Scope
     when: tuple[Any, ...] = ()
+
+
+@dataclass(eq=False)
+class Returned:
+    """A property that a macro sets for its caller: what the macro gives as a named value under a key; all if empty."""
+
+    call: Any
+    key: str
 
 
 @dataclass(eq=False)
@@ -132,7 +147,7 @@ class Scope:
     def __init__(self, parent: Scope | None = None, owner: str = "") -> None:
         self.parent = parent
         self.owner = owner
-        self.names: dict[str, Variable | Bound | Unsaid] = {}
+        self.names: dict[str, Variable | Bound | Returned | Unsaid] = {}
         self.blocks: dict[str, Any] = {}
         self.package_of: Any = parent.package_of if parent else None
         self.later: Later | None = None
@@ -155,14 +170,22 @@ class Scope:
             later = later.later
         return later is not None
 
-    def set_from_here(self, name: str, value: Variable | Bound) -> None:
+    def set_from_here(self, name: str, value: Variable | Bound | Returned | Unsaid) -> None:
         """Set a name for what comes after this; what was read before keeps what it was then."""
         now = self.latest()
         now.later = Later(now)
         now.later.names[name] = value
 
-    def find(self, name: str) -> Variable | Bound | Unsaid | None:
-        """Return what a name means here."""
+    def find(self, name: str) -> Variable | Bound | Returned | Unsaid | None:
+        """Return what a name means here; one that nothing around knows is asked of the macro that this is in."""
+        found = self.known(name)
+        scope: Scope | None = self
+        while found is None and scope is not None:
+            found, scope = scope.handed_down(name), scope.parent
+        return found
+
+    def known(self, name: str) -> Variable | Bound | Returned | Unsaid | None:
+        """Return what a name means here as far as this and what is around define it."""
         scope: Scope | None = self
         while scope is not None:
             found = scope.own(name)
@@ -171,7 +194,11 @@ class Scope:
             scope = scope.parent
         return None
 
-    def own(self, name: str) -> Variable | Bound | Unsaid | None:
+    def handed_down(self, name: str) -> Variable | None:  # noqa: ARG002
+        """Return what stands for a name of whoever calls; None outside of macros."""
+        return None
+
+    def own(self, name: str) -> Variable | Bound | Returned | Unsaid | None:
         """Return what a name means in this scope alone."""
         return self.names.get(name)
 
@@ -199,7 +226,7 @@ class Space(Scope):
         super().__init__(parent)
         self.space = space
 
-    def own(self, name: str) -> Variable | Bound | Unsaid | None:
+    def own(self, name: str) -> Variable | Bound | Returned | Unsaid | None:
         return self.names.get(name) or (self.parent.own(f"{self.space}.{name}") if self.parent else None)
 
 
@@ -248,6 +275,28 @@ def _is_reckoned(text: str) -> bool:
         return False
 
 
+def _is_read(text: str, scope: Scope) -> bool:
+    """Say whether a text is an entry of a table, or what a macro gives, by whichever name."""
+    name = sole_name(tokens(text))
+    found = scope.known(name) if name else None
+    if isinstance(found, Bound):
+        return _is_read(found.text, found.scope)
+    return isinstance(found, Returned) or _is_entry(text)
+
+
+@lru_cache(4096)
+def _is_entry(text: str) -> bool:
+    """Say whether a text is an entry of a table."""
+    from .expressions import source_tree
+
+    pieces = tokens(text)
+    try:
+        whole = source_tree(pieces[0].text) if len(pieces) == 1 and pieces[0].kind == EXPRESSION else None
+    except ValueError:
+        return False
+    return isinstance(whole, (ast.Subscript, ast.Attribute))
+
+
 def _of_numbers(node: ast.AST) -> bool:
     if isinstance(node, ast.UnaryOp):
         return isinstance(node.op, (ast.USub, ast.UAdd))
@@ -277,6 +326,21 @@ def sole_name(pieces: list[Token]) -> str | None:
     if kind == EXTENSION and text.split()[:1] == ["arg"] and len(text.split()) == 2:
         return f"arg {text.split()[1]}"
     return None
+
+
+def package_in(text: str, scope: Scope) -> str:
+    """Return the package that a ``find`` names, with properties that have one plain text in their place."""
+    made = ""
+    for piece in tokens(text.strip().partition(" ")[2].strip()):
+        name = sole_name([piece])
+        found = scope.known(name) if name else None
+        if isinstance(found, Bound) and is_plain(found.text):
+            made += found.text
+        elif isinstance(found, Variable) and found.where == GLOBAL and len(found.values) == 1:
+            made += found.values[0].text
+        else:
+            made += piece.text if piece.kind == TEXT else f"${{{piece.text}}}"
+    return made
 
 
 def is_argument(text: str) -> bool:
@@ -365,6 +429,8 @@ def _note_node(node: ast.AST, scope: Scope, sink: str) -> None:
         _note_node(node.func.value, scope, "compared")  # type: ignore[attr-defined]
         for item in node.args:
             _note_node(item, scope, "compared")
+    elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "split":  # of a text, or of several numbers
+        _note_node(node.func.value, scope, FREE)  # type: ignore[attr-defined]
     else:
         loads = isinstance(node, ast.Call) and ast.unparse(node.func) in ("xacro.load_yaml", "load_yaml")
         for child in ast.iter_child_nodes(node):

@@ -17,11 +17,12 @@ from .program import Program
 from .scopes import (
     ARGUMENT,
     FREE,
+    LOADED,
     LOCAL,
     PARAMETER,
     Bound,
+    Returned,
     Scope,
-    Unsaid,
     Value,
     Variable,
     is_plain,
@@ -42,14 +43,13 @@ class MacroScope(Scope):
         super().__init__(parent, macro.name)
         self.macro = macro
 
-    def find(self, name: str) -> Variable | Bound | Unsaid | None:
-        found = super().find(name)
-        if found is None and _may_be_handed_down(name):
-            made = Variable(name, PARAMETER)
-            self.macro.implicit[name] = made
-            self.names[name] = made
-            return made
-        return found
+    def handed_down(self, name: str) -> Variable | None:
+        if not _may_be_handed_down(name):
+            return None
+        made = Variable(name, PARAMETER)
+        self.macro.implicit[name] = made
+        self.names[name] = made
+        return made
 
 
 def _may_be_handed_down(name: str) -> bool:
@@ -74,7 +74,7 @@ class Setting:
             raise Unsupported(f'the property "{name}" is named by an expression, or removed', element.span)
         if "value" not in element.attributes:
             if "default" in element.attributes:
-                if scope.find(name) is None:
+                if scope.known(name) is None:
                     scope.names[name] = Bound(element.get("default"), scope)
                 return
             scope.blocks[name] = (element, scope)
@@ -128,7 +128,7 @@ class Setting:
         """Take a property at the top of a file that is set to another value later on: it holds until then."""
         name, here = element.get("name"), scope.begun()
         if "default" in element.attributes:
-            if scope.latest().find(name) is None:
+            if scope.latest().known(name) is None:
                 here.set_from_here(name, Bound(element.get("default"), scope))
         elif left := tuple(on for on in when if decided(on) is None):
             self.chosen_property(element, scope, here, left)
@@ -189,14 +189,18 @@ class Setting:
             self.chosen_property(element, scope, target, left)
         else:
             target.set_from_here(name, Bound(element.get("value"), scope))
-        found = target.latest().find(name)
-        if target is not here and isinstance(found, (Variable, Bound)):  # it is read here, too
+        found = target.latest().known(name)
+        if target is not here and isinstance(found, (Variable, Bound, Returned)):  # it is read here, too
             here.set_from_here(name, found)
 
     def chosen_property(self, element: Element, scope: Scope, target: Scope, when: Whens) -> None:
         """Take a property within an element that is set on a condition: a named value of the part."""
-        name, value = element.get("name"), Value(element.get("value"), scope, FREE, element.span)
-        known = target.latest().find(name)
+        value = Value(element.get("value"), scope, FREE, element.span)
+        self.chosen_value(element.get("name"), value, scope, target, when)
+
+    def chosen_value(self, name: str, value: Value, scope: Scope, target: Scope, when: Whens) -> None:
+        """Take what a name is from here on where a condition holds."""
+        known = target.latest().known(name)
         own = (
             isinstance(known, Variable) and known.where == LOCAL and known not in self.fixed and target.set_later(name)
         )
@@ -207,17 +211,22 @@ class Setting:
             return
         holder = next((one for one in _around(scope) if isinstance(one, MacroScope)), None)
         if known is None or (holder is not None and known in holder.macro.implicit.values()):
-            target.set_from_here(name, Bound(value.text, scope, when))  # whoever reads it elsewhere has no value of it
+            # whoever reads it elsewhere has no value of it
+            target.set_from_here(name, Bound(value.text, value.scope, when))
             return
         body = holder.macro.body if holder is not None else self.program.root.body
         if body is None:
-            raise Unsupported(f'the property "{name}" is set on a condition', element.span)
+            raise Unsupported(f'the property "{name}" is set on a condition', value.span)
         if own:
             self.anew(name, value, body, holder or target, when, target)
             return
         made = self.new_local(name, value, body, holder or target, when, target)
+        if isinstance(known, Returned):
+            inner = Scope(scope)
+            inner.names[name] = known
+            known = Bound(f"${{{name}}}", inner)
         if isinstance(known, Bound):
-            made.definitions.insert(0, (Value(known.text, known.scope, FREE, element.span), known.when))
+            made.definitions.insert(0, (Value(known.text, known.scope, FREE, value.span), known.when))
             made.values.insert(0, made.definitions[0][0])
 
     def hand(self, value: Value, variable: Variable) -> None:
@@ -236,6 +245,10 @@ class Setting:
 
     def spread(self) -> None:
         """Let arguments know how what they are handed to is used."""
+        named = [one for one in self.program.scope.names.values() if isinstance(one, Variable)]
+        while folders := {found for one in named if LOADED in one.head().evidence for found in _folders(one)}:
+            for folder in folders:
+                folder.head().evidence.add(LOADED)
         changed = True
         while changed:
             changed = False
@@ -247,6 +260,16 @@ class Setting:
             said = [one for one in variable.head().values if not one.idle]
             if variable.where != ARGUMENT and not any(is_plain(one.text) for one in said):
                 variable.head().values += [one for one in argument.values if is_plain(one.text)]
+
+
+def _folders(loaded: Variable) -> Iterator[Variable]:
+    """Yield what the names of files that are loaded begin with, and of which that is not known yet."""
+    for value in loaded.head().values:
+        pieces = tokens(value.text)
+        name = sole_name(pieces[:1]) if len(pieces) > 1 else None
+        found = value.scope.known(name) if name else None
+        if isinstance(found, Variable) and LOADED not in found.head().evidence:
+            yield found
 
 
 def _reads(variable: Variable, value: Value, when: Whens) -> bool:

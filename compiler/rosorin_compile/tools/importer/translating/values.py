@@ -28,8 +28,10 @@ from .scopes import (
     NAME,
     NUMBER,
     NUMBERS,
+    RETURNED,
     TABLE,
     WORDS,
+    Returned,
     Scope,
     Value,
     Variable,
@@ -90,6 +92,8 @@ class Values:
         self.vectors_are_texts = False  # of tables: "0 0 1" in YAML
         self.turns = False  # some angles are more than a full turn
         self.plain: frozenset[str] = frozenset()  # macros whose masses and lengths are numbers
+        self.lacking = False  # what a named value gives may be nothing
+        self.spelt: frozenset[str] = frozenset()  # elements whose text is True or False, by their names or tags
         self.meshes = ""  # put before relative names of meshes
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
@@ -103,7 +107,13 @@ class Values:
         made = Rendering(self.used.add, self.own_name)
         made.share = self.share
         made.loaded = self.data.name
+        made.returned = self.returned
         return made
+
+    def returned(self, found: Returned) -> ast.expr:
+        """Return what a macro sets for its caller: an entry of what it gives as a named value."""
+        text = self.given(Given(found.call, found.key)) if found.key else f"${{{self.call(found.call)}}}"
+        return ast.parse(text[2:-1], mode="eval").body
 
     def own_name(self, variable: Variable) -> ast.expr | None:
         """Return what stands for the parameter that is the prefix of the part."""
@@ -142,6 +152,8 @@ class Values:
         """Return a value as ``layout`` takes it."""
         if value.sink in LISTS:
             return self.list_of(value)
+        if value.sink == RETURNED:
+            return final(self.expressions().value(value))
         if value.sink in NUMBERS:
             return self.number(expanded(value.text, value.scope), value)
         return self.text(value)
@@ -316,7 +328,7 @@ class Values:
         if isinstance(when, ast.Constant) and not when.value:
             return []
         if isinstance(item.value, Given):
-            return [(item.key, self.given(item.value), when)]
+            return [(item.key, self.given(item.value), self.given_at_all(item.value, when))]
         if item.key == "&":
             return self.handed(item.value, when)
         whole = _whole_list(item)
@@ -400,6 +412,14 @@ class Values:
         else:
             text = text if entry is not None and len(entry.known()) == 1 else f"{text}.{given.key}"
         return Expression(f"${{{text}{f'[{given.at}]' if given.at >= 0 else ''}}}")
+
+    def given_at_all(self, given: Given, when: ast.expr | None) -> ast.expr | None:
+        """Return the condition on which what a call of a named value gives is there."""
+        entry = given.call.macro.entry
+        if not self.lacking or given.at >= 0 or entry is None or not entry.may_lack(given.key):
+            return when
+        found = ast.parse(self.given(given)[2:-1], mode="eval").body
+        return all_of([*([when] if when is not None else []), ast.Compare(found, [ast.NotEq()], [ast.Constant(None)])])
 
     def call(self, call: Call) -> str:
         """Return the call of a named value as an expression."""

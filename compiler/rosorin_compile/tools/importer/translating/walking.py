@@ -15,10 +15,11 @@ from ....xml.markup import Element, Remark
 from .entries import joint_entry, link_entry, material_entry, one_of_level, reads, units_of
 from .fixing import value_of
 from .flattened import Place, flat_entries, place_of
-from .lifting import elements_at, equal_to, leading_to, macro_around, pattern_of
+from .lifting import elements_at, equal_to, is_handed, leading_to, macro_around, pattern_of
 from .naming import expanded, variables_in
 from .pieces import Body, Call, Entry, Handed, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Fixed, Program, comments_within, with_comments
+from .returning import body_around, returns, set_by
 from .scopes import (
     ARGUMENT,
     CONDITION,
@@ -27,6 +28,7 @@ from .scopes import (
     PARAMETER,
     XML,
     Bound,
+    Returned,
     Scope,
     Unsaid,
     Value,
@@ -375,7 +377,7 @@ class Walker(Setting):
             if parameter.forward:
                 found = scope.find(parameter.name)
                 by_itself = parameter.default is None and parameter.of_caller is None
-                if found is not None and (by_itself or not self.is_new(found, scope)):
+                if found is not None and (by_itself or not self.is_new(found, scope) or self.is_handed(found, scope)):
                     made[parameter.name] = Value(f"${{{parameter.name}}}", scope, FREE, element.span)
                     continue
             self.taken.add((macro, parameter.name))
@@ -385,7 +387,7 @@ class Walker(Setting):
                 raise Unsupported(f'the macro "{macro.name}" lacks its parameter {parameter.name}', element.span)
         return made
 
-    def is_new(self, found: Variable | Bound | Unsaid, scope: Scope) -> bool:
+    def is_new(self, found: Variable | Bound | Returned | Unsaid, scope: Scope) -> bool:
         """Say whether a name is one that nobody has defined so far."""
         here: Scope | None = scope
         while here is not None:
@@ -393,6 +395,13 @@ class Walker(Setting):
                 return not found.values if isinstance(found, Variable) else False
             here = here.parent
         return False
+
+    def is_handed(self, found: Variable | Bound | Returned | Unsaid, scope: Scope) -> bool:
+        """Say whether a name that a macro does not define is one of whoever calls it, always."""
+        here: Scope | None = scope
+        while here is not None and not isinstance(here, MacroScope):
+            here = here.parent
+        return here is not None and isinstance(found, Variable) and is_handed(self.program, here.macro, found.name)
 
     def blocks(self, macro: Macro, element: Element, scope: Scope) -> dict[str, tuple[Element, Scope]]:
         """Return the blocks that a call gives, by parameter."""
@@ -419,6 +428,9 @@ class Walker(Setting):
                 self.call(element, body, scope, (*when, *on), comments)
             return
         macro = self.macro_of(element)
+        if returns(self, macro, scope, when):
+            set_by(self, macro, element, scope, when, body)
+            return
         if self.lifting is not None or macro.name in self.inlined or not self.as_part(macro):
             self.write_out(macro, element, scope, lambda inner: self.robot(macro.element, body, inner, when))
             return
@@ -556,6 +568,9 @@ class Walker(Setting):
                 yield from self.inner(child, scope, level, (*when, *chosen), comments)
         elif tag.startswith("xacro:"):
             macro = self.macro_of(child)
+            if returns(self, macro, scope, when):
+                set_by(self, macro, child, scope, when, body_around(scope))
+                return
             if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
                 yield self.value_call(macro, child, scope), scope, when, comments
                 return
@@ -664,6 +679,9 @@ class Walker(Setting):
             return [one for group in groups for one in ([group] if group.when else group.content)]
         if item.tag.startswith("xacro:"):
             macro = self.macro_of(item)
+            if returns(self, macro, scope, when):
+                set_by(self, macro, item, scope, when, body_around(scope))
+                return []
             if macro.name not in self.inlined and self.as_text(macro):
                 return [self.value_call(macro, item, scope)]
             found: list[Any] = []

@@ -23,9 +23,10 @@ from ..controllers.known import owned
 from ..controllers.topics import Driver, drivers
 from ..distributions import HUMBLE, JAZZY, title
 from ..mesh_vertices import clouds_of
-from ..navigation import AMCL, FILTER, SLAM, Found, Frames, frames_of, kind_of, stated_topic, told
+from ..navigation import AMCL, FILTER, SLAM, Found, Frames, frames_of, kind_of, told
 from ..parameters.files import Node, asked, nodes_of, text, value_of
 from ..templating import Templates
+from .scans import PLANAR, scan_topic, seen_by_slam, topic_of
 
 if TYPE_CHECKING:
     from typing import Any
@@ -71,7 +72,7 @@ _LAYERS = {LOCAL: "voxel_layer", GLOBAL: "obstacle_layer"}  # nav2_bringup/param
 _HEADROOM = 0.1  # m
 _PADDING = 0.01  # m, Nav2's own
 _CORNERS_OF_CIRCLE = 16  # of what Nav2 makes of a radius, on the circle
-CIRCLE, PLANAR = "circle", "lidar_2d"
+CIRCLE = "circle"
 # What a sensor publishes that sees obstacles.
 _SEES = {PLANAR: "LaserScan", "lidar_3d": "PointCloud2", "depth_camera": "PointCloud2"}
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
@@ -254,17 +255,13 @@ def _sources(robot: Robot, output: Output) -> Iterator[Found]:
         elif sensor.type not in _SEES:
             message = f'sensor "{sensor.name}" is {_article(sensor.type)}, which sees no obstacles for a costmap'
             yield Found("nav2-source", message, path, "name a lidar or a depth camera")
-        elif not _topic(robot, source):
+        elif not topic_of(robot, source):
             message = f'nobody says which topic sensor "{sensor.name}" is on'
             yield Found("nav2-source", message, path, "add topic: NAME")
 
 
 def _article(word: str) -> str:
     return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
-
-
-def _topic(robot: Robot, source: Mapping[str, Any]) -> str:
-    return str(source.get("topic") or stated_topic(robot, source["sensor"]))
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -381,7 +378,7 @@ def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> It
         yield f"{layer}.observation_sources", " ".join(sources)
     for name, source in sources.items():
         sensor, own = sensors[source["sensor"]], f"{layer}.{name}"
-        yield f"{own}.topic", _topic(robot, source)
+        yield f"{own}.topic", topic_of(robot, source)
         yield f"{own}.data_type", _SEES[sensor.type]
         yield f"{own}.sensor_frame", sensor.optical_frame or sensor.frame
         yield from _band(own, size).items()
@@ -398,30 +395,10 @@ def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node
     values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
     if robot.drive is not None:
         values["robot_model_type"] = _MOTION[robot.drive.slides]
-    yield Node(AMCL, AMCL, values | _scan_topic(robot, output))
+    yield Node(AMCL, AMCL, values | scan_topic(robot, output))
     if there[SLAM]:
         silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
         yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
-
-
-def seen_by_slam(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
-    """Return what slam_toolbox has to know of a robot: its frames, and the topic of the scan."""
-    values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
-    return values | _scan_topic(robot, output)
-
-
-def _scan_topic(robot: Robot, output: Output) -> dict[str, Any]:
-    scan = _scan(robot, output)
-    return {"scan_topic": scan} if scan else {}
-
-
-def _scan(robot: Robot, output: Output) -> str:
-    """Return the topic of the only lidar of one plane, if the description says it; else nothing."""
-    lidars = [sensor.name for sensor in robot.sensors if sensor.type == PLANAR]
-    sources: Sequence[Mapping[str, Any]] = list((output.options.get("sources") or {}).values())
-    topics = {_topic(robot, source) for source in sources if source["sensor"] in lidars}
-    topics |= {stated_topic(robot, lidars[0])} if len(lidars) == 1 and not topics else set()
-    return topics.pop() if len(topics) == 1 else ""
 
 
 def disagreements(robot: Robot, output: Output, written: str) -> Iterator[str]:

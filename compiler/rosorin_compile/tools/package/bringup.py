@@ -198,7 +198,7 @@ class Bringup(NamedTuple):
 
         What it has to know comes from here where it is started by hand alone: the artifact has no section for it then.
         """
-        from ...formats.nav2.write import seen_by_slam
+        from ...formats.nav2.scans import seen_by_slam
         from ...formats.navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 
         output = next(one for one in self.robot.outputs if one.name == self.outputs[_NAV2])

@@ -186,9 +186,19 @@ def unused(
             quoted = first_of([f'"{name}"' for name in idle], MAX_LISTED)
             message = f"{rule} is accepted of {quoted}, but says nothing of {'it' if len(idle) == 1 else 'them'}"
             of = acceptable[rule].accept if rule in acceptable else "part"
-            help = f"remove the entry, or name a {of} that the rule refuses"
+            help = _meant(tree, idle[0]) or f"remove the entry, or name a {of} that the rule refuses"
         diagnostics.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
     return diagnostics
+
+
+def _meant(tree: Map, name: str) -> str:
+    """Return 'did you mean "x"?' for what is nearly a name of the description; empty for one that is, or is far."""
+    from ..diagnostics import did_you_mean
+    from .expand.placing import defined_names
+
+    names = defined_names(tree)
+    guess = "" if name in names else did_you_mean(name, sorted(names))
+    return guess if guess.startswith("did") else ""
 
 
 def _asked(id: str, acceptable: Mapping[str, Rule]) -> str:

@@ -6,15 +6,18 @@ them has is told at the end.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
-from ..model import Joint, Robot
+from ..model import Joint, Link, Robot, Sensor
+from ..model.simulation import Renames
 from ..startup.records import NamedTuple, replace
 from .bodies import Bodies
 from .difference import JOINT, NAME, Item, Side
 from .tolerance import Printing, gap
 from .wording import Hung, existence
 from .wording import renamed as renamed_text
+
+Rename = Callable[[str], str]
 
 
 class Pairing(NamedTuple):
@@ -165,12 +168,9 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
 
     return replace(
         robot,
-        links=tuple(replace(one, name=link(one.name)) for one in robot.links),
+        links=tuple(_link(one, link) for one in robot.links),
         joints=tuple(_joint(one, links, joints) for one in robot.joints),
-        sensors=tuple(
-            replace(s, frame=link(s.frame), optical_frame=link(s.optical_frame), joint=joint(s.joint))
-            for s in robot.sensors
-        ),
+        sensors=tuple(_sensor(one, link, joint) for one in robot.sensors),
         edges=tuple(replace(edge, parent=link(edge.parent), child=link(edge.child)) for edge in robot.edges),
         servos=tuple(replace(group, joints=tuple(map(joint, group.joints))) for group in robot.servos),
         poses=tuple(
@@ -189,6 +189,35 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
             frame=robot.drive.frame and link(robot.drive.frame),
         ),
         moveit=robot.moveit and robot.moveit.renamed(link, joint),
+        control=tuple(block.renamed(joint) for block in robot.control),
+        publishers=tuple(replace(one, stamps=tuple(map(link, one.stamps))) for one in robot.publishers),
+        simulation=robot.simulation.renamed(link, joint),
+    )
+
+
+def _link(one: Link, link: Rename) -> Link:
+    names = Renames(link, link)
+    marked = tuple(replace(mark, values=names.values(mark.values)) for mark in one.marked)
+    return replace(one, name=link(one.name), marked=marked)
+
+
+def _sensor(one: Sensor, link: Rename, joint: Rename) -> Sensor:
+    return replace(
+        one,
+        frame=link(one.frame),
+        optical_frame=link(one.optical_frame),
+        joint=joint(one.joint),
+        stamps=tuple(map(link, one.stamps)),
+        simulated=tuple(replace(part, link=link(part.link)) for part in one.simulated),
+        gazebo=tuple(
+            replace(
+                part,
+                link=(joint if part.at_joint else link)(part.link),
+                stamp=link(part.stamp),
+                feels=link(part.feels),
+            )
+            for part in one.gazebo
+        ),
     )
 
 

@@ -114,6 +114,16 @@ class CollisionMatrix:
     shapes: Mapping[str, str] = field(default_factory=dict)
     joints: Mapping[str, str] = field(default_factory=dict)
 
+    def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> CollisionMatrix:
+        """Return it with other names of links and joints."""
+        shapes = {link(name): digest for name, digest in self.shapes.items()}
+        joints = {joint(name): digest for name, digest in self.joints.items()}
+        return replace(self, pairs=_disabled(self.pairs, link), shapes=shapes, joints=joints)
+
+
+def _disabled(pairs: tuple[DisabledCollision, ...], link: Callable[[str], str]) -> tuple[DisabledCollision, ...]:
+    return tuple(replace(one, links=(link(one.links[0]), link(one.links[1]))) for one in pairs)
+
 
 @dataclass(frozen=True)
 class Moveit:
@@ -152,11 +162,12 @@ class Moveit:
             ),
             end_effectors=tuple(replace(one, parent=link(one.parent)) for one in self.end_effectors),
             passive_joints=tuple(map(joint, self.passive_joints)),
-            disabled=tuple(replace(one, links=(link(one.links[0]), link(one.links[1]))) for one in self.disabled),
+            disabled=_disabled(self.disabled, link),
             checked=tuple((link(one), link(other)) for one, other in self.checked),
             unchecked_links=tuple(map(link, self.unchecked_links)),
             spheres={link(name): balls for name, balls in self.spheres.items()},
             joint_properties={joint(name): said for name, said in self.joint_properties.items()},
+            matrix=self.matrix and self.matrix.renamed(link, joint),
         )
 
     def links_named(self) -> Iterator[Mention]:

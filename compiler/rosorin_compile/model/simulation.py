@@ -5,13 +5,26 @@ Attributes that the language has no word for are kept under the names that MuJoC
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from ..startup.records import dataclass, field
+from ..startup import TYPE_CHECKING, patterns
+from ..startup.records import dataclass, field, replace
 from .geometry import IDENTITY, Pose
 from .simulated import Attribute
 
+if TYPE_CHECKING:
+    from typing import Any
+
 Values = Mapping[str, Attribute]
+
+# Attributes whose value is the name of a link or of the frame of one, of a joint, of a shape.
+_LINKS = frozenset(("body", "body1", "body2", "target", "site", "site1", "site2", "refsite", "sidesite"))
+_LINKS |= {"slidersite", "cranksite", "objname", "refname", "subtree1", "subtree2"}
+_JOINTS = frozenset(("joint", "joint1", "joint2", "jointinparent"))
+_SHAPES = frozenset(("geom", "geom1", "geom2"))
+# Names that the MJCF makes of that of a joint that moves in several ways, and of that of a link for its shapes.
+_ONE_WAY = patterns.compile(r"(.+)(_TX|_TY|_TZ|_RZ|_R)")
+_SHAPE = patterns.compile(r"(.+)(_(?:collision|visual)_\d+)")
 
 POSITION, VELOCITY, MOTOR, GENERAL = "position", "velocity", "motor", "general"
 
@@ -129,6 +142,61 @@ class Simulation:
     contact_layers: tuple[str, ...] = ()
     contact_pairs: tuple[ContactPair, ...] = ()
     elements: tuple[str, ...] = ()
+
+    def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> Simulation:
+        """Return it with other names of links and joints; elements are as they are written."""
+        names = Renames(link, joint)
+        return replace(
+            self,
+            actuators=tuple(replace(one, targets=names.values(one.targets)) for one in self.actuators),
+            tendons=tuple(
+                replace(
+                    one,
+                    joints={names.joint(name): factor for name, factor in one.joints.items()},
+                    path=tuple(replace(stop, values=names.values(stop.values)) for stop in one.path),
+                )
+                for one in self.tendons
+            ),
+            constraints=tuple(replace(one, values=names.values(one.values)) for one in self.constraints),
+            sensors=tuple(replace(one, values=names.values(one.values)) for one in self.sensors),
+            contact_pairs=tuple(
+                replace(
+                    one,
+                    links=one.links and (link(one.links[0]), link(one.links[1])),
+                    shapes=one.shapes and (names.shape(one.shapes[0]), names.shape(one.shapes[1])),
+                )
+                for one in self.contact_pairs
+            ),
+        )
+
+
+class Renames:
+    """Other names of links and joints in what a simulation has, also where they are part of a name."""
+
+    def __init__(self, link: Callable[[str], str], joint: Callable[[str], str]) -> None:
+        self.link = link
+        self._joint = joint
+
+    def joint(self, name: str) -> str:
+        """Return the other name of a joint, or of one of the several that MuJoCo has for it."""
+        return _in_one(name, self._joint, _ONE_WAY)
+
+    def shape(self, name: str) -> str:
+        """Return the other name of a shape, which may have that of its link."""
+        return _in_one(name, self.link, _SHAPE)
+
+    def values(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return attributes with the other names in them."""
+        by_word = ((_LINKS, self.link), (_JOINTS, self.joint), (_SHAPES, self.shape))
+        made = dict(values)
+        for words, rename in by_word:
+            made |= {word: rename(made[word]) for word in words & made.keys() if isinstance(made[word], str)}
+        return made
+
+
+def _in_one(name: str, rename: Callable[[str], str], made: Any) -> str:
+    found = None if rename(name) != name else made.fullmatch(name)
+    return rename(found[1]) + found[2] if found else rename(name)
 
 
 NO_SIMULATION = Simulation()

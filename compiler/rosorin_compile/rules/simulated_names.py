@@ -18,7 +18,7 @@ from ..model.standing import stands_free
 from ..startup.records import NamedTuple
 from ..xml import mujoco
 from ..xml.elements import found_in
-from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, MESH, SENSOR, SITE, TENDON
+from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, MESH, SENSOR, SITE, TENDON, TEXTURE
 from .case import Case
 
 AFTER = "xml_elements"
@@ -91,7 +91,7 @@ class Names:
         known: dict[str, set[str]] = {BODY: {*frames, "world"}, SITE: set(frames), JOINT: self._joints()}
         for named in self.given:
             known.setdefault(named.kind, set()).add(named.name)
-        known.setdefault(MATERIAL, set()).update(one.name for one in robot.materials if one.rgba or one.mjcf)
+        known.setdefault(MATERIAL, set()).update(robot.material)
         known.setdefault(EQUALITY, set()).update(
             joint.mimic.name or joint.name for joint in robot.joints if joint.mimic
         )
@@ -198,7 +198,7 @@ def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
 )
 def known(case: Case) -> Iterator[Diagnostic]:
     """Names in the sections for a simulation; each name that there is not once, however often it is used."""
-    if not simulates(case.robot):
+    if not simulates(case.robot) and next(_of_looks(case), None) is None:
         return
     names = Names(case)
     wrong: dict[tuple[str, str], list[Mention]] = {}
@@ -256,9 +256,24 @@ def mentions(case: Case) -> Iterator[Mention]:
             for key, kind in (("target", BODY), ("material", MATERIAL), ("mesh", MESH)):
                 if key in mark.values:
                     yield Mention(kind, str(mark.values[key]), (*path, key), f'the {key} of {mark.tag} "{mark.name}"')
+    yield from _of_looks(case)
     for pose in case.robot.poses:
         for name in pose.controls:
             yield Mention(ACTUATOR, name, ("poses", pose.name, "controls", name), f'in pose "{pose.name}"')
+
+
+def _of_looks(case: Case) -> Iterator[Mention]:
+    """Yield the materials that shapes have in the MJCF alone, and the textures of materials."""
+    for link in case.robot.links:
+        for purpose in ("collision", "visual"):
+            for index, shape in enumerate(getattr(link, purpose)):
+                if MATERIAL in shape.mjcf:
+                    path = case.link(link.name, purpose, index, "mjcf", MATERIAL)
+                    yield Mention(MATERIAL, str(shape.mjcf[MATERIAL]), path, f'of a shape of link "{link.name}"')
+    for material in case.robot.materials:
+        if TEXTURE in material.mjcf:
+            path = ("materials", material.name, "mjcf", TEXTURE)
+            yield Mention(TEXTURE, str(material.mjcf[TEXTURE]), path, f'of material "{material.name}"')
 
 
 _KINDS = {"jointinparent": JOINT, "refsite": SITE, "slidersite": SITE, "cranksite": SITE}

@@ -124,6 +124,16 @@ def test_a_template_could_be_built_and_simulates(template: str, capsys: pytest.C
     }
 
 
+@pytest.mark.usefixtures("here")
+def test_a_length_of_the_arm_stands_once() -> None:
+    start("bot", Path(), "arm")
+    path = Path("descriptions/bot/arm.yaml")
+    path.write_text(path.read_text("utf-8").replace("upper_arm: 260 mm", "upper_arm: 300 mm"), "utf-8")
+    made = compiled(Path("descriptions/bot/robot.yaml")).robot
+    assert made is not None
+    assert made.joint["forearm_joint"].origin.xyz == pytest.approx((0, 0, 0.3))
+
+
 def test_the_mobile_manipulator_is_the_example() -> None:
     """What is not the same: the first file, and the pairs that follow from the bumper of the example."""
     example = ROOT / "examples" / "porter"

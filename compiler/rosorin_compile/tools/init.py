@@ -145,7 +145,7 @@ def start(name: str, project: Path, template: str = DEFAULT) -> Started:
     with cleared(folder), staged(folder) as stage:
         (stage / name).mkdir()
         for file, text in texts.items():
-            (stage / name / file).write_text(text, "utf-8")
+            (stage / name / file).write_text(text, "utf-8", newline="\n")
         written, outdated = _give_schema(folder, stage)
         (stage / name).rename(target)
     return Started(target / ROOT_FILE, folder / SCHEMA, written, outdated)

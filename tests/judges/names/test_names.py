@@ -72,8 +72,21 @@ def placed(place: Place, folder: Path) -> str:
 
 def unknown(place: Place, folder: Path) -> str:
     """Two letters swapped: told at its line and column, with the right name."""
-    whole = plain(place.fragment)
-    at = next(at for at, name in naming.reached(whole, naming.steps(place.path)) if name == place.name)
+    return _misspelt(place, folder, plain(place.fragment), ())
+
+
+def unknown_in_part(place: Place, folder: Path) -> str:
+    """The same in a part that is used twice: told once or for each use, at the line of the part, in its words."""
+    within = ("use", "other", "content") if place.path.startswith("drive.") else ("parts", "arm")
+    return _misspelt(place, folder, twice(place.fragment), within)
+
+
+def _misspelt(place: Place, folder: Path, whole: Any, within: naming.Concrete) -> str:
+    inner = whole
+    for step in within:
+        inner = inner[step]
+    found_at = (at for at, name in naming.reached(inner, naming.steps(place.path)) if name == place.name)
+    at = (*within, *next(found_at))
     wrong = swapped(place.name)
     path = dumped(folder, with_name(whole, at, place.is_key, wrong))
     line, column = marked(path.read_text("utf-8"), (*at[:-1], wrong) if place.is_key else at, place.is_key)
@@ -138,6 +151,7 @@ Check = Callable[[Place, Path], str]
 CHECKS: dict[str, tuple[Check, str]] = {
     "placed": (placed, "its own"),
     "unknown": (unknown, "told"),
+    "unknown in a part": (unknown_in_part, "told"),
     "renamed": (renamed, "renamed"),
     "completed": (completed, "offered"),
     "written": (written, "equal"),
@@ -146,7 +160,9 @@ CHECKS: dict[str, tuple[Check, str]] = {
 
 def asked(check: str, place: Place) -> bool:
     """Say whether a check is one for a place: where a thing gets its name, no name is wrong, and none is offered."""
-    return not (place.gives and check in ("unknown", "completed"))
+    if check == "unknown in a part" and not naming.in_parts(place.path):
+        return False
+    return not (place.gives and check in ("unknown", "unknown in a part", "completed"))
 
 
 @pytest.fixture(autouse=True)

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from ...diagnostics import ERROR, WARNING, Diagnostic, did_you_mean, nearest, swaps
+from ...diagnostics import ERROR, WARNING, Diagnostic, nearest, swaps
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import counted, quoted
+from ...frontend.misnamed import name_meant
 from ...frontend.tree import Path, at
 from ...model import Joint, Output, Robot
 from ...model.control import (
@@ -138,8 +139,9 @@ def _block(case: Case, block: Block) -> Iterator[Diagnostic]:
     poses = [pose.name for pose in case.robot.poses]
     if block.pose and block.pose not in poses:
         message = f'{_called(block)} starts in pose "{block.pose}", which there is not'
-        help = did_you_mean(block.pose, poses) or "the description has no poses"
-        yield case.problem("control-pose", message, _path(block, "pose"), help)
+        path = _path(block, "pose")
+        help = name_meant(case.tree, path, block.pose, poses) or "the description has no poses"
+        yield case.problem("control-pose", message, path, help)
     yield from _params(case, block.params, _called(block), _path(block, "params"))
     for section, one in block.components():
         word = section.removesuffix("s")

@@ -113,6 +113,7 @@ class Macro:
     block_levels: dict[str, str] = field(default_factory=dict)
     block_keys: dict[str, list[str]] = field(default_factory=dict)
     blocks_given: dict[str, list[Entry]] = field(default_factory=dict)
+    sets: list[tuple[str, Value | None, Whens]] = field(default_factory=list)  # of its caller; None: nobody can read it
 
     @property
     def place(self) -> Span:

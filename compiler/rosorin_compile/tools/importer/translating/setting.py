@@ -7,7 +7,7 @@ One that is set on a condition is a named value with a choice.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ....xml.markup import Element
@@ -16,6 +16,7 @@ from .pieces import Body, Macro, When, Whens
 from .program import Program
 from .scopes import (
     ARGUMENT,
+    CONDITION,
     FREE,
     LOADED,
     LOCAL,
@@ -23,6 +24,7 @@ from .scopes import (
     Bound,
     Returned,
     Scope,
+    Unsaid,
     Value,
     Variable,
     is_plain,
@@ -82,7 +84,8 @@ class Setting:
         text = element.get("value")
         target = self.target(element, scope)
         if target is not scope.begun() and isinstance(scope.begun(), MacroScope):
-            raise Unsupported("it sets properties of whoever calls it", element.span)
+            self.set_above(name, Value(text, scope, FREE, element.span), body, when)
+            target = scope.begun()  # it reads it itself
         if target.set_later(name):
             self.inner_property(element, scope, when)
             return
@@ -112,6 +115,40 @@ class Setting:
             target.names[name] = Bound(text, scope)
             return
         self.new_local(name, value, body, target, when)
+
+    def set_above(self, name: str, value: Value, body: Body, when: Whens) -> None:
+        """Take down that a part sets a property of whoever calls it; Unsupported where that hangs on its own ones."""
+        macro = body.macro
+        texts = [value.text, *(on.value.text for on in when)]
+        names = {one for text in texts for one in foreign(text)}
+        if macro is None or not all(one in macro.variables or self.program.scope.known(one) for one in names):
+            raise Unsupported("it sets properties of whoever calls it", value.span)
+        macro.sets.append((name, value, when))
+
+    def set_by_part(self, macro: Macro, given: Mapping[str, Value], scope: Scope, when: Whens) -> None:
+        """Let a caller of a part read what that sets for it."""
+        inner, target = Scope(scope), scope.begun()
+        for parameter in macro.parameters:
+            said = given.get(parameter.name)
+            if said is not None:
+                inner.names[parameter.name] = Bound(said.text, said.scope)
+            elif parameter.default is not None:
+                inner.names[parameter.name] = Bound(parameter.default, macro.file.body.scope)
+        for name, value, on in macro.sets:
+            if value is None:
+                target.set_from_here(name, Unsaid(f'"{name}" is set by what "{macro.name}" calls'))
+            else:
+                whens = [When(Value(one.value.text, inner, CONDITION), one.holds) for one in on]
+                holds = [(one, decided(one)) for one in (*when, *whens)]
+                left = tuple(one for one, held in holds if held is None)
+                if any(held is False for _, held in holds):
+                    continue
+                if left:
+                    self.chosen_value(name, Value(value.text, inner, FREE, value.span), scope, target, left)
+                else:
+                    target.set_from_here(name, Bound(value.text, inner))
+            if isinstance(target, MacroScope):  # it may be one of all
+                target.macro.sets.append((name, None, ()))
 
     def local_again(self, name: str, known: Variable, value: Value, body: Body, target: Scope, when: Whens) -> None:
         """Take a property of a macro that it has set before."""

@@ -440,6 +440,7 @@ class Walker(Setting):
         self.hand_over(macro, use.given)
         macro.uses.append(use)
         body.uses.append(use)
+        self.set_by_part(macro, use.given, scope, when)
 
     def block_entry(self, macro: Macro, name: str, block: Element, scope: Scope) -> Entry:
         """Return what a block says that a call hands over."""

@@ -1,0 +1,164 @@
+"""Mutants: one small fault in one line of a module, drawn by a seed in proportion to the lines of each module."""
+
+from __future__ import annotations
+
+import ast
+import random
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+# Where mutants are planted: proofs, rules, placing, lowering and comparison, below compiler/rosorin_compile.
+WHERE = (
+    *(
+        "meaning/*.py",
+        "rules/*.py",
+        "frontend/lower/*.py",
+        "frontend/expand/placing.py",
+        "frontend/expand/prefixing.py",
+    ),
+    *("formats/facts.py", "formats/known.py", "formats/*/facts.py", "formats/mjcf/same*.py", "formats/*/proof.py"),
+    *("tools/diff.py", "tools/sides.py"),
+)
+_COMPARISONS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "is": "is not", "is not": "is"}
+_COMPARISONS |= {"in": "not in", "not in": "in"}
+_WORDS: Mapping[type[ast.AST], str] = {
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+    ast.Is: "is",
+    ast.IsNot: "is not",
+    ast.In: "in",
+    ast.NotIn: "not in",
+}
+_SIGNS: Mapping[type[ast.AST], str] = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*"}
+
+
+class Mutant(NamedTuple):
+    """A fault: the module (as seen from the package), the line, what kind it is, and the text of the module with it."""
+
+    module: str
+    line: int
+    kind: str
+    before: str
+    after: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        """The mutant in words that stay when lines move."""
+        return f"{self.module}: {self.kind}: {self.before} -> {self.after}"
+
+
+def modules(package: Path) -> list[Path]:
+    """Return the modules in which mutants are planted."""
+    return sorted({path for pattern in WHERE for path in package.glob(pattern)})
+
+
+def drawn(package: Path, count: int, seed: int, lines: Mapping[str, set[int]]) -> list[Mutant]:
+    """Return mutants of lines that a test runs (``lines`` by module), as many of a module as it has such lines."""
+    chance = random.Random(seed)  # noqa: S311
+    every = {path.relative_to(package).as_posix(): path for path in modules(package)}
+    total = sum(len(lines.get(name, ())) for name in every)
+    made: list[Mutant] = []
+    for name, path in every.items():
+        own = [one for one in mutants(path.read_text("utf-8"), name) if one.line in lines.get(name, ())]
+        chance.shuffle(own)
+        wanted = count * len(lines.get(name, ())) / max(1, total)
+        made += own[: int(wanted) + (chance.random() < wanted % 1)]
+    chance.shuffle(made)
+    return made
+
+
+def mutants(text: str, module: str) -> Iterator[Mutant]:
+    """Yield every mutant of a module."""
+    for node in ast.walk(_without_hints(ast.parse(text))):
+        for kind, inner, after in _faults(node, text):
+            before = _segment(text, inner)
+            if before and after != before:
+                yield Mutant(module, inner.lineno, kind, _short(before), _short(after), _replaced(text, inner, after))
+
+
+def _without_hints(tree: ast.Module) -> ast.Module:
+    """Return a tree without annotations, docstrings and imports: a fault there is none."""
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            node.returns = None
+            for argument in (*node.args.args, *node.args.kwonlyargs, *node.args.posonlyargs):
+                argument.annotation = None
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            node.body = [one for one in body if not isinstance(one, (ast.Import, ast.ImportFrom, ast.AnnAssign))]  # type: ignore[attr-defined]
+            node.body = [one for one in node.body if not _is_text(one) and not _is_for_types(one)]  # type: ignore[attr-defined]
+    return tree
+
+
+def _is_text(node: ast.AST) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+
+
+def _is_for_types(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+
+
+def _faults(node: ast.AST, text: str) -> Iterator[tuple[str, ast.expr | ast.stmt, str]]:
+    """Yield the kind of a fault, the node that is replaced, and by what."""
+    if isinstance(node, ast.Compare) and len(node.ops) == 1:
+        word = _COMPARISONS[_WORDS[type(node.ops[0])]]
+        yield "comparison", node, f"{_whole(text, node.left)} {word} {_whole(text, node.comparators[0])}"
+    elif isinstance(node, ast.BoolOp):
+        other = " or " if isinstance(node.op, ast.And) else " and "
+        yield "boolean", node, f"({other.join(f'({_segment(text, one)})' for one in node.values)})"
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.Not, ast.USub)):
+        yield ("boolean" if isinstance(node.op, ast.Not) else "sign"), node, f"({_segment(text, node.operand)})"
+    elif isinstance(node, ast.BinOp) and type(node.op) in _SIGNS and not _is_of_texts(node):
+        yield "sign", node, f"({_whole(text, node.left)} {_SIGNS[type(node.op)]} {_whole(text, node.right)})"
+    elif isinstance(node, ast.Constant) and isinstance(node.value, (bool, int, float)):
+        other_value = (not node.value) if isinstance(node.value, bool) else node.value + 1
+        yield "number", node, repr(other_value)
+    elif isinstance(node, ast.Return) and node.value is not None and not _is_none(node.value):
+        yield "return", node, "return None"
+    elif isinstance(node, (ast.Expr, ast.AugAssign, ast.Raise, ast.Continue, ast.Delete)):
+        yield "dropped", node, "pass"
+
+
+def _is_of_texts(node: ast.BinOp) -> bool:
+    """Say whether an addition is one of texts or lists, as far as it can be seen."""
+    return any(
+        isinstance(one, (ast.JoinedStr, ast.List, ast.Tuple)) or _is_word(one) for one in (node.left, node.right)
+    )
+
+
+def _is_word(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
+def _is_none(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and node.value is None
+
+
+def _whole(text: str, node: ast.expr) -> str:
+    return f"({_segment(text, node)})"
+
+
+def _segment(text: str, node: ast.AST) -> str:
+    return ast.get_source_segment(text, node) or ""
+
+
+def _short(text: str) -> str:
+    return " ".join(text.split())[:80]
+
+
+def _replaced(text: str, node: ast.expr | ast.stmt, after: str) -> str:
+    """Return a text in which a node stands otherwise; its other lines stay where they are."""
+    lines = text.encode().splitlines(keepends=True)
+    starts = [0]
+    for line in lines:
+        starts.append(starts[-1] + len(line))
+    begin = starts[node.lineno - 1] + node.col_offset
+    end = starts[(node.end_lineno or node.lineno) - 1] + (node.end_col_offset or 0)
+    whole = text.encode()
+    return (whole[:begin] + after.encode() + whole[end:]).decode()

@@ -1,0 +1,233 @@
+"""Runs mutants: each against quick tests that run its line, in a process that is forked with everything imported.
+
+    python tests/judges/mutants/running.py [--count 1500] [--seed 1] [--workers 2]
+
+Prints the survivors by module, and ends with 1 if one is not in survivors.txt.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib
+import json
+import os
+import random
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import Queue
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[2]
+PACKAGE = Path("compiler/rosorin_compile")
+KNOWN = HERE / "survivors.txt"
+# Imported before a process is forked: what is not ours, and takes long.
+HEAVY = (
+    "numpy",
+    "yaml",
+    "jinja2",
+    "hypothesis",
+    "pytest",
+    "_pytest.assertion.rewrite",
+    "mujoco",
+    "yourdfpy",
+    "trimesh",
+)
+MOST = 60  # tests that a mutant is run against
+SECONDS = 120
+COPIED = ("compiler", "tests", "schemas", "templates", "parts", "descriptions", "examples", "outputs", "docs")
+COPIED += ("cmake", "bazel", "ament", "viewer/built", "pyproject.toml", "README.md", "setup.py", "CHANGELOG.md")
+
+Tests = Mapping[str, Mapping[int, Sequence[str]]]
+
+
+def covering(folder: Path, over: Sequence[str]) -> Tests:
+    """Return the quick tests that run each line, by module: coverage with a context for each test."""
+    data = folder / ".coverage"
+    words = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", "not slow", "--cov=rosorin_compile"]
+    words += ["--cov-context=test", "--cov-report=", "-p", "no:cacheprovider", *over]
+    environment = {**os.environ, "COVERAGE_FILE": str(data), "ROSORIN_COMPILE_CACHE": "off"}
+    subprocess.run(words, cwd=ROOT, env=environment, check=False)
+    found: dict[str, dict[int, list[str]]] = {}
+    with sqlite3.connect(data) as base:
+        asked = "SELECT file.path, context.context, line_bits.numbits FROM line_bits JOIN file ON file.id = file_id"
+        for path, context, bits in base.execute(f"{asked} JOIN context ON context.id = context_id"):
+            test, _, phase = context.rpartition("|")
+            module = path.partition("rosorin_compile/")[2]
+            if phase == "run" and module:
+                for line in (8 * at + bit for at, byte in enumerate(bits) for bit in range(8) if byte & (1 << bit)):
+                    found.setdefault(module, {}).setdefault(line, []).append(test)
+    return found
+
+
+class Worker:
+    """A copy of the tree, and a process beside it that forks for each mutant."""
+
+    def __init__(self, folder: Path) -> None:
+        self.tree = folder
+        for name in COPIED:
+            source, copy = ROOT / name, folder / name
+            if source.is_dir():
+                shutil.copytree(source, copy, ignore=shutil.ignore_patterns("node_modules", "__pycache__"))
+            elif source.exists():
+                shutil.copy(source, copy)
+        environment = {**os.environ, "PYTHONPATH": f"{folder / 'compiler'}:{folder / 'tests'}"}
+        environment |= {"ROSORIN_COMPILE_CACHE": "off", "PYTHONDONTWRITEBYTECODE": ""}
+        words = [sys.executable, str(HERE / "running.py"), "--serve"]
+        self.server = subprocess.Popen(
+            words, cwd=folder, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def fails(self, tests: Sequence[str]) -> bool:
+        """Say whether a test fails, or does not end."""
+        assert self.server.stdin is not None
+        assert self.server.stdout is not None
+        self.server.stdin.write(json.dumps(list(tests)) + "\n")
+        self.server.stdin.flush()
+        code = self.server.stdout.readline().strip()
+        if code == "5":
+            raise RuntimeError(f"pytest finds no test of these: {' '.join(tests)[:500]}")
+        return code != "0"
+
+    def sees(self, module: str, text: str, tests: Sequence[str]) -> bool:
+        """Say whether the tests see a mutant, which is taken back."""
+        path = self.tree / PACKAGE / module
+        before = path.read_text("utf-8")
+        _forget(path)
+        path.write_text(text, "utf-8")
+        try:
+            return self.fails(tests)
+        finally:
+            path.write_text(before, "utf-8")
+            _forget(path)
+
+
+def _forget(path: Path) -> None:
+    """Remove the bytecode of a module: it is believed for the second of its time."""
+    for kept in (path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
+        kept.unlink()
+
+
+def serve() -> None:
+    """Run what comes line by line, each in a process of its own; answer with its exit code."""
+    for name in HEAVY:
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+    for line in sys.stdin:
+        pid = os.fork()
+        if pid == 0:
+            os.setsid()
+            _run(json.loads(line))
+        sys.stdout.write(f"{_ended(pid)}\n")
+        sys.stdout.flush()
+
+
+def _run(tests: Sequence[str]) -> None:
+    import pytest
+
+    sys.dont_write_bytecode = True
+    with open(os.devnull, "r+") as nowhere:  # noqa: PTH123
+        for stream in (0, 1, 2):
+            os.dup2(nowhere.fileno(), stream)
+        words = ["-x", "-q", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning", "--tb=no"]
+        code = pytest.main([*words, *tests])
+    os._exit(int(code))
+
+
+def _ended(pid: int) -> int:
+    """Return the exit code of a process; one that does not end in time is ended with all that it began."""
+    until = time.monotonic() + SECONDS
+    while time.monotonic() < until:
+        done, status = os.waitpid(pid, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.005)
+    os.killpg(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    return 124
+
+
+def main() -> int:
+    """Draw mutants and run them; print who survives."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--count", type=int, default=1_500)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--covered", type=Path, help="where the tests by line are kept between two runs")
+    parser.add_argument("--over", nargs="+", default=["tests"], help="the tests that are asked")
+    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.serve:
+        serve()
+        return 0
+    with tempfile.TemporaryDirectory() as folder:
+        return _told(options, Path(folder))
+
+
+def _told(options: argparse.Namespace, folder: Path) -> int:
+    from drawing import drawn
+
+    tests = _kept(options.covered, folder, options.over)
+    lines = {module: set(by_line) for module, by_line in tests.items()}
+    chosen = drawn(ROOT / PACKAGE, options.count, options.seed, lines)
+    free: Queue[Worker] = Queue()
+    for number in range(options.workers):
+        free.put(Worker(folder / f"tree{number}"))
+    began = time.monotonic()
+
+    def survives(number: int) -> bool:
+        one = chosen[number]
+        every = sorted(tests[one.module][one.line])
+        some = random.Random(number).sample(every, min(MOST, len(every)))  # noqa: S311
+        worker = free.get()
+        try:
+            return not worker.sees(one.module, one.text, some)
+        finally:
+            free.put(worker)
+
+    first = free.get()
+    sound = not first.fails(
+        sorted({test for by_line in tests.values() for some in by_line.values() for test in some[:1]})
+    )
+    free.put(first)
+    if not sound:
+        sys.stdout.write("the tests fail without a mutant\n")
+        return 2
+    with ThreadPoolExecutor(options.workers) as pool:
+        left = [one for one, stays in zip(chosen, pool.map(survives, range(len(chosen))), strict=True) if stays]
+    return _report(len(chosen), sorted(left), time.monotonic() - began)
+
+
+def _kept(path: Path | None, folder: Path, over: Sequence[str]) -> Tests:
+    if path is not None and path.exists():
+        read = json.loads(path.read_text("utf-8"))
+        return {module: {int(line): some for line, some in by_line.items()} for module, by_line in read.items()}
+    tests = covering(folder, over)
+    if path is not None:
+        path.write_text(json.dumps(tests), "utf-8")
+    return tests
+
+
+def _report(count: int, left: Sequence[object], seconds: float) -> int:
+    known = {line.split(" # ")[0] for line in KNOWN.read_text("utf-8").splitlines()} if KNOWN.exists() else set()
+    fresh = [one for one in left if one.name not in known]  # type: ignore[attr-defined]
+    of_module = Counter(one.module for one in left)  # type: ignore[attr-defined]
+    for module, number in sorted(of_module.items()):
+        sys.stdout.write(f"{number:4} survive in {module}\n")
+    for one in fresh:
+        sys.stdout.write(f"{one.module}:{one.line}: {one.kind}: {one.before} -> {one.after}\n")  # type: ignore[attr-defined]
+    sys.stdout.write(f"{count} mutants, {len(left)} survive, {len(fresh)} of them not known; {seconds / 60:.0f} min\n")
+    return 1 if fresh else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

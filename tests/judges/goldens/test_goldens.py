@@ -21,7 +21,10 @@ DIGESTS = HERE / "digests.txt"
 DATA = "tests/data"
 DESCRIPTIONS = [
     "descriptions/rosorin",
-    *(f"examples/{name}" for name in ("ackermann_car", "omni_base", "turtlebot3_burger", "unitree_a1", "ur5e")),
+    *(
+        f"examples/{name}"
+        for name in ("ackermann_car", "omni_base", "porter", "turtlebot3_burger", "unitree_a1", "ur5e")
+    ),
     *(
         f"tests/imported/{name}/expected"
         for name in ("alike", "burger", "dog", "hand", "hexapod", "little_arm", "rover", "two_arms")

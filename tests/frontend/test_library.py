@@ -106,7 +106,8 @@ WHEELS = ("fl", "fr", "rl", "rr")
 def driven(text: str, speeds: tuple[float, ...], wheels: tuple[str, ...], height: float) -> tuple[np.ndarray, float]:
     """Return the speed over ground (m/s, in the axes of the base) and the yaw rate after a second of driving."""
     motors = "".join(f'<velocity joint="{wheel}_joint" kv="0.5"/>' for wheel in wheels)
-    text = text.replace('name="base_link" pos="0 0 0">', f'name="base_link" pos="0 0 {height}"><freejoint/>')
+    assert text.count('<body name="base_link">') == 1
+    text = text.replace('<body name="base_link">', f'<body name="base_link" pos="0 0 {height}"><freejoint/>')
     text = text.replace("<worldbody>", '<worldbody><geom type="plane" size="9 9 1"/>')
     model, data = load(text.replace("</mujoco>", f"<actuator>{motors}</actuator></mujoco>"))
     data.ctrl[:] = speeds
@@ -235,7 +236,7 @@ use:
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_caster_swings_behind_the_way_it_rolls(tmp_path: Path, way: int) -> None:
     text = emitted(tmp_path, CASTER).replace(
-        'name="base_link" pos="0 0 0">', 'name="base_link" pos="0 0 0.0485"><freejoint/>'
+        '<body name="base_link">', '<body name="base_link" pos="0 0 0.0485"><freejoint/>'
     )
     text = text.replace("<worldbody>", '<worldbody><geom type="plane" size="9 9 1"/>')
     motors = "".join(f'<velocity joint="{wheel}_joint" kv="0.5"/>' for wheel in ("left", "right"))

@@ -132,8 +132,10 @@ CHANGES = [
     pytest.param(
         ("chassis.yaml", "xyz: [0, 0, 0.025]", "xyz: [0, 0, 0.026]"),
         [
+            "base_footprint moved 1.0 mm in the world of MuJoCo: origin z -5.5639e-05 -> -0.00105564 m"
+            " (and therefore the shapes of base_link): urdf, urdf_sim, mjcf",
             "base_link moved 1.0 mm in base_footprint: origin z 0.025 -> 0.026 m"
-            " (and therefore the shapes of base_link): urdf, urdf_sim, mjcf, robot_model, frames"
+            " (and therefore the shapes of base_link): urdf, urdf_sim, mjcf, robot_model, frames",
         ],
         id="mount-of-the-chassis",
     ),
@@ -146,11 +148,11 @@ CHANGES = [
         id="parent",
     ),
     pytest.param(
-        ("robot.yaml", "default: fixed", "default: free"),
+        ("robot.yaml", "default: free", "default: fixed"),
         [
             # On its wheels: three spheres of a roller do not quite reach the ideal wheel between them.
-            "base_footprint moved 0.056 mm in the world of MuJoCo: origin z 0 -> -5.5639e-05 m: mjcf",
-            "base_footprint base: new, free: mjcf",
+            "base_footprint moved 0.056 mm in the world of MuJoCo: origin z -5.5639e-05 -> 0 m: mjcf",
+            "base_footprint base: removed, was free: mjcf",
         ],
         id="base",
     ),

@@ -34,6 +34,7 @@ LEGAL = {
     r": (/?scan|imu|imu_sensor_broadcaster/imu|odom_raw|/joint_states) -> ": "a topic that other programs publish",
     r"/calibration\.yaml:11: ": "a digest in a published table, which nothing reads",
     r"/collisions\.yaml:\d+: \w{12,} -> ": "a digest of what was computed: it is computed anew",
+    r"unitree_a1/robot\.yaml:1[567]: (default|boxes|cylinders) -> ": "a layer of contacts is there by its name",
     r": (fixed|free) -> ": "a value that an argument may have, and does not have here",
     r": (imu|camera|lidar|claw|arm|home|[lr]_out|foot_contact) -> ": "an entry that nothing else names",
     r": [\w-]+_(joint|link|base|fixed|frame|laser|imu) -> ": "a joint or a frame that nothing else names",

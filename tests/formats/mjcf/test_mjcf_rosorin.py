@@ -96,7 +96,8 @@ def test_mass_and_boxes_are_those_of_the_description(made):
     masses = {link.name: link.inertial.mass for link in robot.links if link.inertial}
     weighed = {model.body(i).name: model.body_mass[i] for i in range(1, model.nbody) if model.body_mass[i]}
     assert weighed == pytest.approx(masses, rel=PRINTED, abs=0)
-    boxes = Counter(model.body(model.geom_bodyid[i]).name for i in range(model.ngeom) if model.geom_group[i] == 3)
+    solid = [i for i in range(model.ngeom) if model.geom_contype[i] or model.geom_conaffinity[i]]
+    boxes = Counter(model.body(model.geom_bodyid[i]).name for i in solid)
     boxes = Counter({name: count for name, count in boxes.items() if "_wheel_" not in name})
     expected = {name: count for name, count in RECORDED["urdf"]["collision_boxes"].items() if name != "base_link"}
     expected |= {"base_footprint": MERGED_BOXES, "laser": 1}

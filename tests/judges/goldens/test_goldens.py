@@ -36,6 +36,10 @@ DESCRIPTIONS = [
     ),
     *(f"{DATA}/include_robot/descriptions/{name}" for name in ("cell", "simulated")),
     *(f"{DATA}/{name}" for name in ("whole", "extreme_numbers.yaml")),
+    *(
+        f"tests/judges/goldens/every_word/{name}.yaml"
+        for name in ("robot", "ackermann", "differential", "omni", "tricycle", "world")
+    ),
 ]
 IMPORTED = [
     *(f"{DATA}/mjcf/kept/{name}.xml" for name in ("balls", "everything", "hovering", "references")),

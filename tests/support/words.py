@@ -15,7 +15,7 @@ def words(schema: Mapping[str, Any]) -> set[str]:
     return {word for name, fragment in kinds.items() for word in _words(name, fragment)}
 
 
-def used(schema: Mapping[str, Any], value: Any) -> set[str]:  # noqa: ANN401 - a tree of YAML
+def used(schema: Mapping[str, Any], value: Any) -> set[str]:
     """Return the words of a schema that stand in a description; keys that are no words are let be."""
     return set(_used(schema["$defs"], _TOP, schema, value))
 
@@ -33,7 +33,7 @@ def _words(name: str, fragment: Mapping[str, Any]) -> Iterator[str]:
             yield from _words(name, value)
 
 
-def _used(kinds: Mapping[str, Any], name: str, fragment: Mapping[str, Any], value: Any) -> Iterator[str]:  # noqa: ANN401
+def _used(kinds: Mapping[str, Any], name: str, fragment: Mapping[str, Any], value: Any) -> Iterator[str]:
     if "$ref" in fragment:
         kind = fragment["$ref"].rsplit("/", 1)[-1]
         yield from _used(kinds, kind, kinds[kind], value)

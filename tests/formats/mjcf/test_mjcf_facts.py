@@ -53,6 +53,15 @@ def test_facts_are_what_was_emitted():
                 assert number["frame", joint.child, f"origin {axis}"] == value
 
 
+def test_damping_that_is_a_polynomial_is_read_as_what_is_linear():
+    text = """<mujoco><worldbody><body name="base"><body name="arm">
+        <joint name="hinge" damping="%s"/></body></body></worldbody></mujoco>"""
+    assert mjcf_facts.read(text % "0.5 0.1")["joint", "hinge", "damping"].value == 0.5
+    for broken in ("", "0.5 much"):
+        with pytest.raises(ValueError, match=r"could not convert|not a number"):
+            mjcf_facts.read(text % broken)
+
+
 @pytest.mark.parametrize(
     ("transform", "same"),
     [

@@ -454,8 +454,17 @@ def _motion(sheet: FactSheet, joint: Element) -> Block:
     )
     for quantity, attribute, dimension in dynamics:
         if attribute in joint.attrib:
-            said[quantity] = sheet.value(sheet.number(joint, attribute), dimension)
+            number = _linear(sheet, joint) if quantity == "damping" else sheet.number(joint, attribute)
+            said[quantity] = sheet.value(number, dimension)
     return said
+
+
+def _linear(sheet: FactSheet, joint: Element) -> float:
+    """Return the damping of a joint; of one that MuJoCo takes for a polynomial of the speed what is linear."""
+    first, *more = sheet.text(joint, "damping").split() or [""]
+    for number in more:
+        number_of(number)
+    return number_of(first)
 
 
 def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:

@@ -254,8 +254,13 @@ def not_allowed(
     tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "", scope: Scope | None = None
 ) -> Diagnostic:
     """Return an error: the value at a path is not one of those that are allowed; ``kind`` is that of its synonyms."""
-    names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in options))
+    allowed = list(options)
+    names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in allowed))
     help = word_meant(str(value), names, kind)
+    spelt = str(value).lower()
+    if isinstance(value, bool) and spelt in allowed:
+        message = f"{subject(path)} cannot be the flag {spelt}"
+        return problem_at(scope, tree, path, "wrong-value", message, f'write "{spelt}" with quotes: it is a word here')
     if isinstance(value, str) and value in names:  # true is a word of YAML, "true" a text
         help = f"write {value} without quotes"
     elif isinstance(value, str) and "true" in names and (flag := flag_meant(value)):

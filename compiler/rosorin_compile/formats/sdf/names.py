@@ -37,18 +37,18 @@ def world_of(robot: Robot) -> str:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find names that no link, frame or joint of an SDF can have."""
+    """Find names that no model, link, frame or joint of an SDF can have."""
     robot = case.robot
     found = [("link", link.name, case.link(link.name)) for link in robot.links if link.name != world_of(robot)]
     found += [("joint", joint.name, case.joint(joint)) for joint in robot.joints]
+    found.append(("model", robot.name, ("robot",)))
     for kind, name, path in found:
         why = _why(name)
         if why:
             message = f'no {kind} of {output.file} can be called "{name}": {why}'
-            help = (
-                "rename it; a root that is nothing but the world may have this name" if name == WORLD else "rename it"
-            )
-            yield case.problem("sdf-name", message, path, help, key=True)
+            may = name == WORLD and kind == "link"
+            help = "rename it; a root that is nothing but the world may have this name" if may else "rename it"
+            yield case.problem("sdf-name", message, path, help, key=kind != "model")
 
 
 def _why(name: str) -> str:

@@ -44,6 +44,8 @@ FREE: dict[str, dict[str, str]] = {
     "unitree_a1": {"base": "free"},
 }
 FIXED: dict[str, dict[str, str]] = {"ur5e": {}}
+# What has layers of its own says itself who touches whom, and accepts the rule not-in-mjx.
+LAYERED = ["porter"]
 SAMPLE = ("rosorin", "omni_base")
 SECONDS = 2.0
 DROP = 0.005  # m: where a robot begins above the floor
@@ -159,9 +161,18 @@ def test_mjx_takes_a_robot(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.tier("engines")
-@pytest.mark.parametrize("name", sorted({*FREE, *FIXED} - {*SAMPLE}))
+@pytest.mark.parametrize("name", sorted({*FREE, *FIXED} - {*SAMPLE, *LAYERED}))
 def test_mjx_takes_every_robot(name: str, tmp_path: Path) -> None:
     test_mjx_takes_a_robot(name, tmp_path)
+
+
+@pytest.mark.tier("engines")
+@pytest.mark.parametrize("name", LAYERED)
+def test_mjx_refuses_what_a_robot_accepts(name: str, tmp_path: Path) -> None:
+    robots = written(name, tmp_path)
+    (output,) = [one for one in robots.robot.outputs if one.backend == "mjcf"]
+    assert list(refused(robots.robot, output))
+    assert "not implemented" in in_mjx(robots.files["mjcf"]).get("refused", "")
 
 
 @pytest.mark.parametrize("name", ["not-in-mjx", "not-in-mjx-layers"])

@@ -30,7 +30,7 @@ _AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 0.0, 0.0, 0
 def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transform:
     """Return the child in the frame of a joint of a kind; ``position`` is one number, or one for each coordinate.
 
-    Raises ValueError for another number of them, and for a quaternion of length zero.
+    Raises ValueError for another number of them, for a zero axis, and for a quaternion of length zero.
     """
     if kind in _AT_ORIGIN:
         numbers = _AT_ORIGIN[kind] if position == 0.0 else position
@@ -59,8 +59,11 @@ def _several(kind: str, axis: Vector, numbers: Sequence[float]) -> Transform:
 
 
 def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
-    """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint."""
-    x, y, z = (component / norm(normal) for component in normal)
+    """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint.
+
+    Raises ValueError for a zero normal.
+    """
+    x, y, z = _along(normal, 1.0)
     across = math.hypot(x, y)
     if across == 0.0:
         return (1.0, 0.0, 0.0), (0.0, math.copysign(1.0, z), 0.0)
@@ -71,5 +74,7 @@ def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
 
 def _along(axis: Vector, distance: float) -> Vector:
     length = norm(axis)
+    if length == 0:
+        raise ValueError("a motion needs an axis that is not zero")
     x, y, z = (component / length * distance for component in axis)
     return (x, y, z)

@@ -89,7 +89,7 @@ def turned(robot: Robot) -> Mapping[str, float]:
         try:
             whole = together(parts)
             place = joint.transform(_at_zero(robot, joint) if joint.moves else 0.0)
-        except (ValueError, ZeroDivisionError):  # no mass or no axis: told where it is written
+        except ValueError:  # no mass or no axis: told where it is written
             continue
         if joint.moves:
             found[link.name] = whole.mass if joint.type == "prismatic" else _about(whole, joint)

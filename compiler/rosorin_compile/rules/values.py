@@ -65,11 +65,24 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
         if unit == "rad":
             help = f'write "{number(value)} deg" if degrees are meant, "{number(value)} rad" if not'
             message = f"{text}, more than a full turn: this looks like degrees"
-            yield case.problem("angle-looks-like-degrees", message, path, help, related=related, severity=ERROR)
+            found = case.problem("angle-looks-like-degrees", message, path, help, related=related, severity=ERROR)
         else:
             help = f'write "{number(value)} mm" if millimetres are meant, "{number(value)} m" if not'
             message = f"{text}: this looks like millimetres"
-            yield case.problem("length-looks-like-millimetres", message, path, help, related=related, severity=WARNING)
+            found = case.problem(
+                "length-looks-like-millimetres", message, path, help, related=related, severity=WARNING
+            )
+        yield _of_expression(found)
+
+
+def _of_expression(problem: Diagnostic) -> Diagnostic:
+    """Return a problem with its way out; where an expression gives the number, no unit can be written behind it."""
+    span = problem.span
+    if span is None:
+        return problem
+    if "${" not in span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]:
+        return problem
+    return problem._replace(help="it is computed here: look at what the expression is made of")
 
 
 @Check
@@ -96,7 +109,7 @@ def _turn(case: Case, rpy: Vector, path: Path) -> Iterator[Diagnostic]:
         place = (*path, "rpy", index)
         message = f"{subject(list(place))} is {number(angle)} rad, more than half a turn: this looks like degrees"
         help = f'write "{number(angle)} deg" if degrees are meant, "{number(angle)} rad" if not'
-        yield case.problem("angle-looks-like-degrees", message, place, help, severity=WARNING)
+        yield _of_expression(case.problem("angle-looks-like-degrees", message, place, help, severity=WARNING))
 
 
 def _suspect(case: Case, path: Path, value: float) -> str:

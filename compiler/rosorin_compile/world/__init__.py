@@ -1,0 +1,89 @@
+"""The world: the one door to files, the environment and what is installed, which notes what was asked and answered.
+
+A run is a function of what it was told. Whoever reads asks here, and while ``noting`` is open, each question is taken
+down with its answer: a run whose questions would all be answered the same is the same run. So nothing of the program
+asks the system itself, but for the modules that ``tests/whole/test_world.py`` lists: those that write, and this room.
+
+    instead of                                    write
+    Path.read_bytes, open(path, "rb").read()      read(path), of a regular file; OSError for all else, a pipe too
+    Path.read_text("utf-8")                       text(path); OSError, UnicodeDecodeError
+    open(path, "rb").read(80)                     head(path, 80)
+    open(path, "rb"), read in pieces              stream(path), in bytes; such a run is not remembered
+    exists, is_file, is_dir, os.path.isfile, ...  kind(path): FILE, FOLDER, OTHER (a pipe, a device), ABSENT (false)
+    os.path.lexists                               stands(path): if only a link that leads nowhere
+    is_symlink, readlink                          link(path): where it leads as it is written; "" for what is no link
+    Path.stat().st_size, .st_mode                 size(path), mode(path); OSError
+    iterdir, listdir, scandir, os.walk            names(folder): kinds by names, sorted, links followed; OSError
+    glob, rglob("*.yaml")                         matching(folder, pattern), "**/*.yaml": paths, sorted
+    Path.resolve, os.path.realpath                real(path), as far as there is one
+    Path.samefile                                 is_same(path, other); false where one is absent
+    os.environ.get(name, ""), os.getenv           variable(name)
+    name in os.environ                            is_set(name)
+    os.environ as a value                         environment(): notes each name that is asked; listed, all of them
+    Path.cwd, os.getcwd                           here(); OSError where it is gone
+    importlib.util.find_spec                      package(name): its folders, or the file of a module; () for none
+
+Paths and folders are texts or Paths, and what comes back is Paths (``matching``, ``real``, ``here``) or texts (names).
+Links are followed everywhere but in ``link`` and ``stands``.
+A name that no file can have (with a NUL, too long) is absent: ``kind`` and the like say so, ``read`` raises OSError.
+Times are told by nobody. What belongs to the tool itself (``data_folder``) needs no note, and is read in the same way.
+
+What a process has worked out of files, and uses again for the next robot, carries its notes along: ``remembered`` here
+instead of ``lru_cache``. What another process asked is noted by ``note_all``. Whatever cannot be noted (a pipe, the
+file of somebody else, an answer that has changed meanwhile) goes to ``spoil``: the notes are good for no answer.
+"""
+
+from __future__ import annotations
+
+from .asking import (
+    environment,
+    head,
+    here,
+    is_same,
+    is_set,
+    kind,
+    link,
+    matching,
+    mode,
+    names,
+    package,
+    read,
+    real,
+    size,
+    stands,
+    stream,
+    text,
+    variable,
+)
+from .disk import ABSENT, FILE, FOLDER, OTHER
+from .notes import Notes, note_all, noting, remembered, spoil
+
+__all__ = [
+    "ABSENT",
+    "FILE",
+    "FOLDER",
+    "OTHER",
+    "Notes",
+    "environment",
+    "head",
+    "here",
+    "is_same",
+    "is_set",
+    "kind",
+    "link",
+    "matching",
+    "mode",
+    "names",
+    "note_all",
+    "noting",
+    "package",
+    "read",
+    "real",
+    "remembered",
+    "size",
+    "spoil",
+    "stands",
+    "stream",
+    "text",
+    "variable",
+]

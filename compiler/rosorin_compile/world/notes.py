@@ -1,0 +1,113 @@
+"""Notes: what a run has asked of the world, and what it was answered.
+
+A run that is asked for again is the same one if each of these questions is answered as it was. Nothing else is
+believed: no time of a folder, no list of inputs that somebody made afterwards. Notes that are spoiled are good for no
+answer; why is kept for whoever wants to know.
+"""
+
+from __future__ import annotations
+
+from functools import cache, wraps
+
+from ..startup import TYPE_CHECKING
+from ..startup.remembering import forget_too
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, ParamSpec, TypeVar
+
+    Given = ParamSpec("Given")
+    Found = TypeVar("Found")
+
+Question = tuple[str, str]  # what was asked, and of what
+
+
+class Notes:
+    """Questions with their answers, in the order in which they were asked first.
+
+    ``seen`` has, for a file that was read, its signature and when that was taken (ns).
+    """
+
+    def __init__(self) -> None:
+        self.answers: dict[Question, str] = {}
+        self.seen: dict[str, tuple[str, int]] = {}
+        self.spoiled = ""
+
+    def take(self, question: Question, answer: str) -> None:
+        """Note an answer; another one than before means that nobody knows what the run was told."""
+        if self.answers.setdefault(question, answer) != answer and not self.spoiled:
+            self.spoiled = f"{question[0]} of {question[1]} has changed while it was read"
+
+    def take_all(self, other: Notes) -> None:
+        """Note what others have noted."""
+        for question, answer in other.answers.items():
+            self.take(question, answer)
+        for path, seen in other.seen.items():
+            self.seen.setdefault(path, seen)
+        self.spoiled = self.spoiled or other.spoiled
+
+
+_open: list[Notes] = []
+
+
+class noting:  # noqa: N801 - it is used as a function
+    """Take down what is asked until the end of the block. What is noted within goes to the notes around it, too."""
+
+    def __init__(self) -> None:
+        self.notes = Notes()
+
+    def __enter__(self) -> Notes:
+        _open.append(self.notes)
+        return self.notes
+
+    def __exit__(self, *_: object) -> None:
+        _open.remove(self.notes)
+        note_all(self.notes)
+
+
+def note(kind: str, subject: str, answer: str) -> None:
+    """Take down a question and its answer, if somebody is noting."""
+    if _open:
+        _open[-1].take((kind, subject), answer)
+
+
+def note_seen(path: str, signature: str, when: int) -> None:
+    """Take down the signature of a file that is noted."""
+    if _open:
+        _open[-1].seen.setdefault(path, (signature, when))
+
+
+def note_all(notes: Notes) -> None:
+    """Take down what was noted elsewhere: by another process, or before."""
+    if _open:
+        _open[-1].take_all(notes)
+
+
+def spoil(why: str) -> None:
+    """Say that the run depends on something that cannot be noted: it will not be remembered."""
+    if _open and not _open[-1].spoiled:
+        _open[-1].spoiled = why
+
+
+def are_open() -> bool:
+    """Say whether somebody is noting."""
+    return bool(_open)
+
+
+def remembered(work: Callable[Given, Found]) -> Callable[Given, Found]:
+    """Return a function that works out each of its results once, and notes each time what it had asked for it."""
+
+    @cache
+    def noted(*given: Any, **named: Any) -> tuple[Found, Notes]:
+        with noting() as notes:
+            found = work(*given, **named)
+        return found, notes
+
+    @wraps(work)
+    def remembering(*given: Given.args, **named: Given.kwargs) -> Found:
+        found, notes = noted(*given, **named)  # type: ignore[arg-type]  # what is given can be hashed, as for lru_cache
+        note_all(notes)
+        return found
+
+    forget_too(noted.cache_clear)
+    return remembering

@@ -1,0 +1,255 @@
+"""The door: nothing outside of the modules listed here asks the system itself.
+
+``NOT_YET`` are modules that do so still, and is to become empty: one that needs its entry no more has to leave it.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+import pytest
+
+from support.imports import modules
+from support.paths import PACKAGE
+
+# Whose work it is to speak with the system, and why.
+LISTED = {
+    "world.disk": "the system behind the door",
+    "startup.cache": "the user's private files, which are believed only if nobody else could change them",
+}
+NOT_YET: tuple[str, ...] = (
+    "cli",
+    "diagnostics.console",
+    "diagnostics.installing",
+    "diagnostics.registry",
+    "diagnostics.report",
+    "formats",
+    "formats.ahead",
+    "formats.controllers.described",
+    "formats.mesh_files",
+    "formats.mesh_vertices",
+    "formats.mjcf.broken",
+    "formats.mjcf.engine",
+    "formats.mjcf.process",
+    "formats.mjcf.robot",
+    "formats.mjcf.source",
+    "formats.navigation",
+    "formats.page",
+    "formats.page.images",
+    "formats.parameters.tables",
+    "formats.plugged",
+    "formats.scene",
+    "formats.sdf.included",
+    "formats.sdf.proof",
+    "formats.srdf.checks",
+    "formats.srdf.matrix",
+    "formats.static_tf_json",
+    "formats.templating",
+    "formats.xacro.child",
+    "formats.xacro.expanding",
+    "formats.xacro.wanting",
+    "frontend.asked",
+    "frontend.cached_trees",
+    "frontend.expand.declared",
+    "frontend.expand.files",
+    "frontend.expand.included_robots",
+    "frontend.expand.nearby",
+    "frontend.expand.parts",
+    "frontend.expand.tracing",
+    "frontend.load",
+    "frontend.packages",
+    "frontend.schema",
+    "frontend.variants",
+    "output",
+    "output.one_file",
+    "output.ours",
+    "output.placing",
+    "output.remote",
+    "output.staging",
+    "output.stamp",
+    "output.variants",
+    "output.watch",
+    "plugins",
+    "project",
+    "rules",
+    "rules.bodies",
+    "rules.case",
+    "rules.frames",
+    "rules.joints",
+    "rules.misspelt",
+    "rules.names",
+    "rules.outputs",
+    "rules.publishers",
+    "rules.sight",
+    "rules.signs",
+    "rules.sizes",
+    "rules.stamps",
+    "startup.again",
+    "tools.all",
+    "tools.beside",
+    "tools.check",
+    "tools.collisions.command",
+    "tools.collisions.search",
+    "tools.compiling",
+    "tools.completion.candidates",
+    "tools.completion.known",
+    "tools.extract.factory",
+    "tools.extract.into",
+    "tools.extract.meshes",
+    "tools.extract.parts",
+    "tools.extract.writing",
+    "tools.fleet.columns",
+    "tools.fleet.command",
+    "tools.fleet.page",
+    "tools.fleet.sweep_file",
+    "tools.foreign",
+    "tools.frames",
+    "tools.given",
+    "tools.importer.command",
+    "tools.importer.into",
+    "tools.importer.merging.again",
+    "tools.importer.merging.record",
+    "tools.importer.round_trip",
+    "tools.importer.switching",
+    "tools.importer.telling",
+    "tools.importer.translating.data",
+    "tools.importer.translating.program",
+    "tools.importer.translating.proving",
+    "tools.importer.translating.sharing",
+    "tools.init",
+    "tools.mesh_copies",
+    "tools.package.carrying",
+    "tools.package.checking",
+    "tools.package.deploy_command",
+    "tools.package.deploying",
+    "tools.package.finding",
+    "tools.package.installing",
+    "tools.package.meshes",
+    "tools.package.naming",
+    "tools.package.package",
+    "tools.package.papers",
+    "tools.package.views",
+    "tools.parameters.checking",
+    "tools.parameters.files",
+    "tools.parameters.remaps",
+    "tools.physics.checking",
+    "tools.picture.command",
+    "tools.print",
+    "tools.robots",
+    "tools.schema",
+    "tools.sides",
+    "tools.simulate.command",
+    "tools.simulate.judging",
+    "tools.sweep.cluster",
+    "tools.sweep.command",
+    "tools.sweep.making",
+    "tools.sweep.ninja",
+    "tools.sweep.telling",
+    "tools.sweep.worker",
+    "tools.transforms.pulses",
+    "tools.verify.bags",
+    "tools.verify.command",
+    "tools.verify.cut_bags",
+    "tools.verify.metadata",
+    "tools.verify.sources",
+    "tools.view.changed",
+    "tools.view.command",
+    "tools.view.server",
+    "tools.view.showing",
+    "xml.files",
+)
+
+BANNED = frozenset(
+    (
+        *(
+            "open",
+            "read_text",
+            "read_bytes",
+            "exists",
+            "is_file",
+            "is_dir",
+            "iterdir",
+            "glob",
+            "rglob",
+            "stat",
+            "lstat",
+        ),
+        *("resolve", "readlink", "samefile", "listdir", "scandir", "walk", "environ", "getenv", "getcwd", "cwd"),
+        *("isfile", "isdir", "islink", "lexists", "realpath", "getsize", "getmtime", "is_symlink", "is_fifo", "access"),
+        *("find_spec", "fdopen"),
+    )
+)
+
+
+def asks(text: str) -> Iterator[str]:
+    """Yield what a module calls that asks the system, with its line.
+
+    ``os.environ`` needs no call. What only writes (``open("w")``) asks nothing; ``walk`` is that of ``os``, ``resolve``
+    with something to resolve is none of a path, and an import is none of a file.
+    """
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom) and node.module in ("os", "os.path", "glob", "io", "importlib.util"):
+            yield from (f"{one.name}, line {node.lineno}" for one in node.names if one.name in BANNED)
+        if isinstance(node, ast.Attribute) and node.attr == "environ":
+            yield f"environ, line {node.lineno}"
+        if isinstance(node, ast.Call) and (name := _name(node.func)) in BANNED and not _harmless(name, node):
+            yield f"{name}, line {node.lineno}"
+
+
+def _name(called: ast.expr) -> str:
+    return called.attr if isinstance(called, ast.Attribute) else called.id if isinstance(called, ast.Name) else ""
+
+
+def _harmless(name: str, call: ast.Call) -> bool:
+    if name == "walk":
+        return not (isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) == "os")
+    if name == "resolve":
+        return bool(call.args)
+    if name != "open":
+        return False
+    given = [*call.args, *(one.value for one in call.keywords if one.arg == "mode")]
+    modes = [one.value for one in given if isinstance(one, ast.Constant) and isinstance(one.value, str)]
+    return any(set(mode) <= set("wxabt") and set(mode) & set("wxa") for mode in modes)
+
+
+def asking() -> dict[str, list[str]]:
+    return {name: found for name, module in modules(PACKAGE).items() if (found := list(asks(module.text)))}
+
+
+def test_nothing_asks_the_system_but_what_is_listed() -> None:
+    found = {name: calls for name, calls in asking().items() if name not in (*LISTED, *NOT_YET)}
+    assert not found, "\n".join(f"{name}: {', '.join(calls)}" for name, calls in found.items())
+
+
+def test_the_list_holds_no_module_that_asks_nothing() -> None:
+    assert not {*LISTED, *NOT_YET} - asking().keys()
+    assert sorted(NOT_YET) == list(NOT_YET)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "Path(name).read_text()",
+        "path.open()",
+        "open(path, 'rb')",
+        "path.open('r+')",
+        "os.environ.get('HOME')",
+        "environment = os.environ",
+        "from os import environ",
+        "os.path.isfile(path)",
+        "path.resolve()",
+        "path.resolve(strict=True)",
+        "os.walk(folder)",
+        "importlib.util.find_spec('mujoco')",
+    ],
+)
+def test_what_asks_is_seen(line: str) -> None:
+    assert list(asks(line))
+
+
+@pytest.mark.parametrize(
+    "line", ["robot.walk()", "scope.resolve(value)", "path.open('w')", "open(path, mode='xb')", "read(path)"]
+)
+def test_what_asks_nothing_is_none(line: str) -> None:
+    assert not list(asks(line))

@@ -25,6 +25,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import Queue
+from typing import Any
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
@@ -89,14 +90,23 @@ class Worker:
 
     def fails(self, tests: Sequence[str]) -> bool:
         """Say whether a test fails, or does not end."""
-        assert self.server.stdin is not None
-        assert self.server.stdout is not None
-        self.server.stdin.write(json.dumps(list(tests)) + "\n")
-        self.server.stdin.flush()
-        code = self.server.stdout.readline().strip()
+        code = self._asked({"tests": list(tests), "seconds": SECONDS})
         if code == "5":
             raise RuntimeError(f"pytest finds no test of these: {' '.join(tests)[:500]}")
         return code != "0"
+
+    def failing(self, tests: Sequence[str]) -> set[str]:
+        """Return the tests that fail without a mutant: in a copy of the tree, or one after the other."""
+        told = self.tree / "failing.txt"
+        self._asked({"tests": list(tests), "seconds": SECONDS * 20, "told": str(told)})
+        return set(told.read_text("utf-8").splitlines())
+
+    def _asked(self, job: Mapping[str, object]) -> str:
+        assert self.server.stdin is not None
+        assert self.server.stdout is not None
+        self.server.stdin.write(json.dumps(job) + "\n")
+        self.server.stdin.flush()
+        return self.server.stdout.readline().strip()
 
     def sees(self, module: str, text: str, tests: Sequence[str]) -> bool:
         """Say whether the tests see a mutant, which is taken back."""
@@ -123,29 +133,46 @@ def serve() -> None:
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
     for line in sys.stdin:
+        job = json.loads(line)
         pid = os.fork()
         if pid == 0:
             os.setsid()
-            _run(json.loads(line))
-        sys.stdout.write(f"{_ended(pid)}\n")
+            _run(job["tests"], job.get("told"))
+        sys.stdout.write(f"{_ended(pid, job['seconds'])}\n")
         sys.stdout.flush()
 
 
-def _run(tests: Sequence[str]) -> None:
+class _Failing:
+    """Takes down the tests that fail, for pytest."""
+
+    def __init__(self) -> None:
+        self.tests: set[str] = set()
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        """Note a test that fails."""
+        if report.failed:
+            self.tests.add(report.nodeid)
+
+
+def _run(tests: Sequence[str], told: str | None) -> None:
+    """Run tests up to the first that fails; if a file is named, all, and write into it which ones fail."""
     import pytest
 
     sys.dont_write_bytecode = True
+    failing = _Failing()
     with open(os.devnull, "r+") as nowhere:  # noqa: PTH123
         for stream in (0, 1, 2):
             os.dup2(nowhere.fileno(), stream)
-        words = ["-x", "-q", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning", "--tb=no"]
-        code = pytest.main([*words, *tests])
+        words = ["-q", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning", "--tb=no"]
+        code = pytest.main([*words, *(() if told else ("-x",)), *tests], plugins=[failing])
+    if told:
+        Path(told).write_text("\n".join(sorted(failing.tests)), "utf-8")
     os._exit(int(code))
 
 
-def _ended(pid: int) -> int:
+def _ended(pid: int, seconds: float) -> int:
     """Return the exit code of a process; one that does not end in time is ended with all that it began."""
-    until = time.monotonic() + SECONDS
+    until = time.monotonic() + seconds
     while time.monotonic() < until:
         done, status = os.waitpid(pid, os.WNOHANG)
         if done:
@@ -184,36 +211,62 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
         free.put(Worker(folder / f"tree{number}"))
     began = time.monotonic()
 
+    unsound = _unsound(tests, free, options)
+
     def survives(number: int) -> bool:
         one = chosen[number]
-        every = sorted(tests[one.module][one.line])
+        every = sorted(set(tests[one.module][one.line]) - unsound)
         some = random.Random(number).sample(every, min(MOST, len(every)))  # noqa: S311
         worker = free.get()
         try:
-            return not worker.sees(one.module, one.text, some)
+            stays = not some or not worker.sees(one.module, one.text, some)
         finally:
             free.put(worker)
+        if stays:
+            sys.stdout.write(
+                f"{number} of {len(chosen)}: {one.module}:{one.line}: {one.kind}: {one.before} -> {one.after}\n"
+            )
+            sys.stdout.flush()
+        return stays
 
-    first = free.get()
-    sound = not first.fails(
-        sorted({test for by_line in tests.values() for some in by_line.values() for test in some[:1]})
-    )
-    free.put(first)
-    if not sound:
-        sys.stdout.write("the tests fail without a mutant\n")
-        return 2
     with ThreadPoolExecutor(options.workers) as pool:
         left = [one for one, stays in zip(chosen, pool.map(survives, range(len(chosen))), strict=True) if stays]
     return _report(len(chosen), sorted(left), time.monotonic() - began)
 
 
+def _unsound(tests: Tests, free: Queue[Worker], options: argparse.Namespace) -> set[str]:
+    """Return the tests that fail without a mutant: they judge none. They are printed."""
+    every = sorted({test for by_line in tests.values() for some in by_line.values() for test in some})
+    workers = [free.get() for _ in range(options.workers)]
+    shares = [every[number :: options.workers] for number in range(options.workers)]
+    with ThreadPoolExecutor(options.workers) as pool:
+        unsound = set[str]().union(*pool.map(Worker.failing, workers, shares))
+    for worker in workers:
+        free.put(worker)
+    for test in sorted(unsound):
+        sys.stdout.write(f"fails without a mutant: {test}\n")
+    sys.stdout.flush()
+    return unsound
+
+
 def _kept(path: Path | None, folder: Path, over: Sequence[str]) -> Tests:
+    """Return the tests by line, which may be kept in a file; each test stands there once."""
     if path is not None and path.exists():
         read = json.loads(path.read_text("utf-8"))
-        return {module: {int(line): some for line, some in by_line.items()} for module, by_line in read.items()}
+        names = read["tests"]
+        return {
+            module: {int(line): [names[one] for one in some] for line, some in by_line.items()}
+            for module, by_line in read["lines"].items()
+        }
     tests = covering(folder, over)
     if path is not None:
-        path.write_text(json.dumps(tests), "utf-8")
+        names = sorted({test for by_line in tests.values() for some in by_line.values() for test in some})
+        at = {name: number for number, name in enumerate(names)}
+        lines = {
+            module: {line: [at[one] for one in some] for line, some in by_line.items()}
+            for module, by_line in tests.items()
+        }
+        path.write_text(json.dumps({"tests": names, "lines": lines}), "utf-8")
     return tests
 
 

@@ -45,8 +45,6 @@ HEAVY = (
 )
 MOST = 60  # tests that a mutant is run against
 SECONDS = 120
-COPIED = ("compiler", "tests", "schemas", "templates", "parts", "descriptions", "examples", "outputs", "docs")
-COPIED += ("cmake", "bazel", "ament", "viewer/built", "pyproject.toml", "README.md", "setup.py", "CHANGELOG.md")
 
 Tests = Mapping[str, Mapping[int, Sequence[str]]]
 
@@ -75,12 +73,11 @@ class Worker:
 
     def __init__(self, folder: Path) -> None:
         self.tree = folder
-        for name in COPIED:
-            source, copy = ROOT / name, folder / name
-            if source.is_dir():
-                shutil.copytree(source, copy, ignore=shutil.ignore_patterns("node_modules", "__pycache__"))
-            elif source.exists():
-                shutil.copy(source, copy)
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
+        for name in filter(None, listed.stdout.split("\0")):
+            copy = folder / name
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, copy, follow_symlinks=False)
         environment = {**os.environ, "PYTHONPATH": f"{folder / 'compiler'}:{folder / 'tests'}"}
         environment |= {"ROSORIN_COMPILE_CACHE": "off", "PYTHONDONTWRITEBYTECODE": ""}
         words = [sys.executable, str(HERE / "running.py"), "--serve"]
@@ -98,7 +95,9 @@ class Worker:
     def failing(self, tests: Sequence[str]) -> set[str]:
         """Return the tests that fail without a mutant: in a copy of the tree, or one after the other."""
         told = self.tree / "failing.txt"
-        self._asked({"tests": list(tests), "seconds": SECONDS * 20, "told": str(told)})
+        code = self._asked({"tests": list(tests), "seconds": SECONDS * 20, "told": str(told)})
+        if code not in ("0", "1"):
+            raise RuntimeError(f"pytest does not run these tests: exit code {code}")
         return set(told.read_text("utf-8").splitlines())
 
     def _asked(self, job: Mapping[str, object]) -> str:

@@ -11,6 +11,7 @@ import os
 import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error, nearest
@@ -195,11 +196,7 @@ def each_entry(source: Source) -> Iterator[Entry]:
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
     """Read a YAML file whose top is a mapping. Raises LoadError."""
-    return mapping_of(read_text(path, shown, asked), path, via)
-
-
-def mapping_of(source: Source, path: Path, via: Instance | None = None) -> Map:
-    """Return the tree of a YAML source whose top is a mapping; ``path`` is its file. Raises LoadError."""
+    source = read_text(path, shown, asked)
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
         return tree
@@ -212,6 +209,12 @@ def mapping_of(source: Source, path: Path, via: Instance | None = None) -> Map:
     empty = tree is None and stdin_of(path) is not None
     help = "did the program before the pipe say why?" if empty else "start from docs/tutorial.md"
     raise LoadError(error("not-a-mapping", message, first_line(source), help))
+
+
+@cache
+def load_own(path: Path, shown: str) -> Map:
+    """Read a file that ships with the tool, once a process; nobody may change the tree. Raises LoadError."""
+    return load_mapping(path, shown)
 
 
 def _markup(text: str) -> tuple[str, str]:

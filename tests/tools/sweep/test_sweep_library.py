@@ -12,7 +12,7 @@ import pytest
 
 import rosorin_compile
 from rosorin_compile.frontend import load
-from rosorin_compile.frontend.cached_trees import CachedTrees
+from rosorin_compile.frontend.expand import files
 from rosorin_compile.frontend.expand.files import Kept
 from rosorin_compile.frontend.tree import Kept as KeptText
 from rosorin_compile.pipeline import compile_robot
@@ -107,12 +107,12 @@ def test_values_of_the_language_can_be_copied() -> None:
 def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
     parsed = []
 
-    def counted(trees: CachedTrees, path: Path, *words: Any) -> Any:
+    def counted(path: Path, *words: Any) -> Any:
         parsed.append(path.name)
-        return reading(trees, path, *words)
+        return reading(path, *words)
 
-    reading = CachedTrees.mapping
-    monkeypatch.setattr(CachedTrees, "mapping", counted)
+    reading = load.load_mapping
+    monkeypatch.setattr(files, "load_mapping", counted)
     first, kept = Path("descriptions/handy/robot.yaml"), Kept()
     made = [compile_robot(first, {"scale": str(scale)}, kept=kept) for scale in (1, 2, 1)]
     assert parsed == ["robot.yaml", "parts.yaml"]
@@ -133,5 +133,5 @@ def test_a_second_variant_parses_nothing(monkeypatch: pytest.MonkeyPatch) -> Non
     robot, kept = ROOT / "descriptions" / "rosorin" / "robot.yaml", Kept()
     first = compile_robot(robot, kept=kept)
     monkeypatch.setattr(load, "parse_yaml", lambda source, *_: pytest.fail(f"{source.path} is parsed again"))
-    monkeypatch.setattr(CachedTrees, "mapping", lambda _, path, *__: pytest.fail(f"{path} is read again"))
+    monkeypatch.setattr(files, "load_mapping", lambda path, *_: pytest.fail(f"{path} is read again"))
     assert compile_robot(robot, kept=kept)[:5] == first[:5]

@@ -27,9 +27,8 @@ from ...project import (
 from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple
 from ...startup.remembering import forget
-from ..cached_trees import CachedTrees
 from ..expression.functions import ExpressionError
-from ..load import LoadError, parse_yaml, read_text
+from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..schema import MANY_INSIDE, keys_of
 from ..tree import Instance, Map, Place, Seq, locate
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
@@ -173,10 +172,7 @@ class Reader:
 
     def whole(self) -> Map | None:
         """Return the description, joined; None if its first file cannot be read."""
-        self.trees = CachedTrees(self.root)
-        made = self.read(self.root, shown(self.root), None, None, ())
-        self.trees.keep()
-        return made
+        return self.read(self.root, shown(self.root), None, None, ())
 
     def same_as(self, other: Reader) -> bool:
         """Say whether another reader is to read the same."""
@@ -205,7 +201,7 @@ class Reader:
         self.files.append(path)
         step("reading files", len(self.files))
         try:
-            file = self.trees.mapping(path, name, asked, via)
+            file = load_mapping(path, name, asked, via)
         except LoadError as problem:
             diagnostic = problem.diagnostic
             stack = tuple(via.stack()) if via else ()

@@ -18,10 +18,9 @@ from ...project import data_folder
 from ...startup import TYPE_CHECKING, patterns
 from ...startup.records import NamedTuple
 from ...units import Quantity
-from ..cached_trees import load_own
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
-from ..load import LoadError, load_mapping
+from ..load import LoadError, load_mapping, load_own
 from ..schema import MANY_INSIDE, ONE_ENTRY, keys_of
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use

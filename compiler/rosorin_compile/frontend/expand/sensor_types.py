@@ -11,8 +11,7 @@ from pathlib import Path
 
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...startup import TYPE_CHECKING
-from ..cached_trees import load_own
-from ..load import LoadError
+from ..load import LoadError, load_own
 from ..tree import Instance, Map, Place, Seq
 from .forms import KEPT, check_sensor_type
 from .ledger import Failed

@@ -1,9 +1,9 @@
 """How the time grows with the robot: a chain of N parts, against xacro on the same chain.
 
-Whole processes in pairs: wall time (two processes of ours work where there are two cores, xacro is one), and processor
-time on one core. A part is a link with inertia and a box, a revolute joint, and seven or more expressions.
-``rosorin-compile`` validates, writes and proves six artifacts; xacro writes the URDF. It is measured twice: with the
-chain as a loop, as one would write it, and with N entries written out, as xacro needs it.
+Whole processes in pairs: wall time, and processor time on one core. A part is a link with inertia and a box, a revolute
+joint, and seven or more expressions. ``rosorin-compile`` validates, writes and proves six artifacts; xacro writes the
+URDF. It is measured twice: with the chain as a loop, as one would write it, and with N entries written out, as xacro
+needs it.
 
 Run with the environment's Python: ``python benchmarks/chain.py [PAIRS] [N ...]``.
 """

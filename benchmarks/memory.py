@@ -1,6 +1,5 @@
 """How much memory ``rosorin-compile all`` takes at most: on the reference robot, and on chains of N parts.
 
-Where two processes work, that is the larger one; most of what the other one has is the same memory.
 Of a chain that is held against the size of its artifacts, so that it means the same on every machine; the chain is a
 loop, then N entries written out, as in ``chain.py``. Run with the environment's Python:
 ``python benchmarks/memory.py [N ...]``.

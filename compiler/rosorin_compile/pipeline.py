@@ -31,11 +31,9 @@ if TYPE_CHECKING:
 
     from .formats.imported import Imported
     from .formats.mesh_files import Searched
-    from .formats.templating import Templates
     from .frontend.asked import Asked
     from .frontend.expand.files import Kept
     from .frontend.expand.included_robots import How, Tell
-    from .frontend.expand.scope import Scope
     from .frontend.variants import Variant
     from .project import Resolved
 
@@ -51,8 +49,7 @@ class Compiled(NamedTuple):
 
     ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
     packages and of mesh files led. ``meshes`` are the mesh files that were looked for; None if none were.
-    ``variant`` is which of many robots it is, if ``sweep`` made it. ``digests`` are those of the artifacts, by file, as
-    far as somebody has worked them out.
+    ``variant`` is which of many robots it is, if ``sweep`` made it.
     """
 
     robot: Robot | None
@@ -62,7 +59,6 @@ class Compiled(NamedTuple):
     resolved: tuple[Resolved, ...] = ()
     meshes: Searched | None = None
     variant: Variant | None = None
-    digests: Mapping[str, str] | None = None
 
     def __repr__(self) -> str:
         """Return what there is, without the texts of the artifacts."""
@@ -101,44 +97,6 @@ class Understood(NamedTuple):
     used: frozenset[Entry] = frozenset()
 
 
-class Task(NamedTuple):
-    """The artifacts of a robot that are asked for; ``path`` is the first file of its description."""
-
-    robot: Robot
-    outputs: tuple[Output, ...]
-    tree: Map
-    path: Path
-
-    def templates(self) -> Templates:
-        """Return what renders the templates of the robot."""
-        from .formats.templating import Templates
-
-        return Templates(self.path.parent, first=self.path)
-
-
-class Made(NamedTuple):
-    """The artifact of one output (None where its template fails), and what its format cannot say."""
-
-    artifact: Artifact | None
-    diagnostics: list[Diagnostic]
-
-
-class Maker:
-    """Makes artifacts, one after the other."""
-
-    def foresee(self, task: Task) -> None:
-        """Learn what will most likely be asked for, of a robot whose tree nothing has looked at yet."""
-
-    def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
-        """Return the artifacts by the outputs, and the templates of the description that were used."""
-        templates = task.templates()
-        made = []
-        for number, output in enumerate(task.outputs):
-            step(f"making {output.file},", number, len(task.outputs))
-            made.append(make_one(task, output, templates))
-        return made, templates.read()
-
-
 def understand(
     path: Path,
     arguments: Mapping[str, Any] | None = None,
@@ -156,26 +114,23 @@ def understand(
     return judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted)
 
 
-def judged(
-    expanded: Expanded, wanted: Sequence[str] = (), foresee: Callable[[Map, Scope | None], Lowered | None] | None = None
-) -> Understood:
+def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     """Return what a tree says, and whether it may.
 
     ``wanted`` are outputs that somebody asks for: names under ``outputs``, or of formats, which are taken with their
-    defaults (see ``frontend.wanted``). ``foresee`` lowers a tree that nothing has looked at yet; None if it cannot.
+    defaults (see ``frontend.wanted``).
     """
+    from .rules import acceptable, check
+
     plugged = (*plugged_functions().diagnostics, *plugged_diagnostics())
     if expanded.tree is None:
         return Understood(expanded, None, arrange([*expanded.diagnostics, *plugged, *_plugged_rules()]))
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
     expanded = expanded._replace(tree=tree)
     diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs]
-    foreseen = foresee(tree, expanded.scope) if foresee is not None and not has_errors(diagnostics) else None
     step("validating")
     diagnostics += validate(tree, FORMATS, expanded.scope)
-    lowered = None if has_errors(diagnostics) else foreseen or lower(tree, expanded.scope)
-    from .rules import acceptable, check  # only now: another process may have begun, which needs none
-
+    lowered = None if has_errors(diagnostics) else lower(tree, expanded.scope)
     diagnostics += [*_plugged_rules(), *unknown(tree, acceptable())]
     if lowered is None or has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
@@ -313,46 +268,23 @@ def compile_robot(
     search: Search | None = None,
     wanted: Sequence[str] = (),
     kept: Kept | None = None,
-    maker: Maker | None = None,
 ) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
-    ``packages`` as in ``understand``; ``search``, ``wanted`` and ``maker`` as in ``emitted``, ``kept`` as in
-    ``expand``.
+    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``, ``kept`` as in ``expand``.
     """
-    maker = maker or Maker()
-
-    def foresee(tree: Map, scope: Scope | None) -> Lowered | None:
-        try:
-            lowered = lower(tree, scope)
-            robot = lowered.robot
-            task = None if robot is None else Task(robot, _outputs(robot, wanted), tree, path)
-        except Exception:  # whatever a wrong tree leads to; what is wrong is found when it is validated
-            return None
-        # What is made of files depends on them.
-        if task is not None and not has_errors(lowered.diagnostics) and (search is None or not _has_files(task.robot)):
-            maker.foresee(task)
-        return lowered
-
-    understood = judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted, foresee)
+    understood = understand(path, arguments, tell, packages, wanted, kept)
     if understood.expanded.scope is not None:
         understood.expanded.scope.ledger.forget()
-    return emitted(understood, path, search, wanted, maker)
+    return emitted(understood, path, search, wanted)
 
 
-def emitted(
-    understood: Understood,
-    path: Path,
-    search: Search | None = None,
-    wanted: Sequence[str] = (),
-    maker: Maker | None = None,
-) -> Compiled:
+def emitted(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:
     """Return the artifacts of a robot that is understood; ``path`` is its first file.
 
     ``search`` looks for the files of meshes, by the tree and the outputs; without it each is taken to be where the
     artifacts look. ``wanted`` are the names of the only outputs that are made, in their order; without it all are.
-    ``maker`` makes them.
     """
     expanded, lowered, diagnostics, used = understood
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
@@ -367,9 +299,7 @@ def emitted(
         opening = any(one.opens is not None or one.measures for one in records)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = meshes.told_to(robot)
-    made, templates = (maker or Maker()).make(Task(robot, outputs, expanded.tree, path))
-    artifacts = tuple(one.artifact for one in made if one.artifact is not None)
-    said = [diagnostic for one in made for diagnostic in one.diagnostics]
+    artifacts, said, templates = _made(robot, outputs, expanded.tree, path)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
     if has_errors(said):
@@ -402,20 +332,26 @@ def _has_file(link: Link) -> bool:
     return any(isinstance(shape.geometry, Mesh) or shape.texture for shape in (*link.visual, *link.collision))
 
 
-def make_one(task: Task, output: Output, templates: Templates) -> Made:
-    """Return the artifact that an output asks for."""
-    from .formats.templating import TemplateProblem
+def _made(
+    robot: Robot, outputs: Sequence[Output], tree: Map, path: Path
+) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
+    """Return the artifacts that outputs ask for, what formats cannot say, and the templates of the description."""
+    from .formats.templating import TemplateProblem, Templates
 
-    place = locate(task.tree, ("outputs", output.name), key=True)
-    try:
-        text, said = FORMATS[output.backend].written(task.robot, output, templates)
-    except TemplateProblem as problem:
-        found = problem.diagnostic
-        there = error(found.rule, found.message, place.span, found.help, place.stack())
-        return Made(None, [found if found.span else there])
-    placed = [d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said]
-    withheld = FORMATS[output.backend].is_withheld(output)
-    return Made(Artifact(output.file, text, output.backend, output.name, withheld), placed)
+    templates, artifacts, told = Templates(path.parent, first=path), list[Artifact](), list[Diagnostic]()
+    for number, output in enumerate(outputs):
+        step(f"making {output.file},", number, len(outputs))
+        format, place = FORMATS[output.backend], locate(tree, ("outputs", output.name), key=True)
+        try:
+            text, said = format.written(robot, output, templates)
+        except TemplateProblem as problem:
+            found = problem.diagnostic
+            there = error(found.rule, found.message, place.span, found.help, place.stack())
+            told.append(found if found.span else there)
+            continue
+        told += [d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said]
+        artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
+    return tuple(artifacts), told, templates.read()
 
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:

@@ -23,7 +23,7 @@ from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand.prefixing import _Renamer
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.round_trip import Unrounded
+from rosorin_compile.tools.importer.round_trip import compile_unrounded
 from support.commands import write_files
 from support.engines import pose
 from support.paths import DATA
@@ -542,7 +542,7 @@ def test_any_chain_under_any_prefix_is_the_same_chain(tmp_path_factory, names, p
     both = f"[{{{entry}, prefix: A{prefix}}}, {{{entry.replace('MOUNT', 'MOUNT2')}, prefix: B{other}}}]"
     outputs = "outputs: {urdf: {file: r.urdf}}"
     (folder / "robot.yaml").write_text(f"robot: r\ninclude: {both}\nlinks: {{BASE: {{}}}}\n{outputs}\n", "utf-8")
-    found = ET.fromstring(texts(compiled(folder / "robot.yaml", maker=Unrounded()))["r.urdf"])
+    found = ET.fromstring(texts(compiled(folder / "robot.yaml", by=compile_unrounded))["r.urdf"])
     for before, joint in ((f"A{prefix}", "MOUNT"), (f"B{other}", "MOUNT2")):
         mount = found.find(f"joint[@name='{joint}']")
         assert mount.find("child").get("link") == before + names[0]

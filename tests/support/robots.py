@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.validate import validate
 from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import Robot
-from rosorin_compile.pipeline import Compiled, Maker, compile_robot
+from rosorin_compile.pipeline import Compiled, compile_robot
 from rosorin_compile.rules import check
 from support.paths import DATA, ROSORIN
 
@@ -52,9 +52,11 @@ def copy_of_rosorin(folder: Path, changes: Mapping[str, tuple[str, str]] | None 
     return copy / "robot.yaml"
 
 
-def compiled(path: Path = ROSORIN, arguments: Mapping[str, str] | None = None, maker: Maker | None = None) -> Compiled:
+def compiled(
+    path: Path = ROSORIN, arguments: Mapping[str, str] | None = None, by: Callable[..., Compiled] = compile_robot
+) -> Compiled:
     """Compile a description that has to be free of errors."""
-    made = compile_robot(path, arguments or {}, maker=maker)
+    made = by(path, arguments or {})
     assert made.robot is not None, report(made.diagnostics)
     assert made.artifacts, report(made.diagnostics)
     return made

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rosorin_compile.model import GROUNDED
-from rosorin_compile.tools.importer.round_trip import Unrounded
+from rosorin_compile.tools.importer.round_trip import compile_unrounded
 from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy
 from support.paths import DATA
 from support.robots import RECORDED, compiled, copy_of_rosorin, texts
@@ -70,7 +70,7 @@ def test_all_engines_agree_within_what_was_printed(tmp_path: Path) -> None:
 
 def test_all_engines_agree_exactly_with_exact_numbers(tmp_path: Path) -> None:
     path = copy_of_rosorin(tmp_path, {"robot.yaml": ("number_format: six", "number_format: exact")})
-    readers = engines(texts(compiled(path, maker=Unrounded())), tmp_path)
+    readers = engines(texts(compiled(path, by=compile_unrounded)), tmp_path)
     for name in ("launch file", "static_tf.json"):
         del readers[name]
     worst = disagreement(readers, STATES)

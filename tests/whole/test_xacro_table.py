@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,8 @@ from rosorin_compile.diagnostics import NOTE, Source
 from rosorin_compile.diagnostics.report import text
 from rosorin_compile.frontend.expression import evaluate
 from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.pipeline import Compiled, Maker, compile_robot
-from rosorin_compile.tools.importer.round_trip import Unrounded
+from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.tools.importer.round_trip import compile_unrounded
 from support.cases import told
 from support.pages import FENCED
 from support.paths import XACRO
@@ -29,9 +30,9 @@ SAME = [case for case in ALL if case.has("robot.yaml") and not case.expected]
 REFUSED = [case for case in ALL if case.expected]
 
 
-def compiled_case(case: Case, maker: Maker | None = None) -> Compiled:
+def compiled_case(case: Case, by: Callable[..., Compiled] = compile_robot) -> Compiled:
     with ready(case):
-        return compile_robot(Path("robot.yaml"), case.arguments, maker=maker)
+        return by(Path("robot.yaml"), case.arguments)
 
 
 def test_there_are_cases() -> None:
@@ -52,7 +53,7 @@ def test_case_is_whole(case: Case) -> None:
 
 @pytest.mark.parametrize("case", SAME, ids=lambda case: case.name)
 def test_same_robot(case: Case) -> None:
-    made = compiled_case(case, Unrounded())
+    made = compiled_case(case, compile_unrounded)
     assert made.artifacts, text(made.diagnostics)
     assert [d for d in made.diagnostics if d.severity != NOTE] == [], text(made.diagnostics)
     (artifact,) = [artifact for artifact in made.artifacts if artifact.backend == "urdf"]

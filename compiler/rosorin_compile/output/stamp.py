@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-_NONE: Mapping[str, str] = {}
-
-
 def _nowhere(asked: Resolved) -> str:
     raise LookupError(f"nobody says where {asked.kind} {asked.name} is")
 
@@ -70,19 +67,17 @@ def remember(
     messages: list[Any],
     begun: int | None = None,
     resolved: Iterable[Resolved] = (),
-    known: Mapping[str, str] = _NONE,
 ) -> Remembered | None:
     """Write the stamp of a run that read ``inputs`` and made ``outputs``, texts or bytes by name; return what it says.
 
     ``messages`` is what ``recall`` is to return, plain JSON. ``begun`` is the value of ``now`` from before the inputs
     were read: if one of them was changed since, nobody knows which of its contents was compiled, and nothing is
-    remembered. ``resolved`` says where names led, ``known`` are digests of outputs. A failure to write is silent.
+    remembered. ``resolved`` says where names led. A failure to write is silent.
     """
     with suppress(OSError, ValueError):
         path = _path(key)
         written = {
-            name: known.get(name) or digest(made if isinstance(made, bytes) else made.encode())
-            for name, made in sorted(outputs.items())
+            name: digest(made if isinstance(made, bytes) else made.encode()) for name, made in sorted(outputs.items())
         }
         if path is None:
             return None

@@ -28,7 +28,6 @@ _END, _PART = "\0", "\x1f"  # none of them is in a text that is kept
 
 _called: list[tuple[list[str], int]] = []  # the words of this process, and when it began
 _marked: dict[str, str] = {}  # what ``mark`` said of folders
-_loaded: set[str] = set()  # the files of modules that another process has loaded
 
 
 def now() -> int:
@@ -77,7 +76,7 @@ def remember(
         read = {os.path.abspath(name): content for name, content in sorted(inputs.items())}
         rows = list(_rows(read, outputs, [*sys.path, *map(os.path.abspath, lookups)], begun))
         modules, *data = tool
-        code = loaded(modules) | _loaded
+        code = loaded(modules)
         rows += [[_CODE, name, _state(_CODE, name)] for name in sorted(code)]
         rows += [[_FOLDER, folder, _state(_FOLDER, folder)] for folder in sorted({*map(os.path.dirname, code)})]
         rows += [[_TOOL, folder, _state(_TOOL, folder)] for folder in data]
@@ -149,26 +148,11 @@ def loaded(folder: str) -> set[str]:
     return {file for file in files if file and file.startswith(folder + os.sep)}
 
 
-def loaded_too(files: Iterable[str]) -> None:
-    """Take down what another process of the same line has loaded."""
-    _loaded.update(files)
-
-
 def mark(folder: str) -> str:
     """Return what tells the files of the tool in a folder from others; a process for one line works it out once."""
     if not _called or folder not in _marked:
         _marked[folder] = digest("\n".join(_marks(folder)).encode("utf-8", "surrogateescape"))
     return _marked[folder]
-
-
-def marks(folders: Iterable[str]) -> dict[str, str]:
-    """Return what tells the files of the tool in some folders, for another process of one line; else nothing."""
-    return {folder: mark(folder) for folder in folders} if _called else {}
-
-
-def marked_too(marks: Mapping[str, str]) -> None:
-    """Take what another process of the same line has worked out."""
-    _marked.update(marks)
 
 
 def _marks(folder: str) -> list[str]:

@@ -85,11 +85,6 @@ def cache_refused() -> tuple[str, str] | None:
     return first
 
 
-def refused_too(why: tuple[str, str] | None) -> None:
-    """Note what ``cache_refused`` said in another process that was about the same."""
-    _refused.extend([why] if why else [])
-
-
 def _cache_top() -> str:
     """Return the folder of the cache, absolute; "" if there is to be none, or no place for one."""
     chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")

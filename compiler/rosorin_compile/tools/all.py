@@ -139,8 +139,7 @@ def _write_one(run: Run, description: Description) -> int:
         plain = not compiled.resolved
         told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs)), plain]
         files |= meshes
-        known = compiled.digests or {}
-        kept = stamp.remember(key, inputs, files, told, begun=begun, resolved=compiled.resolved, known=known)
+        kept = stamp.remember(key, inputs, files, told, begun=begun, resolved=compiled.resolved)
         if kept is not None and plain:
             run.settled.append(Settled(description.outputs, kept.outputs, kept.inputs))
     return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..formats.mesh_files import Searched
     from ..frontend.tree import Map
     from ..model import Output
-    from ..pipeline import Compiled, Maker
+    from ..pipeline import Compiled
 
 
 def compile_one(
@@ -33,13 +33,11 @@ def compile_one(
     console: Console,
     meshes: bool = False,
     wanted: Sequence[str] = (),
-    maker: Maker | None = None,
 ) -> Compiled:
     """Return what becomes of one description; a file of arguments that is no good is a problem like others.
 
     What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
     for; without that each is taken to be where the artifacts look. ``wanted`` are the only outputs that are made.
-    ``maker`` makes them.
     """
     from ..frontend.load import LoadError
     from ..pipeline import Compiled, compile_robot
@@ -50,35 +48,19 @@ def compile_one(
         return Compiled(None, (), [problem.diagnostic], ())
     search = partial(search_meshes, given, description) if meshes else None
     tell = telling(given, console)
-    compiled = compile_robot(description.path, arguments, tell, given.packages, search, wanted, maker=maker)
+    compiled = compile_robot(description.path, arguments, tell, given.packages, search, wanted)
     console.tell_read(read_by(given, compiled))
     return compiled
 
 
 def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
-    from .beside import TwoProcesses
-
-    _last.clear()
-    maker = TwoProcesses(marked=not wanted)  # some outputs alone get no stamp
-    try:
-        compiled = compile_one(given, description, console, meshes=True, wanted=wanted, maker=maker)
-    finally:
-        maker.end()
-    _last.extend((maker, compiled))
-    return proven(compiled, maker.proven)._replace(digests=maker.digests)
+    return proven(compile_one(given, description, console, meshes=True, wanted=wanted))
 
 
-# The last robot and its tree: most processes end with them, and need not take them apart first.
-_last: list[object] = []
-
-
-def proven(compiled: Compiled, held: Collection[str] = ()) -> Compiled:
-    """Return what was compiled once it is read back: no command writes, copies or compares what has not been.
-
-    ``held`` are the names of outputs that were read back when they were made. If one was not right, all are read.
-    """
-    if compiled.robot is None or all(artifact.output in held for artifact in compiled.artifacts):
+def proven(compiled: Compiled) -> Compiled:
+    """Return what was compiled once it is read back: no command writes, copies or compares what has not been."""
+    if compiled.robot is None:
         return compiled
     from ..meaning.agreement import agreement
 

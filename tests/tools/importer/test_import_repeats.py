@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,12 +12,12 @@ import pytest
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
-from rosorin_compile.pipeline import Maker
+from rosorin_compile.pipeline import Compiled, compile_robot
 from rosorin_compile.tools.importer import round_trip
 from rosorin_compile.tools.importer.repeats import finding, names, with_parts
 from rosorin_compile.tools.importer.repeats.forms import Form, flat, mirrored, nodes_of
 from rosorin_compile.tools.importer.repeats.names import split
-from rosorin_compile.tools.importer.round_trip import RoundTrip, Unrounded, check_round_trip
+from rosorin_compile.tools.importer.round_trip import RoundTrip, check_round_trip, compile_unrounded
 from support.paths import DOCS, IMPORTED, ROOT
 from support.robots import compiled
 
@@ -182,7 +183,7 @@ EXAMPLES = {
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_description_comes_back_with_its_parts(name: str, tmp_path: Path) -> None:
     """What a person wrote, compiled to a URDF and imported, has the parts and uses that the person chose."""
-    trip = trip_of(urdf_of(name, Maker(), tmp_path))
+    trip = trip_of(urdf_of(name, compile_robot, tmp_path))
     assert (trip.diagnostics, trip.largest) == ([], 0)
     assert uses_of(trip) == EXAMPLES[name]
 
@@ -191,16 +192,16 @@ def test_a_description_comes_back_with_its_parts(name: str, tmp_path: Path) -> N
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_with_all_digits_a_description_comes_back_as_it_was_written(name: str, tmp_path: Path) -> None:
     """Of the number that a short one leaves of it, no ``90 deg`` is made: an import never rounds."""
-    trip = trip_of(urdf_of(name, Unrounded(), tmp_path))
+    trip = trip_of(urdf_of(name, compile_unrounded, tmp_path))
     assert (trip.diagnostics, trip.largest) == ([], 0)
     assert uses_of(trip) == EXAMPLES[name]
     shown = "\n".join(trip.files.values())
     assert sum(block in shown for block in fragments()) == 2
 
 
-def urdf_of(name: str, maker: Maker, folder: Path) -> Path:
-    """Return the URDF of an example as a maker prints it."""
-    made = compiled(ROOT / "examples" / name / "robot.yaml", maker=maker)
+def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
+    """Return the URDF of an example as it is printed by one of the ways to compile."""
+    made = compiled(ROOT / "examples" / name / "robot.yaml", by=by)
     (urdf,) = (one for one in made.artifacts if one.backend == "urdf")
     path = folder / "robot.urdf"
     path.write_text(urdf.text, "utf-8")

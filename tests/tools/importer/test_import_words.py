@@ -20,7 +20,7 @@ import pytest
 from rosorin_compile.cli import main
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.round_trip import Unrounded, check_round_trip
+from rosorin_compile.tools.importer.round_trip import check_round_trip, compile_unrounded
 from rosorin_compile.tools.importer.words import worded
 from rosorin_compile.tools.importer.words.telling import told_words
 from support.paths import ROOT
@@ -41,7 +41,7 @@ def imported(file: Path, folder: Path) -> tuple[list[str], str, str]:
     folder.mkdir(exist_ok=True)
     for name, text in trip.files.items():
         (folder / name).write_text(text, "utf-8")
-    compiled = compile_robot(folder / "robot.yaml", maker=Unrounded())
+    compiled = compile_unrounded(folder / "robot.yaml")
     urdf = next(one.text for one in compiled.artifacts if one.backend == "urdf")
     return told_words(made), "".join(trip.files.values()), urdf
 

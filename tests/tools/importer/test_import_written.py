@@ -18,7 +18,7 @@ from rosorin_compile.frontend.tree import Map, Seq
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.tools.importer.description import named, outputs, safe, write
 from rosorin_compile.tools.importer.layout import ROTATING
-from rosorin_compile.tools.importer.round_trip import Unrounded, check_round_trip
+from rosorin_compile.tools.importer.round_trip import check_round_trip, compile_unrounded
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot
 from support.paths import IMPORTED
@@ -94,7 +94,7 @@ def states(tree: Map) -> list[dict[str, float]]:
 def test_stock_readers_see_the_same_robot(name: str, engine: str, tmp_path: Path) -> None:
     pytest.importorskip(engine)
     source = IMPORTED / name / f"{name}.urdf"
-    made = compile_robot(IMPORTED / name / "expected" / "robot.yaml", maker=Unrounded())
+    made = compile_unrounded(IMPORTED / name / "expected" / "robot.yaml")
     (urdf,) = (artifact for artifact in made.artifacts if artifact.backend == "urdf")
     compiled = tmp_path / "compiled.urdf"
     compiled.write_text(urdf.text, "utf-8")

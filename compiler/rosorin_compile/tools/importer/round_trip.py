@@ -21,14 +21,18 @@ from ...frontend.lower import lower
 from ...frontend.tree import Map
 from ...meaning.sameness import different, differently_said
 from ...model import Joint, Output, Robot, Transform
-from ...pipeline import Compiled, Made, Maker, Task, compile_robot
+from ...pipeline import Compiled, compile_robot, emitted, understand
 from ...project import ROOT_FILE, described_at
+from ...startup import TYPE_CHECKING
 from ...startup.records import NamedTuple, replace
 from ..init import SCHEMA
 from ..mesh_copies import brought
 from .description import Outputs, outputs, tree_of, write
 from .repeats import with_parts
 from .telling import seen_from
+
+if TYPE_CHECKING:
+    from typing import Any
 
 RULES = (
     Rule(
@@ -131,15 +135,19 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
     files = write(imported, wanted, schema)
     for name, text in files.items():
         (stage / name).write_text(text, "utf-8")
-    return files, compile_robot(stage / ROOT_FILE, maker=Unrounded())
+    return files, compile_unrounded(stage / ROOT_FILE)
 
 
-class Unrounded(Maker):
-    """Makes artifacts with all digits of their numbers: what is lost is lost by the import, not by printing."""
-
-    def make(self, task: Task) -> tuple[list[Made], tuple[Path, ...]]:
-        """Return the artifacts as ``Maker`` does."""
-        return super().make(task._replace(outputs=tuple(map(_unrounded, task.outputs))))
+def compile_unrounded(
+    path: Path, arguments: Mapping[str, Any] | None = None, packages: Mapping[str, Path] | None = None
+) -> Compiled:
+    """Compile as ``compile_robot``, with all digits of numbers: what is lost is lost by the import, not by printing."""
+    understood = understand(path, arguments, packages=packages)
+    lowered = understood.lowered
+    if lowered is not None and lowered.robot is not None:
+        robot = replace(lowered.robot, outputs=tuple(map(_unrounded, lowered.robot.outputs)))
+        understood = understood._replace(lowered=lowered._replace(robot=robot))
+    return emitted(understood, path)
 
 
 def _unrounded(output: Output) -> Output:

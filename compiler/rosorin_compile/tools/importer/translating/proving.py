@@ -28,11 +28,10 @@ from ....frontend.tree import Map
 from ....meaning.elements import asks_for_humble, context_of, differently_meant
 from ....meaning.sameness import different
 from ....model import Robot
-from ....pipeline import compile_robot
 from ....project import DESCRIPTIONS, ROOT_FILE
 from ....startup.records import NamedTuple, replace
 from ....xml.elements import canonical, tree_of
-from ..round_trip import Unrounded
+from ..round_trip import compile_unrounded
 from ..words.proving import without_words
 from .differing import called, shortened
 from .flattened import Place, outermost, place_of
@@ -225,7 +224,7 @@ def _faults(
     name: str | None,
     in_words: bool,
 ) -> list[Fault]:
-    compiled = compile_robot(stage / ROOT_FILE, dict(row), packages=dict(packages), wanted=(), maker=Unrounded())
+    compiled = compile_unrounded(stage / ROOT_FILE, dict(row), dict(packages))
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
     if errors or compiled.robot is None:
         return [

@@ -12,16 +12,15 @@ import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
-from .startup import TYPE_CHECKING
 from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system
 
 if TYPE_CHECKING:
     import argparse
     from types import ModuleType
-    from typing import Any
 
     from .tools.parser import Parser
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
-from .startup.records import NamedTuple
 from .startup.remembering import remembered
 
 NumberFormat = Callable[[float], str]

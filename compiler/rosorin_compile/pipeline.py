@@ -9,6 +9,7 @@ import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
 from .diagnostics.progress import step
@@ -23,12 +24,8 @@ from .frontend.validate import validate
 from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
-from .startup import TYPE_CHECKING
-from .startup.records import NamedTuple
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from .formats.imported import Imported
     from .formats.mesh_files import Searched
     from .frontend.asked import Asked

@@ -18,16 +18,14 @@ from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout, suppress
 from functools import cache, lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from .diagnostics.registry import PLUGINS, Rule
-from .startup import TYPE_CHECKING
 from .startup.cache import cache_folder, keep, recalled
-from .startup.records import NamedTuple
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
-    from typing import Any, TypeVar
 
     T = TypeVar("T")
 

@@ -44,7 +44,8 @@ def _member(kind: type, name: str) -> str:
     for base in kind.__mro__:
         annotation = vars(base).get("__annotations__", {}).get(name)
         if annotation is not None:
-            return f"{name}: {annotation}"
+            # NamedTuple wraps what stands in the source.
+            return f"{name}: {getattr(annotation, '__forward_arg__', annotation)}"
     value = inspect.getattr_static(kind, name)
     if isinstance(value, property):
         return f"{name}: {_returned(value.fget)}"

@@ -56,7 +56,7 @@ def test_unchanged_run_imports_nothing_heavy(project: Path) -> None:
     assert ran.stdout.splitlines()[-1] == "[]"
 
 
-SPARED = {"argparse", "dataclasses", "hashlib", "jinja2", "jsonschema_rs", "markupsafe", "numpy", "pickle", "typing"}
+SPARED = {"argparse", "hashlib", "jinja2", "jsonschema_rs", "markupsafe", "numpy", "pickle"}
 
 
 @pytest.mark.parametrize("words", [["all"], ["print", "urdf"]])

@@ -12,14 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
+from typing import Any, NamedTuple
 
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import NamedTuple
+from ..startup import patterns
 from .letters import difference, look
 from .wording import and_more, counted, first_of
-
-if TYPE_CHECKING:
-    from typing import Any
 
 ERROR = "error"
 WARNING = "warning"

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-
-from ..startup import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import ast
-    from typing import Any
 
 MAX_DEPTH = 100
 # Nodes of Python's syntax tree: a call in a list in a call is six of them.

@@ -14,15 +14,13 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
 
-from ..startup import TYPE_CHECKING
 from ..startup.again import ERR, OUT
 from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered, progress
 from .wording import and_more, counted, printable
 
 if TYPE_CHECKING:
-    from typing import Any, TextIO
-
     from .markdown import Block, Section
 
 # More than a person reads; a program gets all.

@@ -10,12 +10,10 @@ import re
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-
-from ..startup import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
-    from typing import Any
 
 NAME = "rosorin-compile"
 _OF_EXTRA = re.compile(r"""(?:^|\band\s+)extra\s*==\s*["']([^"']+)["']\s*$""")

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from html import escape
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple, dataclass, field
 from . import ERROR, NOTE, WARNING, Diagnostic, Related, Span, gathered
 from .report import from_workspace
 from .wording import counted, listed, plural, printable

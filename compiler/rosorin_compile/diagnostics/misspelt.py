@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from ..startup import patterns
-from ..startup.records import NamedTuple
 from . import ERROR, Diagnostic, Related, Span, and_here, order, swaps
 
 # At the note to the definition that an unknown name is like, if nothing else is seen to name that.

@@ -10,12 +10,9 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TextIO
 
-from ..startup import TYPE_CHECKING
 from .wording import printable
-
-if TYPE_CHECKING:
-    from typing import TextIO
 
 AFTER = 2.0  # seconds
 LOGGED_EVERY = 10.0  # seconds between two lines of a log

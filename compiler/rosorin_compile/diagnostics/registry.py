@@ -11,13 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
-
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     import ast
-    from typing import Any
 
     from ..rules.case import Case
     from . import Diagnostic

@@ -16,15 +16,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..model import ROBOT_STATE_PUBLISHER
 from ..plugins import are_installed
-from ..startup import TYPE_CHECKING
 from .format import Artifact, Fact, Facts, Format, Opened, Value
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ..diagnostics import Diagnostic
     from .plugged import Plugged
 

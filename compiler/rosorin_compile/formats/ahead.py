@@ -13,15 +13,14 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib import import_module
 from types import CodeType
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..project import data_folder
-from ..startup import TYPE_CHECKING, patterns
+from ..startup import patterns
 from ..startup.cache import cache_folder, digest, keep, recalled
 from ..xml.escaping import Markup, escape
 
 if TYPE_CHECKING:
-    from typing import Any, NoReturn
-
     from .format import Format
 
 FOLDER = "ahead"

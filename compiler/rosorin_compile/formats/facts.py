@@ -17,18 +17,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
 from ..numbers import SHORT, off_by_short, off_by_six, six
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import NamedTuple
+from ..startup import patterns
 from ..startup.remembering import remembered
 from ..xml.elements import tree_of
 from .format import Fact, Facts, Value
 
 if TYPE_CHECKING:
-    from typing import Any, TypeVar
     from xml.etree.ElementTree import Element
 
     from .known import Block, Held, Known

@@ -7,16 +7,14 @@ another package comes by an entry point (``docs/extend.md``). Nothing else in th
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic, Source, Span, error
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple, dataclass, field
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ..diagnostics.registry import Rule
     from ..frontend.tree import Map
     from ..model import Edge, Inertial, Output, Robot, Shape

@@ -6,20 +6,18 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
 from ..numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
 from ..rules.proof import in_words, prove
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import NamedTuple
+from ..startup import patterns
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name
 from .static_tf import describe
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from .facts import Sheet
     from .known import Held, Known
     from .templating import Templates

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import OUTPUTS, Rule
 from ..model import Output, Robot
 from ..rules.case import suggest
-from ..startup import TYPE_CHECKING
 from .drawing import SUFFIXES, picture, suffix
 from .drawing import read as shown_in
 from .format import Asked, Facts, Format

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from ..model import GazeboSensor, SdfElement
 from ..numbers import NumberFormat
-from ..startup.records import replace
 from ..xml.escaping import escape
 from .templating import attributes
 

@@ -7,13 +7,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic, Span, and_here
 from ..diagnostics.registry import READING, Rule
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
-from ..startup.records import NamedTuple, dataclass, field
 
 RULES = (
     Rule(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
+from typing import NamedTuple
 
 from ..model import Inertial, Joint, Pose, Robot, Shape, Vector
 from ..model.geometry import Rows, rotation_of_rpy
-from ..startup.records import NamedTuple
 from .facts import AXES, Six, Solid, frame_block, mass_block, mass_of
 from .format import Fact, Facts, Value, row_name
 

@@ -25,9 +25,11 @@ import os
 import posixpath
 import stat
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 from urllib.parse import unquote
 
 from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
@@ -38,7 +40,6 @@ from ..frontend.packages import Packages
 from ..frontend.tree import Map
 from ..model import Output, Robot
 from ..project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
-from ..startup.records import NamedTuple, replace
 from . import FORMATS as RECORDS
 from .named_files import (
     MESH,

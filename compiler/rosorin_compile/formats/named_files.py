@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..diagnostics import Span
 from ..frontend.expand.forms import OF_MJCF
 from ..frontend.tree import Map, Seq
-from ..startup.records import NamedTuple
 from ..xml.mujoco import files_in
 
 MESH, TEXTURE, OF_ELEMENT = "mesh", "texture", "file"

@@ -7,6 +7,7 @@ begins, which is the map (REP 105). A node is what its name says, or its package
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, did_you_mean
 from ..diagnostics.registry import NAVIGATION, Rule
@@ -16,7 +17,6 @@ from ..model import NODE, UNPUBLISHED, Output, Publisher, Robot
 from ..rules.case import Case
 from ..rules.conditions import holds, modes_in
 from ..rules.tf_tree import is_tree
-from ..startup.records import NamedTuple
 from .parameters.tables import kinds
 
 RULES = (

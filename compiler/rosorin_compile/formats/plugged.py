@@ -10,13 +10,12 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import OF_PLUGINS, Rule, check_texts, find
 from ..plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
 from ..project import ENDINGS, data_folder
-from ..startup.records import NamedTuple
 from .format import Asked, Fact, Facts, Format, Value
 from .templating import TemplateProblem
 

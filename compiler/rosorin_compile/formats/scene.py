@@ -14,6 +14,7 @@ import math
 import posixpath
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import FORMATS, Rule
@@ -22,8 +23,7 @@ from ..model import Link, Mesh, Output, Pose, Robot, Vector
 from ..model.geometry import unit
 from ..numbers import six, vector
 from ..rules.case import Case
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import NamedTuple
+from ..startup import patterns
 from .format import Format
 
 if TYPE_CHECKING:

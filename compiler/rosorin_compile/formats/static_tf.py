@@ -10,6 +10,7 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic, error
 from ..diagnostics.bounded import python_of
@@ -19,14 +20,12 @@ from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Ou
 from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..rules.case import first_fed
 from ..rules.conditions import modes_in
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import NamedTuple
+from ..startup import patterns
 from . import format
 from .format import Fact, Facts, Format, Value
 
 if TYPE_CHECKING:
     import ast
-    from typing import Any
 
     from ..rules.case import Case
     from .templating import Templates

@@ -6,11 +6,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.bounded import json_of
 from ..model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
-from ..startup import TYPE_CHECKING
 from .format import Facts, Format
 from .static_tf import (
     NUMBER_FORMAT,
@@ -25,7 +25,6 @@ from .static_tf import (
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from typing import Any
 
     from .templating import Templates
 

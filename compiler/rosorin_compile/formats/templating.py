@@ -12,18 +12,16 @@ from collections.abc import Mapping
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import TEMPLATES, Rule
 from ..project import data_folder, homes
 from ..project import shown as as_shown
-from ..startup import TYPE_CHECKING
 from ..xml.escaping import Markup, escape
 from . import ahead
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from .sandbox import Sandbox
 
 RULES = (

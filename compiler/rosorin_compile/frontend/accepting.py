@@ -6,17 +6,13 @@ What a rule refuses becomes a note; what is a warning or a note is not told any 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Set
+from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, MAX_LISTED, NOTE, WARNING, Diagnostic
 from ..diagnostics import error as problem
 from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
 from ..diagnostics.wording import and_more, first_of
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
 from .tree import Map, Path, Seq, locate
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

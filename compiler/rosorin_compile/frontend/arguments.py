@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic, Span, arrange, error, has_errors
 from ..project import shown
-from ..startup.records import NamedTuple
 from .expand import expand
 from .expand.files import Reader
 from .load import LoadError, load_mapping

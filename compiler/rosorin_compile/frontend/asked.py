@@ -10,11 +10,10 @@ from collections.abc import Mapping
 from decimal import Decimal
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..project import ENDINGS, NoDescription, first_file
-from ..startup.records import NamedTuple
 from ..units import Quantity
 from .expression.functions import FUNCTIONS, kind_of
 from .load import MAX_DEPTH, MAX_NODES

@@ -11,12 +11,9 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from math import isfinite
+from typing import Any
 
-from ..startup import TYPE_CHECKING
 from ..units import Dimension, Quantity, parse_unit
-
-if TYPE_CHECKING:
-    from typing import Any
 
 Fits = Callable[["Any"], bool]
 

@@ -13,17 +13,14 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error, nearest
 from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import NamedTuple
+from ..startup import patterns
 from ..units import parse_quantity
 from .tree import Instance, Map, Seq, Text, first_line
-
-if TYPE_CHECKING:
-    from typing import Any
 
 with patterns.compiled_later():  # libyaml has no use for them
     import yaml

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from types import NoneType
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..diagnostics import did_you_mean, nearest
-from ..startup.records import NamedTuple
 from ..units import parse_unit
 from .expand.placing import MOUNT
 from .expand.tracing import text_at

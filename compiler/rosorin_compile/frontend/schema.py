@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from ..project import data_folder
-from ..startup import TYPE_CHECKING, patterns
+from ..startup import patterns
 from .certain import Certain
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ..formats import Format
 
 # An entry of outputs with this key is made by it, whatever its name.

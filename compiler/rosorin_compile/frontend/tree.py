@@ -7,14 +7,10 @@ stages work on plain values and can still name file, line and column. Nothing ch
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from ..diagnostics import Related, Source, Span, Use
 from ..diagnostics.wording import and_more
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
-
-if TYPE_CHECKING:
-    from typing import Any
 
 Path = tuple[str | int, ...]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SHAPE, Rule
-from ..startup import TYPE_CHECKING
 from ..units import Dimension, Quantity, describe, parse_unit
 from .certain import MOST
 from .expand.tracing import problem_at
@@ -16,8 +16,6 @@ from .schema import ONE_ENTRY, Judge, Steps, backend_of, judge_of, subject, unit
 from .tree import Map, Seq
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ..formats import Format
     from .expand.scope import Scope
 

@@ -20,13 +20,12 @@ from bisect import bisect_left
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, NamedTuple, TextIO
 
 from ..diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
 from ..diagnostics.registry import ARGUMENTS, Rule
 from ..diagnostics.wording import counted, quoted
 from ..project import ENDINGS, shown
-from ..startup.records import NamedTuple
 from .arguments import has_expression
 from .load import LoadError, each_entry, load_mapping, read_text
 from .tree import Map, Text, first_line

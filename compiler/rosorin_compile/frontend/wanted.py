@@ -9,11 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from itertools import count
+from typing import TYPE_CHECKING
 
 from ..diagnostics import Diagnostic, did_you_mean, error
 from ..diagnostics.registry import OUTPUTS, Rule
 from ..diagnostics.wording import first_of
-from ..startup import TYPE_CHECKING
 from .tree import Instance, Map
 
 if TYPE_CHECKING:

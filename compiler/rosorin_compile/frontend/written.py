@@ -6,10 +6,9 @@ A later stage knows of a value where it was written; this tells what was written
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..diagnostics import Source, Span
-from ..startup.records import NamedTuple
 from .load import LoadError, parse_yaml
 from .tree import Map, Path, Seq
 

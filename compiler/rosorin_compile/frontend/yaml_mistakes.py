@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..diagnostics.wording import printable
-from ..startup.records import NamedTuple
 
 _CLOSING = {"[": "]", "{": "}"}
 _COMMENTS = ("//", "/*", "<!--", "--")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.bounded import json_of
@@ -13,7 +14,6 @@ from ..formats.facts import COLLISION, Solid
 from ..formats.known import Held, Known
 from ..frontend.schema import misfits
 from ..model import Inertial, Mesh, Output, Robot, Shape
-from ..startup.records import NamedTuple
 from .solids import remainder, same_set, solid_from, straight
 from .tolerance import NOISE, same_turn, same_value
 from .view import View, called, joints_called, named_as, turn_of, view_of

@@ -8,12 +8,12 @@ calculated: the old shapes must follow from what was, and the new ones from what
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from ..formats import Fact
 from ..formats.facts import COLLISION, Solid
 from ..model import GROUNDED, MERGED, ROWS, HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
-from ..startup.records import replace
 from .entities import Change, Pair, joints_by_child
 from .solids import remainder, same_bodies, same_set, shape_of, solid_from
 from .view import View, transform_of

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ..formats import Fact, Value
 from ..formats.facts import ANGLES, AXES, COLLISION, INERTIA, Solid
 from ..model import Pose, Robot, Vector
-from ..startup.records import NamedTuple
 from .causes import LOOK, causes
 from .entities import Change, Entities, Entry, Numbers, Pair
 from .shape_wording import NO_WORD, shapes_change

@@ -6,15 +6,15 @@ It is lines for people, and JSON for programs (``schemas/robot_diff.schema.json`
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import counted, printable
 from ..formats import Format
 from ..model import Robot
 from ..project import ENDINGS
-from ..startup.records import NamedTuple, dataclass, field
 from .tolerance import EXACT, Printing
 
 # A description has a word for everything, and is no artifact.

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Set
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..model import Pose
-from ..startup.records import NamedTuple
 from ..xml.elements import canonical, tree_of
 from ..xml.imu import with_noise
 

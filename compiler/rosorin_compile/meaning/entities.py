@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from ..formats import Fact, Value
 from ..model import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED, Robot
-from ..startup.records import NamedTuple
 from .tolerance import Turn
 from .view import View
 from .wording import NEW, REMOVED, About, Hung, Row, Sentence, existence, renamed, value_change

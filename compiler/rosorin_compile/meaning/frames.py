@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ..diagnostics.wording import first_of
 from ..formats import Value
 from ..model import Joint, pose_of
-from ..startup.records import NamedTuple
 from .bodies import Bodies, positions_of, states_of, whole_states
 from .difference import FRAME, JOINT, Item
 from .joints import Coordinate, Coordinates, axis_item, coordinate_of

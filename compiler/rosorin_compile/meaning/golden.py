@@ -9,14 +9,13 @@ Differences of text are unified diffs; two texts may differ in white space, comm
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics.progress import step
 from ..diagnostics.wording import printable
 from ..formats import FORMATS, Artifact, Fact, Facts
 from ..model import Robot
 from ..model.looks import colours_of, is_own
-from ..startup.records import NamedTuple
 from .changes import changes
 from .entities import Change, Pair
 from .renames import under_new_names

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
 
 from ..formats import Value
 from ..model import Joint, Vector
 from ..model.geometry import angle_between, dot, minus, norm, unit
-from ..startup.records import NamedTuple
 from .bodies import Bodies, span_of
 from .difference import JOINT, LIMIT, Item
 from .pairing import Pairing

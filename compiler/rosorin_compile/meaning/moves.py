@@ -6,10 +6,10 @@ What moved itself is told apart from what only went with it. A shape that is whe
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from typing import NamedTuple
 
 from ..formats.facts import Solid
 from ..model import Pose, Robot, Shape, pose_of
-from ..startup.records import NamedTuple
 from .bodies import Bodies, states_of
 from .solids import Piece, match, pieces_of, seen
 from .tolerance import EXACT, Placed, Printing, gap

@@ -9,11 +9,11 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
+from typing import NamedTuple
 
 from ..formats import FORMATS, Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
 from ..model.geometry import minus, norm
-from ..startup.records import NamedTuple
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side
 from .elements import Context, Key, asks_for_humble, context_of, said, spelt

@@ -7,10 +7,11 @@ them has is told at the end.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import NamedTuple
 
 from ..model import Joint, Link, Robot, Sensor
 from ..model.simulation import Renames
-from ..startup.records import NamedTuple, replace
 from .bodies import Bodies
 from .difference import JOINT, NAME, Item, Side
 from .tolerance import Printing, gap

@@ -8,6 +8,7 @@ difference.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from ..formats import FORMATS, Fact
 from ..formats.facts import AXES, Solid
@@ -27,7 +28,6 @@ from ..model import (
     Vector,
 )
 from ..model.geometry import pose_of
-from ..startup.records import replace
 from .entities import Pair, joints_by_child
 from .solids import delta, match, shape_of, solid_from
 from .tolerance import same_angles, same_value

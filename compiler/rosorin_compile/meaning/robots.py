@@ -6,8 +6,9 @@ seen from the nearest thing that both have. What a format cannot say is told as 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..model.looks import shows_collision
-from ..startup.records import replace
 from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference, Item, Side
 from .frames import compare_frames, furthest
 from .joints import compare_joints

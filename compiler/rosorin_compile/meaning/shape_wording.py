@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from ..diagnostics.wording import counted
 from ..formats.facts import AXES, SIZES, Solid
 from ..model import Pose, Transform
 from ..model.geometry import pose_of
-from ..startup.records import NamedTuple
 from .solids import Delta, largest_step, turned_by
 from .tolerance import NOISE, joined
 from .wording import (

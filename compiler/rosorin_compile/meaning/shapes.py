@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from ..formats import Format, published
 from ..formats.facts import COLLISION
 from ..model import GROUNDED, IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape, Transform, pose_of
 from ..model.looks import is_own
-from ..startup.records import NamedTuple
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, YAML, Item, Side
 from .joints import changed

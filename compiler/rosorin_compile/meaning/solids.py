@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 from ..formats import Value
 from ..formats.facts import SIZES, Solid
 from ..model import ROWS, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector, plain
 from ..model.geometry import angle_between, minus, norm, plus, pose_of, rotation_of_rpy
-from ..startup.records import NamedTuple, replace
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
 _CENTRE = ("origin x", "origin y", "origin z")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 from ..diagnostics import Span
 from ..formats import Value
@@ -18,7 +19,6 @@ from ..frontend.tree import Map, Seq
 from ..model import Transform, Vector
 from ..model.geometry import norm, rotation_of_rpy
 from ..numbers import Style
-from ..startup.records import NamedTuple
 
 # Fewer digits than these are taken for a choice, not for rounding: 0.1 is 0.1.
 FEWEST = 6

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from ..diagnostics.wording import plural
 from ..model import Joint, Robot
-from ..startup.records import NamedTuple
 from .difference import YAML, Side
 from .pairing import Pairing
 from .simulation import count_of

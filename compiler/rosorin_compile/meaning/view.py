@@ -9,12 +9,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from math import isfinite
+from typing import NamedTuple
 
 from ..formats import FORMATS, Artifact, Fact, Facts, Value
 from ..formats.facts import ANGLES, AXES, Solid
 from ..model import Robot, Transform
 from ..model.geometry import rotation_of_rpy
-from ..startup.records import NamedTuple
 from ..startup.remembering import remembered
 from .solids import solid_of
 from .tolerance import Turn

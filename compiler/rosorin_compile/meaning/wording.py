@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from ..diagnostics.wording import counted, first_of, printable
 from ..formats import Fact, Value
@@ -16,7 +17,6 @@ from ..formats.facts import ANGLES, AXES, INERTIA
 from ..model import Pose, Vector
 from ..model.geometry import angle_between, norm
 from ..numbers import exact
-from ..startup.records import NamedTuple
 from .tolerance import NOISE
 
 _MAX_TEXT = 60

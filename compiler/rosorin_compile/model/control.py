@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-from ..startup import TYPE_CHECKING
-from ..startup.records import dataclass, field, replace
 from .link import NO_SOURCE, Source
-
-if TYPE_CHECKING:
-    from typing import Any
 
 SYSTEM, ACTUATOR, SENSOR = "system", "actuator", "sensor"
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from ..startup.records import dataclass
 from .link import NO_SOURCE, Source
 
 MECANUM, DIFFERENTIAL, OMNI, TRICYCLE, ACKERMANN = "mecanum", "differential", "omni", "tricycle", "ackermann"

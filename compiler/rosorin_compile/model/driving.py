@@ -22,8 +22,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple, dataclass
 from .drive import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
 from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
 from .robot import Robot, of_robot

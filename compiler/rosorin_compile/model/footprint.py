@@ -13,8 +13,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import count
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple
 from .geometry import Transform, Vector, dot
 from .robot import Robot
 from .shape import MERGED, Box, Mesh, Shape

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from ..diagnostics.wording import and_more
-from ..startup.records import NamedTuple
 from .joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
 from .robot import Robot
 

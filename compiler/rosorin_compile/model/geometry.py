@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from ..startup.records import dataclass
 from ..startup.remembering import remembered
 
 Vector = tuple[float, float, float]

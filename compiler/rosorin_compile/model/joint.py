@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
-from ..startup.records import dataclass, field
 from .geometry import IDENTITY, Pose, Transform, Vector
 from .link import NO_SOURCE, Source
 from .motion import COORDINATES, motion

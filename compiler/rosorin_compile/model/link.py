@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from ..numbers import NumberFormat, inertia
-from ..startup.records import dataclass, field
 from .geometry import Pose, Vector, eigenvalues
 from .shape import Shape
 from .simulation import Marked, Values

@@ -9,8 +9,8 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping, Sequence
 from colorsys import hls_to_rgb, rgb_to_hls
+from dataclasses import replace
 
-from ..startup.records import replace
 from .link import Link
 from .robot import Robot, of_robot
 from .shape import Material, Rgba

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple, replace
 from .geometry import Pose, Transform, Vector, dot, minus, pose_of
 from .link import Inertial
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere

@@ -6,8 +6,8 @@ Which joints a group has is a question about one URDF: ``formats.srdf.planning``
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
-from ..startup.records import dataclass, field, replace
 from .geometry import Vector
 from .link import NO_SOURCE, Source
 

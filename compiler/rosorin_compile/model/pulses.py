@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from numbers import Integral
+from typing import NamedTuple
 
 from ..diagnostics import did_you_mean
 from ..diagnostics.bounded import json_of
-from ..startup.records import NamedTuple
 from . import Limit, Robot, ServoGroup
 
 # Of a pulse: a limit that was computed from a pulse is at that pulse.

@@ -7,8 +7,8 @@ Detection", 2005, chapter 5.3).
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple
 from .geometry import Transform, Vector
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field
 from functools import cached_property, update_wrapper
+from typing import TYPE_CHECKING, Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
-from ..startup import TYPE_CHECKING
-from ..startup.records import dataclass, field
 from .drive import Drive
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
@@ -20,7 +20,6 @@ from .simulation import NO_SIMULATION, Simulation, Values
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
-    from typing import Any, Concatenate, NoReturn, ParamSpec, TypeVar
 
     from .control import Block, Controller
     from .kinematics import Kinematics

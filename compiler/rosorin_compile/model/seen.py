@@ -7,14 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
-from ..startup import TYPE_CHECKING
 from .geometry import IDENTITY, Pose, pose_of
 from .robot import Sensor
 from .simulated import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, Simulated
-
-if TYPE_CHECKING:
-    from typing import Any
 
 Data = dict[str, "Any"]
 

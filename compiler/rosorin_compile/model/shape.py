@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import count
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple, dataclass, field, replace
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .simulation import Contact, Values
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from ..startup.records import dataclass, field
 from .geometry import IDENTITY, Pose
 
 SENSOR_ELEMENT = "sensor"

@@ -6,14 +6,12 @@ Attributes that the language has no word for are kept under the names that MuJoC
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import dataclass, field, replace
+from ..startup import patterns
 from .geometry import IDENTITY, Pose
 from .simulated import Attribute
-
-if TYPE_CHECKING:
-    from typing import Any
 
 Values = Mapping[str, Attribute]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple
 from .bounds import Bounds
 from .geometry import IDENTITY, Pose, Transform, Vector, dot
 from .robot import JointPose, Output, Robot

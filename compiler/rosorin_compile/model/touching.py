@@ -13,8 +13,8 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from functools import cached_property
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple
 from .bounds import ball_of
 from .geometry import Transform, Vector, dot, minus, plus
 from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
-from ..startup.records import NamedTuple
 from .footprint import Placed, solids
 from .joint import Joint
 from .robot import Robot

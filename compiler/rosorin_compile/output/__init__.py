@@ -16,12 +16,12 @@ import stat
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import printable
 from ..startup import system
-from ..startup.records import NamedTuple
 from . import staging
 from .staging import There, is_stage, replace, tidy
 

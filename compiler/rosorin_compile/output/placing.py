@@ -19,13 +19,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.bounded import json_of
 from ..diagnostics.registry import PACKAGES, Rule
 from ..diagnostics.wording import listed
 from ..startup import system
-from ..startup.records import NamedTuple
 from . import OutputError, cleared
 from .ours import digest, kept_name
 from .staging import STAGE, discard, replace, staged, tidy

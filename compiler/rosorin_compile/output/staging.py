@@ -17,13 +17,12 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..startup import TYPE_CHECKING, system
-from ..startup.records import NamedTuple
+from ..startup import system
 
 if TYPE_CHECKING:
     import ctypes
-    from typing import Any
 
 
 STAGE = ".rosorin-compile-"  # and 16 hexadecimal digits

@@ -13,16 +13,12 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from .. import __version__, plugins
 from ..project import Resolved, tool_folders
-from ..startup import TYPE_CHECKING
 from ..startup.again import changed, contents, mark
 from ..startup.cache import cache_folder, digest, keep, recalled
-from ..startup.records import NamedTuple
-
-if TYPE_CHECKING:
-    from typing import Any
 
 
 def _nowhere(asked: Resolved) -> str:

@@ -24,11 +24,10 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..diagnostics.registry import WRITING, Rule
 from ..startup import system
-from ..startup.records import NamedTuple
 from . import OutputError, explained
 from .ours import digest, is_marked
 from .staging import Change, below, carry, put, staged, staged_file, tidy, write_staged

@@ -10,9 +10,9 @@ import stat
 from collections.abc import Iterable, Iterator
 from importlib import import_module
 from pathlib import Path
+from typing import NamedTuple
 
 from ..startup import cache
-from ..startup.records import NamedTuple
 
 ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")

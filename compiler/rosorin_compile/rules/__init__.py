@@ -14,6 +14,7 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, Span
 from ..diagnostics.progress import step
@@ -26,8 +27,6 @@ from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
 from ..model import Robot
 from ..plugins import Plugin, aside, broken, diagnostic_of, failed, load
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
 from .case import Case
 from .remarkable import collect
 

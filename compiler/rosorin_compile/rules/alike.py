@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from typing import Any
 
 from ..diagnostics import Diagnostic
 from ..model import Robot
 from ..model.robot import of_robot
-from ..startup import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from typing import Any
 
 
 class Kinds:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
+from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path, at, exists
 from ..model import Inertial, Link, Mesh, Vector, principal_moments, volume_of
 from ..model.bounds import Bounds, ball_of, bounds_of
-from ..startup.records import NamedTuple
 from ..units import has_unit
 from . import alike
 from .case import Case, number

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
 from ..frontend.accepting import names_at
@@ -12,13 +13,9 @@ from ..frontend.expand.tracing import told
 from ..frontend.schema import TEMPLATE
 from ..frontend.tree import Map, Path, at, exists, follow
 from ..model import Joint, Output, Robot
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
 from .remarkable import Remarkable
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ..formats import Format
 
 

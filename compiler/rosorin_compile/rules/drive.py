@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, rule
@@ -11,7 +12,6 @@ from ..frontend.tree import Path
 from ..model import Drive, Joint, Vector
 from ..model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED
 from ..model.geometry import norm
-from ..startup.records import NamedTuple
 from .case import Case, number
 from .kinematics import place_in_drive
 from .mimic import circles

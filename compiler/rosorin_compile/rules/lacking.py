@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from ..diagnostics import NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, rule
 from ..model import ROBOT_STATE_PUBLISHER, Link
-from ..startup.records import NamedTuple
 from .case import Case
 
 AFTER = "sizes"

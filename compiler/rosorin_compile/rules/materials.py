@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from ..diagnostics import NOTE, WARNING, Diagnostic, nearest
 from ..diagnostics.registry import NUMBERS, rule
@@ -10,7 +11,6 @@ from ..diagnostics.wording import quoted
 from ..frontend.tree import Path
 from ..model import Material
 from ..model.shape import Rgba
-from ..startup.records import NamedTuple
 from .case import Case, number
 
 AFTER = "values"

@@ -7,16 +7,13 @@ one, and the definition is shown. What only follows from an unknown name is not 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span
 from ..diagnostics.misspelt import UNNAMED, Offer, offer, placed, told_once, written
 from ..frontend.tree import Instance, Map, Place, Seq, exists, locate, nearer
 from ..frontend.tree import Path as TreePath
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import NamedTuple
-
-if TYPE_CHECKING:
-    from typing import Any
+from ..startup import patterns
 
 # Sections whose keys are names that others are looked up by.
 _WORD = patterns.compile(r"\w+")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 from ..diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
 from ..diagnostics.letters import difference, foreign, in_words, look, unseen
@@ -12,7 +13,6 @@ from ..diagnostics.registry import ARGUMENTS, FRAMES, rule
 from ..frontend.tree import Map, Path, exists
 from ..model import STATIC_TRANSFORM_PUBLISHER
 from ..startup import patterns
-from ..startup.records import NamedTuple
 from .case import Case
 from .remarkable import NOT_XML
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import posixpath
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from ..diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, swaps
 from ..diagnostics.registry import CONTROL, OUTPUTS, rule
 from ..diagnostics.wording import first_of, listed
 from ..frontend.tree import Path, exists
 from ..model import Output
-from ..startup import TYPE_CHECKING, patterns
+from ..startup import patterns
 from .case import Case
 
 if TYPE_CHECKING:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from ..diagnostics.wording import listed
 from ..frontend.expression import ExpressionError
 from ..model import UNPUBLISHED, Robot
-from ..startup.records import NamedTuple
 from .conditions import MAX_MODES, combinations, holds, modes_in
 
 

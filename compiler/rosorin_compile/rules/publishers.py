@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import FRAMES, JOINTS, Check, rule
@@ -10,7 +11,6 @@ from ..diagnostics.wording import first_of, listed, quoted
 from ..frontend.tree import Map, Path, Seq, at, exists
 from ..frontend.wanted import is_listed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
-from ..startup.records import NamedTuple
 from . import conditions
 from .case import Case, first_fed
 from .kinematics import children

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 from ..frontend.expression.syntax import NUMERIC
 from ..frontend.tree import Map, Path, Seq
-from ..startup import TYPE_CHECKING, patterns
-from ..startup.records import NamedTuple
+from ..startup import patterns
 from ..units import has_unit
-
-if TYPE_CHECKING:
-    from typing import Any
 
 # A little more than one turn, so that 6.2832 passes for 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
@@ -13,7 +14,6 @@ from ..model.bounds import ball_of
 from ..model.geometry import unit
 from ..model.rays import through
 from ..model.seen import Data, seen_by
-from ..startup.records import NamedTuple
 from .case import Case
 
 AFTER = "sizes"

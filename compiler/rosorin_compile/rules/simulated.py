@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
+from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
@@ -14,13 +15,8 @@ from ..diagnostics.wording import listed
 from ..frontend.lower.simulation import TARGETS
 from ..frontend.tree import Path
 from ..model import Actuator, Cylinder, Joint, Sphere
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
 from .case import Case, number
 from .simulated_names import BALL, several
-
-if TYPE_CHECKING:
-    from typing import Any
 
 AFTER = "simulated_names"
 

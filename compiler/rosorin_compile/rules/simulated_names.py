@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
+from typing import NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
@@ -15,7 +16,6 @@ from ..frontend.lower.simulation import MEASURED, TARGETS
 from ..frontend.tree import Path
 from ..model import BODY_ELEMENT, NO_SIMULATION, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Robot
 from ..model.standing import stands_free
-from ..startup.records import NamedTuple
 from ..xml import mujoco
 from ..xml.elements import found_in
 from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, MESH, SENSOR, SITE, TENDON, TEXTURE

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
@@ -12,13 +13,9 @@ from ..frontend.tree import Path, Seq, at, exists
 from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Robot, Shape, Sphere, Vector
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..model.robot import of_robot
-from ..startup import TYPE_CHECKING
 from ..units import has_unit
 from . import alike
 from .case import Case, number
-
-if TYPE_CHECKING:
-    from typing import Any
 
 AFTER = "bodies"
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import FRAMES, rule
 from ..frontend.tree import Path, exists
-from ..startup.records import NamedTuple
 from . import conditions
 from .case import Case
 from .tf_tree import Step, active_in, is_tree, legal_steps, silences

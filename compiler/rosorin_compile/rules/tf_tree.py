@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic, nearest, swaps
 from ..diagnostics.registry import FRAMES, Check, rule
 from ..diagnostics.wording import listed, quoted
 from ..frontend.tree import Path
 from ..model import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Edge
-from ..startup.records import NamedTuple
 from . import conditions
 from .case import Case
 from .kinematics import WORLD_FRAMES

@@ -5,20 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 from ..diagnostics import ERROR, WARNING, Diagnostic, Span
 from ..diagnostics.registry import NUMBERS, Check, rule
 from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path, at, written
 from ..model import Joint, Link, Vector
-from ..startup import TYPE_CHECKING
 from ..units import has_unit
 from . import alike
 from .case import Case, number
 from .remarkable import FULL_TURN, NOT_XML
-
-if TYPE_CHECKING:
-    from typing import Any
 
 AFTER = "outputs"
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence, Set
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Instance, Path, locate, prefix_at
 from ..model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
 from ..model.robot import of_robot
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
 from ..xml.elements import Found, canonical, damage, found_in, tree_of
 from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from . import alike

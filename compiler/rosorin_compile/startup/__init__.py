@@ -2,5 +2,3 @@
 
 The modules here import nothing of the compiler, and of Python little that it has not loaded anyway.
 """
-
-TYPE_CHECKING = False  # as typing has it, which takes 3 ms to import

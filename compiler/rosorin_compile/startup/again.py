@@ -12,8 +12,8 @@ from __future__ import annotations
 import os
 import sys
 import time
+from typing import TYPE_CHECKING
 
-from . import TYPE_CHECKING
 from .cache import digest, keep, private_folder, recalled
 
 if TYPE_CHECKING:

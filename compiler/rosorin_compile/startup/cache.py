@@ -8,8 +8,9 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from typing import TYPE_CHECKING
 
-from . import TYPE_CHECKING, system
+from . import system
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

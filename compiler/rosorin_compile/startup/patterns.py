@@ -10,14 +10,12 @@ from __future__ import annotations
 import re
 from _thread import get_ident
 from contextlib import contextmanager
-
-from . import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 _compile = re.compile
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from re import compile  # noqa: A004 - the name that the library has for it
-    from typing import Any
 
 
 class _Pattern:

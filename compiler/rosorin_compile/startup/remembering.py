@@ -8,12 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-
-from . import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
-    from typing import ParamSpec, TypeVar
-
     Given = ParamSpec("Given")
     Found = TypeVar("Found")
 

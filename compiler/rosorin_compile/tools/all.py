@@ -6,11 +6,11 @@ import os
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
-from ..startup import TYPE_CHECKING
 from ..startup.again import contents, now
 from .given import given_arguments
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
@@ -19,7 +19,6 @@ from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
     import argparse
-    from typing import Any
 
     from ..diagnostics import Diagnostic
     from ..frontend.packages import Packages

@@ -6,12 +6,12 @@ import os
 from collections.abc import Callable, Collection, Mapping, Sequence, Sized
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
 from ..diagnostics.wording import counted, listed
 from ..project import Description, stdin_of
-from ..startup import TYPE_CHECKING
 from .given import Given, given_arguments
 from .options import console_of
 from .robots import Run, no_stdin, one

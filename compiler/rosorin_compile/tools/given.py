@@ -6,15 +6,13 @@ import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..project import no_file
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
     import argparse
-    from typing import Any
 
 MARK = ":="  # between name and value of an argument, as xacro has it
 

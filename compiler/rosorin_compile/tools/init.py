@@ -7,11 +7,11 @@ import os
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from ..output import cleared
 from ..output.staging import staged
 from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
-from ..startup.records import NamedTuple
 from .usage import FINE, PROBLEMS, WrongUsage
 
 

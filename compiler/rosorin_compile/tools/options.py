@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..diagnostics.console import MARKDOWN, Console
-from ..startup import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import argparse

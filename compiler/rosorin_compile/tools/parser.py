@@ -5,11 +5,9 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Iterable
-
-from ..startup import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from typing import Any, Protocol
 
     class Options(Protocol):
         """What options are added to: a parser, or a group of one."""

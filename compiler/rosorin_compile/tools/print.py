@@ -10,11 +10,11 @@ import os
 import sys
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
 from ..project import ON_STDIN, Description, NoDescription, first_file, stdin_of
-from ..startup import TYPE_CHECKING
 from ..startup.again import RAW
 from .compiling import compile_proven, lacks_meshes, proven, read_by, search_meshes, telling
 from .given import Given, given_arguments, no_half_mark, texts

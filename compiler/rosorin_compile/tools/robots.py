@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics.console import Console
 from ..diagnostics.progress import about, begin
@@ -26,15 +27,12 @@ from ..project import (
     stdin_of,
     tool_folders,
 )
-from ..startup import TYPE_CHECKING
-from ..startup.records import NamedTuple
 from .given import Given, given_arguments, no_half_mark
 from .options import console_of
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
     import argparse
-    from typing import Any
 
 _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
 _taken: list[Any] = []  # standard input, once it was read

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, error, has_errors
 from ..formats import FORMATS, endings
@@ -18,7 +18,6 @@ from ..meaning.wording import several
 from ..model import Robot
 from ..plugins import PluginFailed
 from ..project import STDIN, NoDescription, find, first_file, is_file, stdin_of
-from ..startup.records import NamedTuple
 
 # What a person is to know before a foreign file is opened.
 _TOLD = ("xacro-runs-code",)

@@ -6,11 +6,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics.console import Console
 from ..project import Description
-from ..startup.records import NamedTuple
 from .compiling import telling
 from .given import Given, texts
 from .robots import is_foreign

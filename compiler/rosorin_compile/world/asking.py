@@ -11,15 +11,14 @@ import os
 from collections.abc import Callable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
 
-from ..startup import TYPE_CHECKING
 from ..startup.cache import digest
 from .disk import ABSENCES, ABSENT, FOLDER, Status, disk
 from .notes import are_open, note, note_seen, spoil
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from typing import BinaryIO
 
     Name = str | os.PathLike[str]
 

@@ -10,12 +10,12 @@ import os
 import stat
 import sys
 import time
+from typing import TYPE_CHECKING, BinaryIO
 
-from ..startup import TYPE_CHECKING, system
+from ..startup import system
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from typing import BinaryIO
 
 FILE, FOLDER, OTHER, ABSENT = "file", "folder", "other", ""
 # What the system says of a name that nothing has, or can have.

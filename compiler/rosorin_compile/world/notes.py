@@ -8,13 +8,12 @@ answer; why is kept for whoever wants to know.
 from __future__ import annotations
 
 from functools import cache, wraps
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from ..startup import TYPE_CHECKING
 from ..startup.remembering import forget_too
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import Any, ParamSpec, TypeVar
 
     Given = ParamSpec("Given")
     Found = TypeVar("Found")

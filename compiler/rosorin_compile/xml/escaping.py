@@ -5,10 +5,7 @@ As markupsafe has it, which Jinja comes with, and which takes 4 ms to import; it
 
 from __future__ import annotations
 
-from ..startup import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from typing import Any
+from typing import Any
 
 
 class Markup(str):

@@ -7,9 +7,9 @@ Up to 1.4 of SDF ``<imu>`` has ``<noise>`` with ``<rate>`` and ``<accel>``, and 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING
 
 from ..diagnostics import Source
-from ..startup import TYPE_CHECKING
 from .escaping import escape
 
 if TYPE_CHECKING:

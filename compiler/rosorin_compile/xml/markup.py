@@ -10,11 +10,11 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 from xml.parsers import expat
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..diagnostics.registry import READING, Rule
-from ..startup.records import NamedTuple
 from .elements import new_parser
 
 RULES = (

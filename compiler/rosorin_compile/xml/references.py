@@ -8,9 +8,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache
+from typing import NamedTuple
 
 from ..diagnostics import Source
-from ..startup.records import NamedTuple
 from .elements import found_in
 
 LINK, JOINT, EITHER, FRAME = "link", "joint", "link or joint", "frame"

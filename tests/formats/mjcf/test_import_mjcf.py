@@ -19,12 +19,13 @@ import pytest
 
 pytest.importorskip("mujoco", minversion="4")
 
+from dataclasses import replace
+
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mjcf.contacts import contacts
 from rosorin_compile.formats.mjcf.masks import Masks
 from rosorin_compile.formats.mjcf.robot import read_mjcf
 from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
-from rosorin_compile.startup.records import replace
 from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
 from support.paths import DATA, OUTPUTS, ROOT
 from support.robots import compiled

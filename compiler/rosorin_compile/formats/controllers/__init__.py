@@ -7,8 +7,8 @@ holds parameters against the robot: those of a description (``described``), and 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from ...startup import TYPE_CHECKING
 from ..format import Format
 from ..parameters import DISTRIBUTION, facts, syntax
 

@@ -6,20 +6,18 @@ What is known of its type is in ``parameters`` beside this folder.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
 
 from ...diagnostics import WARNING, did_you_mean, nearest
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import listed, quoted
 from ...model import Robot
 from ...model.control import JOINT_WORDS, POSITION, VELOCITY
-from ...startup import TYPE_CHECKING, patterns
+from ...startup import patterns
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind
 from .known import COMMANDS, Known
 from .types import SHORT
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

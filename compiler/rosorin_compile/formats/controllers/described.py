@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import partial
+from typing import Any
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
@@ -13,7 +14,6 @@ from ...model import Edge, Output, Robot
 from ...model.control import POSITION, VELOCITY
 from ...rules.case import Case
 from ...rules.tf_tree import is_tree
-from ...startup import TYPE_CHECKING
 from ..distributions import known, title
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
@@ -22,9 +22,6 @@ from .checking import against_robot, claims, frames_of, missing
 from .filled import Filled, filled, managed
 from .known import owned
 from .types import of_type
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

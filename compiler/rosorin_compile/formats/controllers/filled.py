@@ -6,14 +6,13 @@ What the description says goes before what the robot knows (``known``). Each num
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import CONTROL, Rule
 from ...frontend.lower.control import flat
 from ...model import Output, Robot
 from ...model.control import Controller
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ..distributions import HUMBLE, JAZZY, title
 from ..distributions import known as known_distribution
 from ..parameters import files
@@ -23,9 +22,6 @@ from ..parameters.values import converted
 from ..templating import Templates
 from .known import Known, known
 from .types import full
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

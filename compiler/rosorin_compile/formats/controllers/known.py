@@ -9,18 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from itertools import takewhile
+from typing import Any, NamedTuple
 
 from ...model import Edge, Robot
 from ...model.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY, Controller
 from ...model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
 from ...model.driving import Driving, Wheel, driving_of
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ..parameters import tables
 from .types import SHORT, full
-
-if TYPE_CHECKING:
-    from typing import Any
 
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
 _ZERO = 1e-9

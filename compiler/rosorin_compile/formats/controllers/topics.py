@@ -6,9 +6,9 @@ Source: ``ros-controls/ros2_controllers@{humble, jazzy}: */src/*_controller.cpp`
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from ...model import Robot
-from ...startup.records import NamedTuple
 from ..distributions import known
 from ..parameters.files import asked
 from .filled import Filled, filled

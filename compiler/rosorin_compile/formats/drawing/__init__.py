@@ -8,8 +8,7 @@ for all.
 from __future__ import annotations
 
 from functools import lru_cache
-
-from ...startup import TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from ...diagnostics.bounded import json_of
 from ...model.frame_tree import NO_TOPIC, NOBODY, Row
-from ...startup.records import NamedTuple
 from ...xml.elements import tree_of
 from .. import Fact, Facts, Value
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
+from typing import NamedTuple
 
 from ...model import Robot
 from ...model.frame_tree import Row, rows
 from ...rules.conditions import MAX_MODES, holds
 from ...startup import patterns
-from ...startup.records import NamedTuple
 
 MAX_SITUATIONS = 32  # more trees than that are no picture
 

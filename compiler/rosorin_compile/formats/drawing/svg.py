@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from ...diagnostics.wording import plural
 from ...model.frame_tree import NOBODY, Line, Row
-from ...startup.records import NamedTuple
 from .letters import GREY, escape, quoted, width, wrapped
 
 _SIZE = 12.0  # of letters, in pixels

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from ...model.frame_tree import Line, Row
-from ...startup.records import NamedTuple
 from .letters import cells
 
 HEADS = ("frame", "published by", "topic", "joint", "")

@@ -19,13 +19,13 @@ MuJoCo's two models is which, ``same`` compares them (``same_fields`` has the fi
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from ...startup import TYPE_CHECKING, patterns
+from ...startup import patterns
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from pathlib import Path
-    from typing import Any
 
     from ...diagnostics import Diagnostic
     from ...frontend.tree import Map

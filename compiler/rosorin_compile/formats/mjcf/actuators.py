@@ -8,10 +8,9 @@ readers of URDF, is what its actuators can bring.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...frontend.tree import Map
-from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from .reading import SLIDE, Reading, numbers, put, put_number, tidy, tidy_position
 from .worded import Node, floats, listing, put_words

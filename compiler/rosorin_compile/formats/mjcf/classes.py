@@ -11,9 +11,9 @@ class is called after the words that the names of all its joints have: wrist of 
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ...startup import patterns
-from ...startup.records import NamedTuple
 from ...xml.escaping import Markup
 from ..templating import attribute, attributes
 from .bodies import (

@@ -13,11 +13,11 @@ no link is known of is said by itself: Fact("sensor", name, "clock ...").
 from __future__ import annotations
 
 from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...model import Transform
 from ...model.geometry import rotation_about, transform_of_quaternion, unit
-from ...startup import TYPE_CHECKING, patterns
-from ...startup.records import NamedTuple
+from ...startup import patterns
 from ..facts import COLLISION, VISUAL, FactSheet, Six, number_of
 from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, TOUCHES, WORLD

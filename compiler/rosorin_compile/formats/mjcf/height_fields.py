@@ -13,9 +13,9 @@ What there is to know about height fields (MuJoCo 4.0.0, XMLreference "asset/hfi
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from ...model import MERGED, HeightMap, Link, Output, Pose, Shape
-from ...startup.records import NamedTuple
 from .unsaid import has_volume
 
 HFIELD = "hfield"

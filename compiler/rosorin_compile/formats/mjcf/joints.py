@@ -17,13 +17,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics.wording import counted, first_of, listed
 from ...frontend.tree import Map, Seq
 from ...model import Transform
 from ...model.geometry import Vector, rotation_about
-from ...startup.records import NamedTuple
 from ...units import parse_quantity
 from ...xml.markup import Element
 from .actuators import Drive

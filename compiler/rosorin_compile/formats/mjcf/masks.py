@@ -11,12 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...model import Robot, Shape
 from ...model.robot import of_robot
 from ...model.simulation import SHARED_LAYER
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 
 if TYPE_CHECKING:
     from .contacts import Geom

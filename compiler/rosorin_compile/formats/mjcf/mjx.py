@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence, Set
 from functools import cached_property
+from typing import NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import HeightMap, Mesh, Output, Robot, Shape
 from ...model.standing import stands_free
 from ...rules.case import Case
-from ...startup.records import NamedTuple
 from .bodies import body_name, weld_groups
 from .contacts import Contacts, contacts
 from .height_fields import HFIELD, form_of, solids

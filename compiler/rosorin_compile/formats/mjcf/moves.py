@@ -10,11 +10,10 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...startup.records import NamedTuple
 from .matched import BALL, FREE
 from .same import Comparison
 from .same_values import slice_of

@@ -18,11 +18,10 @@ from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics.installing import pip_install
 from ...startup import system
-from ...startup.records import NamedTuple
 
 SECONDS = 60  # of calculating, which the child counts itself
 _PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine

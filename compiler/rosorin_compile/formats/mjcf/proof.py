@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics.wording import counted, listed
-from ...startup.records import NamedTuple
 from ..imported import Imported, Proof
 from .process import prove as ask
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, Span, and_here
 from ...diagnostics.registry import READING, Rule
@@ -18,7 +18,6 @@ from ...frontend.tree import Map, Seq
 from ...model import Transform, geometry
 from ...model.geometry import IDENTITY, Rows, Vector, transform_of_quaternion
 from ...model.motion import plane_axes
-from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from ..imported import LeftOut, cannot_carry
 from .bodies import COLLISION, SHOWN, SHOWN_WHEEL, WHEEL

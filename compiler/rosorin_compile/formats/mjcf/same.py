@@ -10,11 +10,10 @@ several principal axes, meshes an origin that MuJoCo moves.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...startup.records import NamedTuple
 from .matched import (
     BALL,
     CAPSULE,

@@ -8,8 +8,7 @@ own), in ``WHOLE`` (arrays of one piece), or in ``EXCUSED``, with the reason. A 
 from __future__ import annotations
 
 from collections.abc import Mapping
-
-from ...startup.records import NamedTuple
+from typing import NamedTuple
 
 
 class Kind(NamedTuple):

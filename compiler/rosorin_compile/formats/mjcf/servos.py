@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import Actuator, Attribute, Joint, Output, Robot
 from ...model.simulation import GENERAL, MOTOR, POSITION, VELOCITY
 from ...rules.case import Case
-from ...startup.records import NamedTuple
 from ...xml.elements import found_in
 from .unsaid import position_range
 

@@ -7,10 +7,9 @@ import posixpath
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import Source, Span, error
-from ...startup.records import NamedTuple
 from ...xml.files import mended, read_source
 from ...xml.markup import Attribute, Document, Element, MarkupError, parse
 from ..imported import ReadOptions

@@ -32,7 +32,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 from ...diagnostics import Diagnostic
 from ...model import (
@@ -59,7 +61,6 @@ from ...model import (
 from ...model.looks import colours_of
 from ...model.standing import home_of, stands_at, stands_free
 from ...numbers import NumberFormat, number_format, numbers, vector
-from ...startup.records import NamedTuple, replace
 from ...startup.remembering import remembered
 from ...xml.elements import indented
 from ...xml.escaping import Markup

@@ -7,16 +7,12 @@ numbers what stands in ``<replicate>``, and with a site the sensors that measure
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from ...diagnostics import Diagnostic, error
 from ...model import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Attribute, Pose, Replicas, Robot, Sensor, Simulated
 from ...numbers import NumberFormat, vector
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ..templating import Templates
-
-if TYPE_CHECKING:
-    from typing import Any
 
 # The separator before the number of a copy.
 _SEPARATOR = "_"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import posixpath
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ...model import Attribute, Contact, ContactPair, Entry, Marked, Material, Robot, Shape, Tendon, Values
 from ...numbers import NumberFormat
-from ...startup.records import NamedTuple
 from ...xml.escaping import Markup
 from ..templating import attributes
 from .bodies import body_name

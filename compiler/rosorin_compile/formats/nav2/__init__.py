@@ -7,14 +7,12 @@ no tuning. ``write`` makes it, ``known`` says what goes into it.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
-from ...startup import TYPE_CHECKING
 from ..format import Format
 from ..parameters import DISTRIBUTION, facts, syntax
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ...diagnostics import Diagnostic
     from ...model import Output, Robot
     from ...rules.case import Case

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ...model import Output, Robot
-from ...startup import TYPE_CHECKING
 from ..navigation import Frames, stated_topic
-
-if TYPE_CHECKING:
-    from typing import Any
 
 PLANAR = "lidar_2d"
 

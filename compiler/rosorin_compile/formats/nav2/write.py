@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.registry import NAVIGATION, Rule
@@ -17,8 +18,6 @@ from ...model.footprint import outside as reaching_out
 from ...model.standing import Cloud, Clouds
 from ...model.tucked import left_out
 from ...rules.case import Case
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ..controllers.known import owned
 from ..controllers.topics import Driver, drivers
 from ..distributions import HUMBLE, JAZZY, title
@@ -27,9 +26,6 @@ from ..navigation import AMCL, FILTER, SLAM, Found, Frames, frames_of, kind_of, 
 from ..parameters.files import Node, asked, nodes_of, text, value_of
 from ..templating import Templates
 from .scans import PLANAR, scan_topic, seen_by_slam, topic_of
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

@@ -10,10 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
+from typing import NamedTuple
 from urllib.parse import unquote
 
 from ...project import DESCRIPTIONS
-from ...startup.records import NamedTuple
 
 _MAGIC = {
     "image/png": re.compile(rb"\x89PNG\r\n\x1a\n"),

@@ -8,13 +8,11 @@ refuse, ``checking`` what is wrong with the parameters of one node.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
-from ...startup import TYPE_CHECKING
 from ..distributions import DISTRIBUTIONS
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ..format import Facts
 
 # What every format that is a parameter file has.

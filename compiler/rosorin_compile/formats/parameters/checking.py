@@ -8,18 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import NoneType
+from typing import Any, NamedTuple
 
 from ...diagnostics import ERROR, WARNING, Diagnostic, Related, Span, did_you_mean, nearest
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...diagnostics.wording import listed
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ..distributions import title
 from .tables import Key, Kind, is_of_all_nodes
 from .values import as_type, fits, refused, told, type_in_words
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

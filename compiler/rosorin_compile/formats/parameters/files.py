@@ -9,18 +9,15 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from typing import Any, NamedTuple
 
 from ...model import Output, Robot
-from ...startup import TYPE_CHECKING, patterns
-from ...startup.records import NamedTuple
+from ...startup import patterns
 from ..distributions import JAZZY, title
 from ..format import Fact, Facts, Value
 from ..templating import Templates
 from .tables import Kind, kinds
 from .values import converted, written
-
-if TYPE_CHECKING:
-    from typing import Any
 
 PARAMETERS = "ros__parameters"
 _PLAIN = patterns.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")

@@ -9,17 +9,15 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cache, cached_property
+from typing import Any, NamedTuple
 
 from ...model import NODE, Publisher
 from ...project import data_folder
-from ...startup import TYPE_CHECKING, patterns
-from ...startup.records import NamedTuple, dataclass, field
+from ...startup import patterns
 from ..distributions import HUMBLE, JAZZY, known
 from .values import refused
-
-if TYPE_CHECKING:
-    from typing import Any
 
 # The distributions that the tables have; "" for a distribution is any of them.
 DISTRIBUTIONS = (HUMBLE, JAZZY)

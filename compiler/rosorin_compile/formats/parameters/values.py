@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from ...diagnostics import did_you_mean
 from ...diagnostics.wording import listed, quoted
-from ...startup import TYPE_CHECKING, patterns
-
-if TYPE_CHECKING:
-    from typing import Any
+from ...startup import patterns
 
 _WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
 _UNQUOTED = {

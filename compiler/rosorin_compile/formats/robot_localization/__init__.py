@@ -7,8 +7,8 @@ drive unless the output says otherwise. ``write`` makes it.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from ...startup import TYPE_CHECKING
 from ..format import Format
 from ..parameters import DISTRIBUTION, facts, syntax
 

@@ -6,6 +6,7 @@ The edges say whether it publishes, and what: with odom -> base its world is the
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error, swaps
 from ...diagnostics.registry import NAVIGATION, Rule
@@ -13,16 +14,12 @@ from ...diagnostics.wording import listed, quoted
 from ...model import Output, Robot
 from ...model.driving import driving_of
 from ...rules.case import Case
-from ...startup import TYPE_CHECKING, patterns
-from ...startup.records import NamedTuple
+from ...startup import patterns
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..parameters.files import Node, asked, text
 from ..templating import Templates
 from . import STATES
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.bounded import json_of
@@ -26,13 +27,10 @@ from ...model import (
     Vector,
 )
 from ...rules.case import Case, suggest
-from ...startup import TYPE_CHECKING
 from ...startup.remembering import remembered
 from ..format import Facts, Format, Opened, Value
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ..facts import Sheet
     from ..imported import Imported
     from ..known import Block, Held, Known

@@ -12,8 +12,8 @@ it in Drake (``engine``).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from ...startup import TYPE_CHECKING
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ moves without any: that has the least mass. A link called "world", the root of a
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 from ...model import IDENTITY, Inertial, Joint, Robot
-from ...startup.records import NamedTuple
 from .names import world_of
 
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).

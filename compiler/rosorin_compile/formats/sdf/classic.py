@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from ...xml.markup import Element

@@ -13,11 +13,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ...xml.elements import canonical
 from ..facts import FactSheet, numbers_of
 from ..format import Fact, Facts

@@ -10,11 +10,10 @@ shape, its material.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics import Source
 from ...model import Link, Robot
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ...xml.elements import indented
 from ...xml.imu import with_noise
 from .classic import OF_COLLISIONS, numbers_of

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from ...diagnostics import Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import Output, Robot
-from ...startup import TYPE_CHECKING, patterns
+from ...startup import patterns
 
 if TYPE_CHECKING:
     from ...rules.case import Case

@@ -5,12 +5,11 @@ A joint of two axes becomes two, one behind the other; one whose child is not at
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic, Span, did_you_mean
 from ...diagnostics.wording import counted, first_of, listed
 from ...model import Transform, Vector
-from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from ..format import Placed
 from ..urdf.reading import Reading, named

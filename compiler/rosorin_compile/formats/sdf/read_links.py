@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, first_of, listed
 from ...model import Transform
-from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from ..format import Placed
 from ..urdf.reading import NAME, Reading, named

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic, Span
 from ...diagnostics.wording import counted
@@ -12,7 +13,6 @@ from ...model import Pose, Transform
 from ...model.geometry import transform_of_quaternion
 from ...rules.remarkable import FULL_TURN
 from ...rules.values import FAR
-from ...startup.records import NamedTuple
 from ...units import ANGLE, LENGTH, Quantity
 from ...xml.markup import TEXT, Element, Remark, Word
 from ..format import Placed

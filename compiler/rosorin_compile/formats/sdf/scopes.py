@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from ...diagnostics import Related, Span, did_you_mean
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, quoted
 from ...model import Transform
-from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from ..urdf.reading import NAME, Reading, named
 from .included import Included

@@ -8,11 +8,11 @@ of a pose are those that the description needs, they stay as they were written.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 from ...diagnostics import Span, did_you_mean
 from ...diagnostics.registry import READING, Rule
 from ...model import Transform
-from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from ..urdf.reading import Reading, named
 from .names import WORLD

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
@@ -35,8 +36,6 @@ from ...model import (
     Sphere,
 )
 from ...numbers import NumberFormat, number_format, numbers, vector
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ...xml.escaping import escape
 from ...xml.imu import with_noise
 from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, distribution, in_classic, sensor_lines
@@ -45,9 +44,6 @@ from .bodies import LEAST, Bodies, bodies_of
 from .classic import of_collision
 from .kept import Kept, at, kept, own
 from .names import WORLD, world_of
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

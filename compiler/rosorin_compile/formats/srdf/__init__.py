@@ -8,8 +8,8 @@ says wrongly, ``matrix`` whether its matrix is of the robot.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from ...startup import TYPE_CHECKING
 from ..format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Joined, Opened
 
 if TYPE_CHECKING:

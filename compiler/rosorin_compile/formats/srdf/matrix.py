@@ -11,16 +11,12 @@ import json
 from collections.abc import Iterable, Mapping
 from itertools import combinations
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from ...model import Mesh, Shape, Transform
 from ...model.moveit import DisabledCollision, Pair
-from ...startup import TYPE_CHECKING
 from ...startup.cache import sha256
-from ...startup.records import NamedTuple
 from .planning import Planning, ordered
-
-if TYPE_CHECKING:
-    from typing import Any
 
 _DECIMALS = 9
 _FORM = 1  # of the search: another one makes every matrix stale

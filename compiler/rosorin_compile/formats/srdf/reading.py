@@ -8,7 +8,7 @@ listed. What it reads is kept. Joints of a second chain of a group are named one
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import Span, has_errors, nearest
 from ...diagnostics.wording import quoted
@@ -17,7 +17,6 @@ from ...frontend.tree import Map, Text
 from ...model import Output, Robot
 from ...model.geometry import transform_of_quaternion
 from ...model.moveit import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
-from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from ..format import Joined, Opened, Placed
 from ..urdf.reading import Reading, meant, named

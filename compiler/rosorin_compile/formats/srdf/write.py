@@ -6,6 +6,7 @@ Rules of the readers: ``ros-planning/srdfdom`` and ``moveit/moveit2@{humble,jazz
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
@@ -13,14 +14,10 @@ from ...diagnostics.wording import counted, first_of
 from ...model import JointPose, Output, Pose, Robot
 from ...model.moveit import FIXED, PLANAR, Ball, DisabledCollision, Group
 from ...numbers import NumberFormat, number_format, vector
-from ...startup import TYPE_CHECKING
 from ...xml.escaping import Markup
 from ..templating import Templates, attributes, comment
 from .matrix import changed_meshes
 from .planning import Planning, ordered, planning_of
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

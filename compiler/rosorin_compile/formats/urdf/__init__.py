@@ -8,9 +8,9 @@ Written by ``write``; ``facts`` reads such a file back for comparison. Foreign f
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
-from ...startup import TYPE_CHECKING
 from ..distributions import DISTRIBUTIONS
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 

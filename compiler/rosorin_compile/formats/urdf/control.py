@@ -7,11 +7,12 @@ Rules and words of both: ``ros-controls/ros2_control@{humble,jazzy}:hardware_int
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import NamedTuple
 
 from ...model import Joint, Output, Robot
 from ...model.control import EFFORT, POSITION, VELOCITY, Block, Component, End, Interface, Words
 from ...numbers import NumberFormat
-from ...startup.records import NamedTuple, replace
 from ...xml.escaping import escape
 from ..distributions import HUMBLE, known
 from ..templating import attributes

@@ -8,6 +8,7 @@ A URDF has no inertia of rotors, so that of the links is all there is.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from ...diagnostics import WARNING, Diagnostic, Span
 from ...diagnostics.registry import FORMATS, Rule
@@ -17,7 +18,6 @@ from ...model.geometry import dot, unit
 from ...model.mass import together
 from ...model.robot import of_robot
 from ...rules.case import Case, number
-from ...startup import TYPE_CHECKING
 from .masses import has_inertials, joints_of
 
 if TYPE_CHECKING:

@@ -15,10 +15,10 @@ had better not go through the code that made them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
-from ...startup import TYPE_CHECKING
 from ..facts import SIZES, FactSheet, Six, number_of
 from ..format import Fact, Facts
 

@@ -8,13 +8,13 @@ into one link (a sensor moves along, its reference stays good), and names collis
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from typing import NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import quoted
 from ...model import IDENTITY, GazeboSensor, Inertial, Joint, Pose, Robot, Sensor, pose_of
 from ...numbers import NumberFormat, vector
-from ...startup.records import NamedTuple
 from ...xml.elements import tree_of
 from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, in_classic, sensor_lines
 from ..templating import attributes

@@ -8,12 +8,12 @@ those of the joints around them are too; millimetres are everywhere in a drawing
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, Span
 from ...diagnostics.wording import and_more
 from ...rules.remarkable import FULL_TURN
 from ...rules.values import FAR
-from ...startup.records import NamedTuple
 
 # Where a number stands: in an <origin>, in a limit of a joint, or as the size of a shape.
 ORIGIN, LIMIT, SIZE = "origin", "limit", "size"

@@ -8,13 +8,13 @@ shapes (run with libsdformat 12, PyBullet 3.2.7, MuJoCo 4). None of them does wh
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 from ...diagnostics import NOTE, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, quoted
 from ...model import IDENTITY, Inertial, Joint, Output, Robot
 from ...model.robot import of_robot
-from ...startup import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ...rules.case import Case

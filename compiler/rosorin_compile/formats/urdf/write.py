@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
@@ -33,8 +34,6 @@ from ...model import (
     plain,
 )
 from ...numbers import NumberFormat, number_format, numbers, vector
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ...startup.remembering import remembered
 from ...xml.elements import indented
 from ...xml.escaping import Markup
@@ -43,8 +42,6 @@ from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of,
 from .solids import boxes_of, collisions, version_of
 
 if TYPE_CHECKING:
-    from typing import Any, TypeVar
-
     T = TypeVar("T")
 
 RULES = (

@@ -14,11 +14,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, MadeSpan, Related, Span, did_you_mean, error, has_errors, swaps
 from ...project import Resolved, data_folder
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ..load import plain_scalar
 from ..tree import Map, Place, Seq
 from .declared import check_names, unused
@@ -31,8 +30,6 @@ from .scope import Scope
 from .sensor_types import apply_types
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from .included_robots import ForeignReader, Tell
 
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}

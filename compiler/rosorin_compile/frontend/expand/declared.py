@@ -9,19 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from ...diagnostics import WARNING, Diagnostic, Related, Span
 from ...diagnostics.letters import difference, in_words, look, unseen
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import DESCRIPTIONS, ENDINGS
-from ...startup import TYPE_CHECKING, patterns
+from ...startup import patterns
 from ..expression import pieces
 from ..tree import Map, Place, Seq
 from .files import Reader
 from .scope import Scope
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

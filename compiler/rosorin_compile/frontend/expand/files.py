@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Source, Span, error
 from ...diagnostics.progress import step
@@ -24,8 +25,6 @@ from ...project import (
     resolved,
     shown,
 )
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ...startup.remembering import forget
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
@@ -35,8 +34,6 @@ from .nearby import ADDRESS, address, corrected, outside, outside_of, package_mi
 from .parts import copy, join_within, sourced
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from .included_robots import ForeignReader
 
 RULES = (

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from ...diagnostics.letters import in_words, unseen
-from ...startup import TYPE_CHECKING
 from ...units import ANGLE, LENGTH, Dimension, Quantity, describe
 from ..expression import pieces
 from ..expression.functions import kind_of
@@ -18,9 +18,6 @@ from ..schema import ONE_ENTRY, resolve, schema
 from ..tree import Map, Place, Seq
 from .ledger import Failed
 from .scope import Scope
-
-if TYPE_CHECKING:
-    from typing import Any
 
 _MAPPINGS = (
     *("links", "joints", "sensors", "servos", "poses"),

@@ -13,13 +13,12 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
 from ...diagnostics.registry import FILES, Rule
 from ...diagnostics.wording import first_of
 from ...project import MESH_FILE, is_file, resolved, shown
-from ...startup.records import NamedTuple
 from ..expression.functions import FUNCTIONS, kind_of
 from ..tree import Instance, Map, Place
 from .files import Asked

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from ...diagnostics import Diagnostic
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ..expression.syntax import EFFORT
 from ..tree import Map, Seq
-
-if TYPE_CHECKING:
-    from typing import Any
 
 _NOTHING = object()
 

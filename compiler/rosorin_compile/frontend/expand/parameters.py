@@ -7,20 +7,16 @@ is its default.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 from ...diagnostics import Related, did_you_mean, error, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import quoted
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ...units import DIMENSIONS, NUMBER, Quantity, in_si
 from ..expression.functions import kind_of
 from ..tree import Map, Place, Seq, locate
 from .ledger import Failed
 from .scope import Scope
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

@@ -11,12 +11,12 @@ from collections.abc import Callable, Hashable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
-from ...startup import TYPE_CHECKING, patterns
-from ...startup.records import NamedTuple
+from ...startup import patterns
 from ...units import Quantity
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
@@ -29,9 +29,6 @@ from .parameters import declare
 from .placing import AXES, MOUNT, Names, names_of, placed
 from .scope import Scope
 from .tracing import given_by
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 from ...model import Pose, Transform, pose_of
 from ...model.drive import ROLES
-from ...startup import TYPE_CHECKING, patterns
-from ...startup.records import NamedTuple
+from ...startup import patterns
 from ...units import ANGLE, LENGTH, Dimension, Quantity
 from ...xml.elements import found_in
 from ...xml.mujoco import BODY, SITE, names_given, used, with_names
@@ -19,9 +19,6 @@ from ...xml.references import named_in, renamed
 from ..schema import ONE_ENTRY
 from ..tree import Instance, Kept, Map, Seq
 from .forms import KEPT, OF_MJCF, XML, is_number
-
-if TYPE_CHECKING:
-    from typing import Any
 
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
 from ...diagnostics.progress import step
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import first_of
-from ...startup import TYPE_CHECKING, patterns
+from ...startup import patterns
 from ...units import UNITS
 from ...xml.elements import fitted
 from ..expression import Piece, compiled, evaluate, names_in, pieces
@@ -33,8 +34,6 @@ from ..tree import Instance, Kept, Map, Place, Seq
 from .ledger import Failed, Ledger, LeftOut
 
 if TYPE_CHECKING:
-    from typing import Any, NoReturn
-
     from .tracing import Traced
 
 RULES = (

@@ -8,18 +8,15 @@ A type is a mapping under ``sensor_types``, in a description or in the library: 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from ...diagnostics.registry import ARGUMENTS, Rule
-from ...startup import TYPE_CHECKING
 from ..load import LoadError, load_own
 from ..tree import Instance, Map, Place, Seq
 from .forms import KEPT, check_sensor_type
 from .ledger import Failed
 from .parameters import declare
 from .scope import Scope
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

@@ -10,17 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from types import NoneType
+from typing import Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Span, error
-from ...startup import TYPE_CHECKING, patterns
-from ...startup.records import NamedTuple
+from ...startup import patterns
 from ..expression import names_in, pieces
 from ..tree import Instance, Map, Path, Place, Seq, at, exists, has, locate, maker, written
 from .placing import MOUNT
 from .scope import Scope, is_like_a_number
-
-if TYPE_CHECKING:
-    from typing import Any
 
 # A name alone, or an entry of a table or a list: ${m}, ${wheel.mass}, ${sizes[0]}.
 _ONE = patterns.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")

@@ -13,9 +13,8 @@ numbers, texts and lists, and the number of steps of a comprehension are bounded
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ...startup.remembering import remembered
 from ...units import Quantity
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
@@ -24,7 +23,6 @@ from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node, 
 
 if TYPE_CHECKING:
     import ast
-    from typing import Any
 else:
     import _ast as ast  # the part in C, which has all nodes; the rest of ast takes another millisecond
 

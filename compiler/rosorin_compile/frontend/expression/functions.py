@@ -10,16 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic
 from ...plugins import Plugin, aside, load
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from ...units import ANGLE, NUMBER, UNITS, Dimension, Quantity, describe, dimension_of
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ...diagnostics import Span
 
 MAX_ITEMS = 100_000

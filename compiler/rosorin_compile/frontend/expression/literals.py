@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from ...diagnostics.wording import printable
 from ...startup import patterns
-from ...startup.records import NamedTuple
 from ...units import UNITS, Quantity, parse_quantity
 from .functions import CONSTANTS, ExpressionError
 

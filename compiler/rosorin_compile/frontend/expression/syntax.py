@@ -10,16 +10,15 @@ import operator
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import nearest
-from ...startup import TYPE_CHECKING
 from ...units import NUMBER, UNITS, Dimension, Quantity, add
 from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, KindError, common_dimension, functions, kind_of
 from .literals import Literal
 
 if TYPE_CHECKING:
     import ast
-    from typing import Any
 else:
     import _ast as ast  # the part in C, which has all nodes
 

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
@@ -39,8 +41,6 @@ from ...model import (
     Source,
     pose_of,
 )
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple, replace
 from ..accepting import accepted, names_at
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
@@ -71,8 +71,6 @@ from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import SIMULATED, lower_simulation, marked_of
 
 if TYPE_CHECKING:
-    from typing import Any, TypeVar
-
     from ...model import Drive
     from ...model.moveit import Moveit
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.registry import JOINTS, Rule
 from ...diagnostics.wording import listed
 from ...model import Drive
 from ...model.drive import ROLES
 from ...numbers import exact
-from ...startup import TYPE_CHECKING
 from .entries import Problem, source_of, vector_of
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from ...model.moveit import DisabledCollision, Group, Moveit, VirtualJoint
 
 RULES = (

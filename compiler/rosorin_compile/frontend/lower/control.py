@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...model.control import SENSOR_WORDS, SYSTEM, Block, Component, Controller, End, Interface, Transmission
-from ...startup import TYPE_CHECKING
 from .entries import source_of
 
 if TYPE_CHECKING:
-    from typing import Any, TypeVar
-
     Made = TypeVar("Made")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from ...diagnostics.registry import POSES, Rule
 from ...model import (
@@ -26,11 +27,7 @@ from ...model import (
 from ...model.link import NO_SOURCE
 from ...model.shape import Rgba
 from ...model.simulation import POSITION
-from ...startup import TYPE_CHECKING
 from ..tree import Map, Path
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

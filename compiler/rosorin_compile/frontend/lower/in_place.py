@@ -7,12 +7,11 @@ its optical frame may be one that fixed joints hold to it, and is made where it 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Related
 from ...diagnostics.registry import FRAMES, Rule
 from ...model import IDENTITY, Joint, Pose, Sensor, Transform, pose_of
-from ...startup.records import NamedTuple
 from ..tree import Path, locate
 from .entries import pose_of_entry, source_of
 from .sdf import Frames

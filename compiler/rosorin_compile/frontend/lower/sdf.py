@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from ...model import AT_JOINT, IDENTITY, GazeboSensor, Pose, SdfElement, Transform, pose_of
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple
 from .entries import pose_of_entry
 from .shapes import ShapeProblem
-
-if TYPE_CHECKING:
-    from typing import Any
 
 MAX_DEPTH = 12
 _ZERO = 1e-12  # m and rad: what is left of a turn there and back

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 from ...diagnostics.registry import NUMBERS, Rule
 from ...diagnostics.wording import listed
@@ -24,12 +25,8 @@ from ...model import (
     Sphere,
     inertial_of,
 )
-from ...startup import TYPE_CHECKING
 from .entries import pose_of_entry, rgba_of, texts_of, values_of
 from .simulation import contact_of
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

@@ -7,6 +7,8 @@ name that the description has for it.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 from ...model import (
     Attribute,
@@ -20,12 +22,7 @@ from ...model import (
     Stop,
     Tendon,
 )
-from ...startup import TYPE_CHECKING
-from ...startup.records import replace
 from .entries import actuator_of, attribute_of, pose_of_entry, values_of
-
-if TYPE_CHECKING:
-    from typing import Any
 
 SIMULATED = (
     "root",

@@ -8,9 +8,8 @@ rotation of two columns a joint, and one product with a constant. States are tak
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...startup.records import NamedTuple
 from .. import AXLELESS, Joint, Robot, Transform, Vector
 from ..geometry import norm
 from ..motion import COORDINATES, plane_axes

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from functools import cached_property
+from typing import NamedTuple
 
-from ...startup.records import NamedTuple
 from .. import UNPUBLISHED, Edge, Joint, Pose, Publisher, Robot, Transform
 from .quaternions import Positions, at
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import NamedTuple
 
-from ...startup.records import NamedTuple
 from .. import Robot, Transform, Vector
 from ..geometry import plus
 from ..motion import motion

@@ -7,6 +7,7 @@ those that the URDF has for it. Meshes are their convex hulls, which touch befor
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from ...formats.srdf.planning import Planning, ordered
 from ...model import Transform
 from ...model.moveit import Pair
-from ...startup.records import replace
 from ..physics.scene import Overlap, Scene, solids_of
 
 if TYPE_CHECKING:

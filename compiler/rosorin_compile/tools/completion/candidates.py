@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from io import StringIO
 from pathlib import Path
+from typing import NamedTuple
 
-from ...startup.records import NamedTuple
 from ..parser import Parser
 from . import known
 

@@ -13,10 +13,9 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...project import ENDINGS, all_here, find, here
-from ...startup.records import NamedTuple
 from ..robots import is_foreign
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ the last one only (https://www.gnu.org/software/bash/manual/html_node/Bash-Varia
 from __future__ import annotations
 
 import re
-
-from ...startup.records import NamedTuple
+from typing import NamedTuple
 
 _BLANK = " \t\n"
 # What bash would read as more than a letter, outside quotes and inside double ones.

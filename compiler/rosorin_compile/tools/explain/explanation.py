@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...startup.records import NamedTuple
+from typing import NamedTuple
 
 
 class Where(NamedTuple):

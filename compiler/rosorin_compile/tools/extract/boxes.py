@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import progress
-from ...startup.records import NamedTuple
 from . import writing
 from .fits import Fit, Tell, fits
 from .measure import Measured, Ruler

@@ -7,6 +7,7 @@ listed, and the rest goes on.
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,6 @@ from ...formats import FORMATS, published
 from ...frontend.packages import package_name
 from ...frontend.tree import Map
 from ...model import Box, HeightMap
-from ...startup.records import dataclass, field
 from . import turning, writing
 from .fits import axis_aligned
 from .heightmap import Wanted, make_map

@@ -12,10 +12,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...model import Box, Capsule, Cylinder, Pose, Shape, Transform
-from ...startup.records import dataclass
 from .meshes import bounds
 from .turning import Vector, angles_of_axis, down, matrix, nice_angles, rounded_pose, seen_from, up
 

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ...diagnostics.registry import MESHES, Rule
-from ...startup.records import dataclass
 from .problems import fail
 
 if TYPE_CHECKING:

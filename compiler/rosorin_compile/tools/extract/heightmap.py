@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,6 @@ from ...diagnostics.progress import step
 from ...diagnostics.registry import MESHES, Rule
 from ...model import HeightMap
 from ...numbers import exact
-from ...startup.records import dataclass, replace
 from .grid import DIVISIONS, Grid, Surface, divisions_needed, put_exactly, samples
 from .meshes import bounds
 from .problems import fail

@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...model import Box, Capsule, Cylinder, Shape
-from ...startup.records import NamedTuple, dataclass
 from .fits import Fit
 from .grid import MORE_DIVISIONS, divisions_needed, over_corners, samples
 from .meshes import bounds

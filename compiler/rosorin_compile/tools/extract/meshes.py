@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,6 @@ from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import MESHES, Rule
 from ...diagnostics.wording import counted
-from ...startup.records import dataclass
 from .problems import ExtractProblem, fail, missing
 
 if TYPE_CHECKING:

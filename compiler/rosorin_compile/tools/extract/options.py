@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
-from ...startup.records import replace
 from ...units import ANGLE, LENGTH, Dimension, describe, dimension_of
 from ..given import given_arguments
 from ..robots import no_stdin

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,6 @@ from ...frontend.tree import Map, locate
 from ...model import Mesh as MeshShape
 from ...model import Robot, Shape
 from ...project import NoDescription, find, shown
-from ...startup.records import dataclass, field
 from .meshes import load_mesh, placed
 from .problems import ExtractProblem, missing
 

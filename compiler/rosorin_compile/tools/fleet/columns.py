@@ -17,13 +17,12 @@ from array import array
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...formats import FORMATS, Fact, Facts, Format
 from ...formats.facts import ANGLES
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
-from ...startup.records import NamedTuple
 from ...units import ANGLE, INERTIA, LENGTH, MASS, TIME, TORQUE, parse_quantity
 from .spread import is_same
 from .sweep_file import Variant

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, pairwise
+from typing import NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, Related, Span
 from ...diagnostics.registry import FLEETS, Rule
@@ -18,7 +19,6 @@ from ...diagnostics.wording import counted, listed
 from ...formats import Fact
 from ...formats.facts import ANGLES
 from ...meaning.wording import number, subject
-from ...startup.records import NamedTuple
 from .columns import ARGUMENT, Column, Columns
 from .spread import Spread, Typo, is_same, spread_of, straight, typo
 

@@ -14,8 +14,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from statistics import fmean, median
-
-from ...startup.records import NamedTuple
+from typing import NamedTuple
 
 SIGMAS = 5.0
 FEWEST = 6  # robots; of fewer nobody can say which one is wrong

@@ -6,13 +6,12 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Source, Span, error
 from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import FLEETS, Rule
 from ...diagnostics.wording import printable
-from ...startup.records import NamedTuple
 from ..usage import WrongUsage
 
 RULES = (

@@ -9,12 +9,11 @@ import stat
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
 from ...project import DESCRIPTIONS, ON_STDIN, ROOT_FILE, STDIN, around, is_file, nearest_file
-from ...startup.records import NamedTuple
 from ..given import given_arguments, packages_of
 from ..options import argument_options, console_of, format_options, package_option, place
 from ..robots import take_stdin

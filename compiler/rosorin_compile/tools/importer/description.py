@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import Span
 from ...formats import FORMATS
@@ -17,7 +17,6 @@ from ...frontend.expression.functions import functions
 from ...frontend.load import plain_scalar
 from ...frontend.tree import Map, Path, Seq
 from ...project import ROOT_FILE
-from ...startup.records import NamedTuple
 from ...units import UNITS
 from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
 

@@ -12,6 +12,7 @@ import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, error
 from ...diagnostics.registry import READING, Rule
@@ -20,7 +21,6 @@ from ...frontend.load import LoadError, load_mapping
 from ...frontend.tree import Map
 from ...output.placing import alone
 from ...project import DESCRIPTIONS, ROOT_FILE
-from ...startup.records import NamedTuple
 from ..package.finding import package_of
 from ..package.installing import missing
 from ..usage import WrongUsage

@@ -12,7 +12,7 @@ import math
 import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import MadeSpan, Span
 from ...diagnostics.wording import printable
@@ -21,7 +21,6 @@ from ...frontend.load import plain_scalar
 from ...frontend.tree import Map, Path
 from ...frontend.yaml_text import MAX_KEY, escaped, is_raw, scalar
 from ...numbers import exact
-from ...startup.records import NamedTuple
 from ...units import Quantity, parse_quantity
 
 WIDTH = 120

@@ -6,8 +6,10 @@ import os
 import random
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
 from ...diagnostics.progress import step
@@ -23,16 +25,11 @@ from ...meaning.sameness import different, differently_said
 from ...model import Joint, Output, Robot, Transform
 from ...pipeline import Compiled, compile_robot, emitted, understand
 from ...project import ROOT_FILE, described_at
-from ...startup import TYPE_CHECKING
-from ...startup.records import NamedTuple, replace
 from ..init import SCHEMA
 from ..mesh_copies import brought
 from .description import Outputs, outputs, tree_of, write
 from .repeats import with_parts
 from .telling import seen_from
-
-if TYPE_CHECKING:
-    from typing import Any
 
 RULES = (
     Rule(

@@ -9,10 +9,10 @@ import os
 import re
 from collections.abc import Iterator, Set
 from pathlib import Path
+from typing import NamedTuple
 
 from ...diagnostics.wording import listed
 from ...project import ROOT_FILE
-from ...startup.records import NamedTuple
 from ..package.finding import files_below
 from ..package.launch_files import is_launch_file
 

@@ -14,7 +14,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, Span
 from ...diagnostics.registry import READING, Rule
@@ -27,7 +27,6 @@ from ...frontend.expand.prefixing import from_one_folder, moved, relative_files,
 from ...frontend.packages import Packages, package_name
 from ...frontend.tree import Map, Seq
 from ...project import DESCRIPTIONS, OUTPUTS, ROOT_FILE, is_file
-from ...startup.records import NamedTuple
 
 RULES = (
     Rule(

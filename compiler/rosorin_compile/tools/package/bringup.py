@@ -7,14 +7,13 @@ MoveIt wants besides follows from the robot and is made here: solvers, limits of
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic, error
 from ...diagnostics.registry import PACKAGES, Rule
 from ...diagnostics.wording import listed
 from ...formats.distributions import HUMBLE, JAZZY, known
 from ...model import Robot
-from ...startup.records import NamedTuple
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:

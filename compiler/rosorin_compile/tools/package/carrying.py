@@ -10,7 +10,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Source, Span, error
 from ...diagnostics.bounded import yaml_of
@@ -21,7 +21,6 @@ from ...formats import Artifact, feeds
 from ...formats.launching import free_names
 from ...model import ROBOT_STATE_PUBLISHER
 from ...project import DESCRIPTIONS, ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE, Description, data_folder
-from ...startup.records import NamedTuple
 from .meshes import named
 from .naming import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics

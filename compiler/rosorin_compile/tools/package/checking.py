@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, Source, error
 from ...diagnostics.registry import PACKAGES, Rule
 from ...formats import Artifact, feeds, names_meshes
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
-from ...startup.records import NamedTuple
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
 from .deploying import told_before

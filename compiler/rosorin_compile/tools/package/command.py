@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
-from ...startup.records import replace
 from ..compiling import compiled_one
 from ..given import given_arguments
 from ..options import argument_options, format_options, one_robot, package_option, place

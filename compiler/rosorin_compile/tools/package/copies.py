@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import posixpath
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from ...diagnostics.wording import printable
 from ...formats import FORMATS, Artifact, names_meshes
@@ -13,7 +14,6 @@ from ...meaning.entities import Change
 from ...meaning.golden import NOT_TEXT, TextDifference, compare, shorten
 from ...model import ROBOT_STATE_PUBLISHER, Robot
 from ...rules.case import feeding
-from ...startup.records import NamedTuple
 from .meshes import settle
 
 _SAME = "same meaning, different text"

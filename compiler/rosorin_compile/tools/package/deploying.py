@@ -8,14 +8,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, Source, error
 from ...diagnostics.registry import PACKAGES, Rule
 from ...formats import FORMATS, Artifact, feeds, names_meshes
 from ...model import ROBOT_STATE_PUBLISHER, Robot
 from ...output.ours import EDITED, FOREIGN, RECORD, UNKNOWN, Held
-from ...startup.records import NamedTuple
 from ...xml.markup import Element, MarkupError, parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of

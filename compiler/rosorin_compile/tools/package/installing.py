@@ -7,8 +7,8 @@ import fnmatch
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
-from ...startup.records import NamedTuple
 from .plain_values import Unknown, constants, value
 
 _AUTO = re.compile(r"\bINSTALL_TO_SHARE\s+([^()]*)\)")

@@ -13,14 +13,13 @@ import shlex
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
 from ...diagnostics.registry import PACKAGES, Rule
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher, Robot
 from ...model.geometry import Pose, Transform, transform_of_quaternion
 from ...numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
-from ...startup.records import NamedTuple
 from .plain_values import Unknown, constants, value
 
 RULES = (

@@ -12,13 +12,12 @@ import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import unescape
 
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import PACKAGES, Rule
 from ...diagnostics.wording import first_of
-from ...startup.records import NamedTuple
 from .naming import is_legal
 
 if TYPE_CHECKING:

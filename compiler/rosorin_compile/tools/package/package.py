@@ -6,7 +6,7 @@ import dataclasses
 import posixpath
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, error
 from ...diagnostics.registry import PACKAGES, Rule
@@ -15,7 +15,6 @@ from ...formats.templating import BUILTIN, Templates, comment
 from ...frontend.yaml_text import quoted
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from ...project import DESCRIPTIONS
-from ...startup.records import NamedTuple
 from . import meshes, papers, starting, views
 from .bringup import Bringup, bringup
 from .naming import file_name

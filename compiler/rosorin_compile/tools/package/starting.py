@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...formats import FORMATS, launching
 from ...formats.static_tf import ARGUMENTS as COMMON
@@ -19,7 +19,6 @@ from ...formats.static_tf import (
 )
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from ...rules.case import feeding
-from ...startup.records import NamedTuple
 
 if TYPE_CHECKING:
     from .carrying import Carried

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics.bounded import yaml_of
 from ...model import Robot
-from ...startup.records import NamedTuple
 
 # What shows the messages of a sensor of a type: a class of rviz_default_plugins and the type of its messages.
 DISPLAYS: Mapping[str, str] = {

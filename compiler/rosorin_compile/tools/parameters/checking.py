@@ -6,6 +6,7 @@ import argparse
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, arrange, error, has_errors
 from ...diagnostics.registry import PARAMETERS, Rule
@@ -19,7 +20,6 @@ from ...model import NODE
 from ...model.control import Controller
 from ...project import no_file
 from ...rules.case import Case
-from ...startup.records import NamedTuple
 from ..usage import WrongUsage
 from . import frames, owners, values
 from .files import NoParameters, Section, read_file

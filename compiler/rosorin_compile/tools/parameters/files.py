@@ -10,14 +10,14 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
 from ...diagnostics import Diagnostic, Related, Source, Span, error
 from ...diagnostics.registry import PARAMETERS, Rule
-from ...startup.records import NamedTuple, dataclass, field
 
 RULES = (
     Rule(

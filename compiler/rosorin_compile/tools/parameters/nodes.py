@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, Span, did_you_mean, error, nearest
 from ...diagnostics.registry import PARAMETERS, Rule
@@ -20,7 +21,6 @@ from ...formats.parameters.tables import (
 )
 from ...model import Publisher
 from ...model.control import Controller
-from ...startup.records import NamedTuple, dataclass
 from .files import Parameter, Section
 
 RULES = (

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, Related, error
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...frontend.tree import Path
 from ...model import NODE, UNPUBLISHED, Publisher
 from ...rules.case import Case
-from ...startup.records import NamedTuple, dataclass, replace
 from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic
 from .values import world_problem

@@ -11,11 +11,10 @@ import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, Source, Span, error
 from ...diagnostics.registry import PARAMETERS, Rule
-from ...startup.records import NamedTuple
 from ..package.plain_values import Unknown, constants, value
 
 RULES = (

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, arrange
 from ...diagnostics.progress import step
@@ -14,7 +15,6 @@ from ...diagnostics.wording import counted, listed
 from ...formats.mesh_files import Places, files_of
 from ...project import Description
 from ...rules.case import Case
-from ...startup.records import NamedTuple
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
 from .accepted import settle

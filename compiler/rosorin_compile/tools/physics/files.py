@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic
 from ...model import Mesh, Shape
 from ...rules.case import Case
-from ...startup.records import NamedTuple, dataclass
 from ..extract.meshes import Colour, load_mesh
 from ..extract.problems import ExtractProblem
 

@@ -8,7 +8,7 @@ corner is in the other one. Of the rest each pair is told, with the shapes, the 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence, Set
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, Related
 from ...diagnostics.registry import PHYSICS, Rule
@@ -16,7 +16,6 @@ from ...diagnostics.wording import and_more, counted, first_of, listed, quoted
 from ...frontend.tree import Path, at
 from ...model import Joint, Mesh
 from ...rules.case import Case
-from ...startup.records import NamedTuple
 from .accepted import apart, is_accepted
 from .scene import Overlap, Pair, Scene, Solid
 

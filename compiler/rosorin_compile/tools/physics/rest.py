@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import ERROR, WARNING, Diagnostic
 from ...diagnostics.registry import PHYSICS, Rule
@@ -16,7 +16,6 @@ from ...formats.templating import Templates
 from ...model import Joint, Robot
 from ...model.simulation import POSITION
 from ...rules.case import Case, number
-from ...startup.records import NamedTuple
 from ..simulate.moved import first_to_go, moved
 from ..simulate.world import FIXED, Refused, joint_of, moving, quiet, set_joints, simulated, without_meshes
 from .overlaps import ZERO, State

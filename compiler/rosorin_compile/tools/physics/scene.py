@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...model import (
     Box,
@@ -27,7 +27,6 @@ from ...model import (
     Transform,
     volume_of,
 )
-from ...startup.records import NamedTuple
 from .files import Hull, Loaded, Meshes
 
 if TYPE_CHECKING:

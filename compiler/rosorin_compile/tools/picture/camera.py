@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...model import Vector
 from ...model.geometry import minus, plus, unit
-from ...startup.records import NamedTuple
 
 if TYPE_CHECKING:
     import numpy as np

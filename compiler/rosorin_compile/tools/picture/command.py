@@ -8,13 +8,12 @@ import re
 from collections.abc import Mapping, Sequence
 from itertools import accumulate, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics import WARNING, error
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
 from ...diagnostics.progress import step
-from ...startup.records import NamedTuple
 from ...units import ANGLE, dimension_of, parse_quantity
 from ..given import given_arguments
 from ..options import argument_options, mode_option, one_robot, package_option, place, quiet_option

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...model import Transform
-from ...startup.records import NamedTuple
 from .camera import Camera
 from .light import Theme
 

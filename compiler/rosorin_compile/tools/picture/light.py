@@ -7,13 +7,13 @@ power is looked up in a table that Python's own floats make, so that the last bi
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...model import Vector
 from ...model.geometry import unit
-from ...startup.records import NamedTuple
 from .camera import Box, along, cross
 from .raster import NOTHING, Whole, first_seen, scene
 

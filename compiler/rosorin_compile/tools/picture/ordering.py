@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from heapq import heapify, heappop, heappush
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...startup.records import NamedTuple
 from .camera import Camera
 from .painting import Model, Surfaces, in_view
 from .raster import every

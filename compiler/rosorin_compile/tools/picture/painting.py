@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...startup.records import NamedTuple
 from .camera import Box, Camera
 from .light import THEMES, FloorShadow, Shadows, Theme, floor_shadow, linear, on_screen, shaded, shadows, toned
 from .raster import Layer, Scene, Whole, first_seen, next_seen, scene, turns_left

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from ...startup.records import NamedTuple
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]

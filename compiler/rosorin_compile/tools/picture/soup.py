@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise, product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,6 @@ from ...model import (
     Vector,
 )
 from ...model.looks import own_colours
-from ...startup.records import NamedTuple
 from .camera import Box
 
 Floats = NDArray[np.float64]

@@ -8,13 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
-from typing import Any
+from typing import Any, NamedTuple
 from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...startup.records import NamedTuple
 from .camera import Box, Camera
 from .frames import HIGH, Axis, Name
 from .light import FloorShadow, Theme

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import SIMULATION, Rule
@@ -11,7 +12,6 @@ from ...diagnostics.wording import and_more, counted
 from ...frontend.tree import Path, exists
 from ...model import Joint
 from ...rules.case import Case, number
-from ...startup.records import NamedTuple
 from .moved import first_to_go, moved
 from .trials import Driven, Held, Stop, Swept, Swung, Trials
 from .world import Touch, World

@@ -9,11 +9,11 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...model import Joint
 from ...model.driving import Driving, Twist, driving_of
-from ...startup.records import NamedTuple, dataclass, field
 from .world import FREE, POSITION, Broken, Touch, World, moving
 
 if TYPE_CHECKING:

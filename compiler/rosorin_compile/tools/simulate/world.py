@@ -5,9 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, has_errors
 from ...formats import FORMATS
@@ -15,7 +16,6 @@ from ...formats.mjcf.bodies import body_name
 from ...formats.mjcf.engine import reason
 from ...formats.templating import Templates
 from ...model import Joint, Link, Mesh, Output, Robot
-from ...startup.records import NamedTuple, replace
 
 if TYPE_CHECKING:
     import numpy as np

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.console import Console
@@ -20,7 +20,6 @@ from ...output.remote import RemoteIndex, folder_of
 from ...output.variants import Index
 from ...project import Description
 from ...startup import system
-from ...startup.records import NamedTuple
 from ..given import Given, given_arguments
 from ..options import argument_options, console_of, format_options, one_robot, package_option, place
 from ..robots import no_stdin, one

@@ -15,7 +15,7 @@ import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, has_errors, progress
 from ...diagnostics.report import as_object
@@ -29,7 +29,6 @@ from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
 from ...project import Description, Resolved, shown
 from ...startup.again import changed, now
-from ...startup.records import NamedTuple
 from ...units import Quantity
 
 if TYPE_CHECKING:

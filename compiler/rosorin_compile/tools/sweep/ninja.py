@@ -18,7 +18,7 @@ import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.tree import Map, Seq, Text
@@ -26,7 +26,6 @@ from ...frontend.variants import TABLES, Variant, Variants
 from ...output import OutputError
 from ...output.one_file import write_file
 from ...project import Description
-from ...startup.records import NamedTuple
 from ...units import Quantity
 from ..given import Given
 

@@ -9,6 +9,7 @@ import json
 import time
 from collections import deque
 from collections.abc import Callable, Container, Iterable, Iterator
+from typing import NamedTuple
 
 from ... import __version__
 from ...diagnostics import Diagnostic
@@ -16,7 +17,6 @@ from ...diagnostics.progress import step
 from ...frontend.variants import Variant
 from ...output.remote import RemoteIndex
 from ...output.variants import Index
-from ...startup.records import NamedTuple
 from .engines import Engine
 from .making import ERROR, MADE, UNCHANGED, Folder, Made
 

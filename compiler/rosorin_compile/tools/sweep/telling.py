@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import ERROR as WRONG
 from ...diagnostics import Diagnostic, Related, Source, Span
@@ -19,7 +19,6 @@ from ...diagnostics.progress import AFTER
 from ...diagnostics.wording import and_more, counted
 from ...frontend.variants import Row
 from ...output.variants import Stored
-from ...startup.records import NamedTuple
 from .making import ERROR, MADE, UNCHANGED, Made, Mark, mark_of
 from .running import Counts, duration
 

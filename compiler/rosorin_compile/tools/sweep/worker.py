@@ -20,7 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import cache, lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ... import __version__
 from ...diagnostics import Diagnostic, has_errors
@@ -32,7 +32,6 @@ from ...output.ours import digest
 from ...output.remote import folder_of
 from ...output.variants import VariantsFolder
 from ...project import DATA, Description, Resolved, data_folder
-from ...startup.records import NamedTuple
 from .making import Folder, Job, Made, Maker, compiled_here, files_of, line_of
 
 if TYPE_CHECKING:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics.console import Console
 from ...project import Description, no_file
-from ...startup.records import NamedTuple
 from ..given import given_arguments
 from ..options import argument_options, named_robot, package_option, quiet_option
 from ..robots import one

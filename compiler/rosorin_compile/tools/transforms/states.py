@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
+from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.registry import ASKING, Rule
@@ -14,7 +15,6 @@ from ...model import Joint, Robot
 from ...model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
 from ...model.pulses import to_radians
 from ...numbers import exact
-from ...startup.records import NamedTuple
 from ...units import ANGLE, LENGTH, NUMBER, Dimension, describe, dimension_of, parse_quantity, unknown_unit
 from ..understanding import Known
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics.console import Console
 from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
-from ...startup.records import NamedTuple
 from ..given import given_arguments
 from ..options import argument_options, mode_option, named_robot, package_option, quiet_option
 from ..robots import one

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...model import Transform
 from ...model.geometry import transform_of_quaternion
-from ...startup.records import NamedTuple
 
 Floats = NDArray[np.float64]
 Times = NDArray[np.int64]

@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import counted
-from ...startup.records import NamedTuple
 from . import cdr, cut_bags
 from .arrays import SECOND, Samples, Times
 from .findings import YEAR, problem, seconds

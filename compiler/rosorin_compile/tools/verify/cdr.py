@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...startup.records import NamedTuple
 from .arrays import SECOND, Floats, Times
 
 HEADER = 4

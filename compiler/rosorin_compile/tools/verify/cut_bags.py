@@ -12,9 +12,7 @@ import struct
 from collections import deque
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any, Protocol
-
-from ...startup.records import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 FAR = 2**63 - 1  # ns
 ROWS_OF_A_PAGE = 64

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
+from typing import NamedTuple
 
 from ...formats import FORMATS
 from ...frontend.expression import ExpressionError, evaluate
@@ -20,7 +22,6 @@ from ...model import (
     Transform,
 )
 from ...rules.case import feeding
-from ...startup.records import NamedTuple, dataclass, field
 
 MAX_MODES = 10
 # Messages carry doubles; what is below a micrometre or microradian is the way through quaternions.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import RECORDINGS, Rule
@@ -17,7 +18,6 @@ from ...formats import Artifact, feeds
 from ...meaning.golden import compare
 from ...meaning.wording import amount
 from ...model import ROBOT_STATE_PUBLISHER, Joint, Transform
-from ...startup.records import NamedTuple
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
 from .expected import Description, Expected
 from .findings import YEAR, difference, half_turn_about, ordered, pose_text, problem, seconds, share

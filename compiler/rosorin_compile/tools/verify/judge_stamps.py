@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import first_of
-from ...startup.records import NamedTuple
 from .arrays import SECOND
 from .findings import YEAR, problem, seconds
 from .judge_edges import owner_of, two_values

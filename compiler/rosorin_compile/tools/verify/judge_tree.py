@@ -5,12 +5,12 @@ from __future__ import annotations
 import shlex
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import and_more, first_of
 from ...model import ROBOT_STATE_PUBLISHER
-from ...startup.records import NamedTuple
 from .arrays import SECOND
 from .expected import Expected
 from .findings import YEAR, problem, rate_text, seconds

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics.bounded import yaml_of
 from ...diagnostics.wording import printable
-from ...startup.records import NamedTuple
 
 FILE = "metadata.yaml"
 MAX_BYTES = 16 << 20

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from ...startup.records import NamedTuple, dataclass, field
 from .arrays import SECOND, Floats, Times
 from .expected import SIX_ANGLE
 from .findings import YEAR

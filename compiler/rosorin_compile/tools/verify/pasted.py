@@ -13,6 +13,7 @@ import ast
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,6 @@ from ...diagnostics.bounded import python_of, yaml_of
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...model import Transform
 from ...model.geometry import Rows, Vector, rotation_of_rpy, transform_of_quaternion
-from ...startup.records import dataclass, field
 from .arrays import SECOND, Samples
 from .expected import EXACT, SIX_ANGLE
 from .findings import problem

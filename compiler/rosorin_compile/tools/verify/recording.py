@@ -7,12 +7,13 @@ have placed it when its messages came.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from ...diagnostics import Diagnostic
 from ...model.geometry import Rows, Vector
-from ...startup.records import NamedTuple, dataclass, field
 from .arrays import NO_SAMPLES, SECOND, Samples, Times
 from .expected import Description, Expected
 from .joints import JointLog

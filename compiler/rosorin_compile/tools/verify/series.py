@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
 import numpy as np
 
 from ...model import Joint, Transform
-from ...startup.records import NamedTuple, dataclass, field
 from .arrays import (
     NO_SAMPLES,
     Flags,

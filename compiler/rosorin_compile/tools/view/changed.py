@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted
@@ -20,7 +21,6 @@ from ...meaning.past import past
 from ...meaning.wording import brief
 from ...model import Link, Mesh, Robot
 from ...model.seen import Data
-from ...startup.records import NamedTuple, replace
 from ..given import Given
 from ..usage import WrongUsage
 from .showing import Shown, look, nameless, on_disk

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, Span, has_errors
 from ...diagnostics.console import Console
@@ -19,7 +19,6 @@ from ...frontend.tree import Map, locate
 from ...model.seen import Data
 from ...output.watch import mark
 from ...project import Description
-from ...startup.records import NamedTuple
 from ..given import Given
 from ..robots import is_foreign
 from ..understanding import read

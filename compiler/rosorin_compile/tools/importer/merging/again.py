@@ -7,12 +7,12 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
+from typing import NamedTuple
 
 from ....diagnostics import Diagnostic, has_errors
 from ....diagnostics.wording import listed
 from ....frontend.load import LoadError
 from ....project import ROOT_FILE
-from ....startup.records import NamedTuple
 from ...usage import WrongUsage
 from . import record as records
 from .record import ENDING, Record, text_of

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -17,7 +17,6 @@ from ....diagnostics import Source
 from ....frontend.load import LoadError, parse_yaml
 from ....frontend.tree import Path
 from ....frontend.yaml_text import quoted
-from ....startup.records import NamedTuple
 from .three_way import MISSING, OURS, Change, same
 
 _COMMENT = re.compile(r"(?:^|(?<=\s))#[^\n]*", re.M)

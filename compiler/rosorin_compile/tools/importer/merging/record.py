@@ -10,9 +10,9 @@ import json
 import shlex
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from ....project import ROOT_FILE
-from ....startup.records import NamedTuple
 
 ENDING = ".imported"
 _PROGRAM = "# rosorin-compile import "

@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from difflib import SequenceMatcher
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....frontend.tree import Path
-from ....startup.records import NamedTuple
 from ..layout import within_part
 
 OURS, THEIRS = "ours", "theirs"

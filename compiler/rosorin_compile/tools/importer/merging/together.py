@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....diagnostics import ERROR, Diagnostic, Source, error
 from ....frontend.expand import expand
@@ -17,7 +17,6 @@ from ....frontend.load import parse_yaml, unsaved
 from ....frontend.tree import Map
 from ....pipeline import compile_robot
 from ....project import ROOT_FILE
-from ....startup.records import NamedTuple
 from . import three_way
 from .editing import CannotEdit, edited
 from .three_way import MISSING, Change, Conflict, Merge, merged, same

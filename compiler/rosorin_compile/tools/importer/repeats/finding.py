@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....frontend.expand.placing import AXES, MOUNT
-from ....startup.records import NamedTuple
 from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of, sliced
 from .names import Split, identity, is_left, split, whole
 from .parameters import MAX_PARAMETERS, Owner, Parameters, differences, owners

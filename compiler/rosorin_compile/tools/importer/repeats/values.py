@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....frontend.tree import Map, Seq
 from ....numbers import exact
-from ....startup.records import NamedTuple
 from ....units import Quantity, parse_quantity
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
 from .forms import says_nothing

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....diagnostics import Span
 from ....formats.imported import BEFORE, INSIDE, Comment
 from ....frontend.expand.placing import MOUNT
 from ....frontend.tree import Map, Path, Seq
-from ....startup.records import NamedTuple
 from ..layout import ROTATING, Expression, Verbatim, joint_unit
 from .finding import Body, Part, Use
 from .forms import Form, Leaf, Node, flat, says_nothing

@@ -12,11 +12,11 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from ....diagnostics import Span
 from ....formats.imported import Imported, ReadOptions
 from ....frontend.tree import Map
-from ....startup.records import NamedTuple
 from ....xml.markup import Element, MarkupError
 from ..description import Outputs, tree_of
 from .attempting import Attempt, Changed, How, accepted, attempt

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....formats.imported import Imported, ReadOptions
 from ....frontend.tree import Map
 from ....project import ROOT_FILE
-from ....startup.records import NamedTuple
 from ..description import Outputs, tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .chosen import said_by_uses

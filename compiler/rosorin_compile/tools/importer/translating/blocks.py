@@ -6,8 +6,8 @@ So a call that says what the macro does not take is refused, and expressions, wh
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
-from ....startup.records import NamedTuple
 from .pieces import Entry, Given, Handed, Item, Listed, Macro
 from .scopes import LIST, LISTS, NUMBERS, TABLE, Scope, Value, Variable
 

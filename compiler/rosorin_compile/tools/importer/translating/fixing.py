@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping
 from fnmatch import fnmatchcase
+from typing import NamedTuple
 
-from ....startup.records import NamedTuple
 from ....xml.markup import Element, Remark
 from .flattened import Place
 from .lifting import called_by, elements_at, macro_around

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....diagnostics import Span
 from ....frontend.tree import Map
-from ....startup.records import NamedTuple
 from ..description import _Document
 from .pieces import Whens
 

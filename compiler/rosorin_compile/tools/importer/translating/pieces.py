@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....diagnostics import Span
-from ....startup.records import NamedTuple
 from ....xml.markup import Document, Element
 from .scopes import Scope, Value, Variable
 from .texts import Parameter

@@ -13,8 +13,9 @@ import re
 import tempfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....diagnostics import ERROR, Diagnostic, Span
 from ....diagnostics.progress import step
@@ -29,7 +30,6 @@ from ....meaning.elements import asks_for_humble, context_of, differently_meant
 from ....meaning.sameness import different
 from ....model import Robot
 from ....project import DESCRIPTIONS, ROOT_FILE
-from ....startup.records import NamedTuple, replace
 from ....xml.elements import canonical, tree_of
 from ..round_trip import compile_unrounded
 from ..words.proving import without_words

@@ -10,11 +10,11 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 from ....diagnostics import Span
-from ....startup.records import dataclass, field
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, signed, tokens
 
 ARGUMENT, GLOBAL, PARAMETER, LOCAL = "argument", "global", "parameter", "local"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from ....diagnostics import Span
-from ....startup.records import NamedTuple
 from ....xml.markup import Element
 
 TEXT, EXPRESSION, EXTENSION = "text", "expression", "extension"

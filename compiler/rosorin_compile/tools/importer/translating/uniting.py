@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....diagnostics import Source
 from ....frontend.load import LoadError, parse_yaml
 from ....frontend.tree import Map
-from ....startup.records import NamedTuple
 
 ASKED_FOR = ("args", "let", "materials", "parts")  # what does nothing until it is named
 _KINDS = {"args": "argument", "let": "value", "materials": "material", "parts": "part"}

@@ -13,12 +13,11 @@ import ast
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ....formats.imported import Imported
 from ....frontend.lower import lower
 from ....frontend.tree import Map, Seq, Text
-from ....startup.records import NamedTuple
 from ....xml.elements import canonical, tree_of
 from ..description import Outputs, _Document
 from ..layout import Expression, Verbatim

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ....model import Robot
 from ....model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, Drive
 from ....model.driving import driving_of
-from ....startup.records import NamedTuple, replace
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -6,7 +6,8 @@ What a rule refuses, what comes out otherwise and what the language has no word 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from ....diagnostics import ERROR
 from ....formats import FORMATS
@@ -23,7 +24,6 @@ from ....meaning.elements import Context, context_of, differently_meant
 from ....model import GazeboSensor, Output, Robot
 from ....project import data_folder
 from ....rules import check
-from ....startup.records import NamedTuple, replace
 from ....xml.elements import tree_of
 from .blocks import Unsayable, block
 from .drives import Driven, driven

@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ....meaning.elements import DEFAULTS, FLAGS, TOLERANCE, TRUTH
 from ....model import GazeboSensor, Robot, SdfElement
-from ....startup.records import NamedTuple
 from .blocks import Unsayable, plain
 
 if TYPE_CHECKING:

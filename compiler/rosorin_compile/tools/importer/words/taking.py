@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ....diagnostics import Source
 from ....formats.imported import BEFORE, Comment
 from ....frontend.tree import Map, Path, Seq, Text
-from ....startup.records import NamedTuple
 from ....xml.elements import indented, tree_of
 from ....xml.markup import COMMENT, Element, Remark, parse
 

@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import os
 import posixpath
-import stat
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -32,6 +31,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 from urllib.parse import unquote
 
+from .. import world
 from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
 from ..diagnostics.registry import FORMATS, Rule
 from ..diagnostics.wording import first_of
@@ -187,7 +187,7 @@ def files_named(tree: Map, source: Path, packages: Mapping[str, Path], relative:
 
     Without ``relative`` names that are relative to that file are left aside.
     """
-    places = Places(source, source.parent, packages, os.environ)
+    places = Places(source, source.parent, packages, world.environment())
     named = [one for one in (*named_meshes(tree), *named_textures(tree)) if relative or not is_relative(one.name)]
     searched = _Search(places, [], []).run(named)
     told = [d if d.severity == ERROR else d._replace(severity=WARNING) for d in searched.diagnostics]
@@ -284,11 +284,12 @@ class _Search:
         """Say whether two files are not the same, by their bytes; from now on both count."""
         if one == other:
             return False
-        from filecmp import cmp
-
         self.inputs.update({one: None, other: None})
         try:
-            return not (os.path.samefile(one, other) or cmp(one, other, shallow=False))  # noqa: PTH121
+            return not (
+                world.is_same(one, other)
+                or (world.size(one) == world.size(other) and world.read(one) == world.read(other))
+            )
         except OSError:
             return True
 
@@ -373,7 +374,7 @@ class _Search:
     def _is_known(self, folder: Path, name: str) -> bool:
         """Say whether there is a package as seen from a folder of the description."""
         said = self._written(folder).packages.get(name)
-        return self._package(folder, name) is not None or (said is not None and os.path.isdir(said))  # noqa: PTH112
+        return self._package(folder, name) is not None or (said is not None and world.kind(said) == world.FOLDER)
 
     def _missing(self, one: Named, scheme: str, rest: str, odd: Path | None) -> None:
         """Say that a mesh is not found, or is no file."""
@@ -467,8 +468,4 @@ def opened_by(output: Output, name: str, kind: str = MESH) -> str:
 
 def _kind(path: Path) -> int:
     """Return whether a path leads to a regular file, to nothing, or to what is no file."""
-    try:
-        mode = os.stat(path).st_mode  # noqa: PTH116 - no Path of a name that no file can have
-    except (OSError, ValueError):
-        return _NOT_THERE
-    return _HERE if stat.S_ISREG(mode) else _ODD
+    return {world.FILE: _HERE, world.ABSENT: _NOT_THERE}.get(world.kind(path), _ODD)

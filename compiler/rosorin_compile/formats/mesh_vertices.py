@@ -15,6 +15,7 @@ from sys import byteorder
 
 from ..model import Mesh, Robot, Vector
 from ..model.standing import Cloud, Clouds
+from ..world import FILE, kind, read, size
 
 _HEAD = 84  # bytes of an STL before its triangles, of which each has 50
 _TRIANGLE = struct.Struct("<12x9f2x")
@@ -46,8 +47,8 @@ def _content(robot: Robot, name: str) -> tuple[bytes, str]:
         return ready
     path = robot.mesh_files.get(name, Path())
     try:
-        if path.is_file() and path.stat().st_size <= MAX_BYTES:
-            return path.read_bytes(), path.suffix.lower()
+        if kind(path) == FILE and size(path) <= MAX_BYTES:
+            return read(path), path.suffix.lower()
     except OSError:
         pass  # it went away since it was looked for
     return b"", ""

@@ -24,6 +24,7 @@ from ..model.geometry import unit
 from ..numbers import six, vector
 from ..rules.case import Case
 from ..startup import patterns
+from ..world import head
 from .format import Format
 
 if TYPE_CHECKING:
@@ -202,8 +203,7 @@ def robot_of(path: Path) -> str:
     """Return the robot that a scene was generated for; empty if the file is no scene. Raises OSError."""
     from html import unescape  # that of xml.sax.saxutils would load http
 
-    with path.open("rb") as file:
-        found = _HEAD.match(file.read(_LOOKED_AT).decode("utf-8", "replace"))
+    found = _HEAD.match(head(path, _LOOKED_AT).decode("utf-8", "replace"))
     return unescape(found[1]) if found else ""
 
 

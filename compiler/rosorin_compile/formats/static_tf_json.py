@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics import Diagnostic
 from ..diagnostics.bounded import json_of
 from ..model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
+from ..world import read as read_file
+from ..world import size
 from .format import Facts, Format
 from .static_tf import (
     NUMBER_FORMAT,
@@ -73,10 +75,10 @@ _LARGEST = 1_000_000  # bytes
 
 def robot_of(path: Path) -> str:
     """Return the robot that a file was generated for; empty if it is no such file. Raises OSError."""
-    if path.stat().st_size > _LARGEST:
+    if size(path) > _LARGEST:
         return ""
     try:
-        content = json_of(path.read_bytes())
+        content = json_of(read_file(path))
     except ValueError:
         return ""
     robot = content.get("robot") if isinstance(content, dict) and "static_transform_publisher" in content else None

@@ -18,6 +18,7 @@ from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import TEMPLATES, Rule
 from ..project import data_folder, homes
 from ..project import shown as as_shown
+from ..world import FILE, kind, real, size, text
 from ..xml.escaping import Markup, escape
 from . import ahead
 
@@ -156,13 +157,13 @@ class Templates:
     def _load(self, name: str) -> tuple[str, None, Any] | None:
         try:
             path = self._path(name)
-            if path is None or not path.is_file():
+            if path is None or kind(path) != FILE:
                 return None
-            if path.stat().st_size > MAX_TEMPLATE:
+            if size(path) > MAX_TEMPLATE:
                 message = f"template {name} is larger than {MAX_TEMPLATE:,} bytes"
                 raise TemplateProblem(error("template-failed", message, self.asked, "name a template"))
             self.used.add(path)
-            return path.read_text("utf-8"), None, lambda: True
+            return text(path), None, lambda: True
         except (OSError, ValueError):  # a name that no file can have, or no UTF-8
             return None
 
@@ -172,10 +173,10 @@ class Templates:
         if anchor is None:
             return None
         try:
-            path = (anchor / name.removeprefix(BUILTIN)).resolve()
+            path = real(anchor / name.removeprefix(BUILTIN))
         except (OSError, RuntimeError):  # links that lead round
             return None
-        places = (anchor.resolve(),) if name.startswith(BUILTIN) else (anchor.resolve(), *self.homes)
+        places = (real(anchor),) if name.startswith(BUILTIN) else (real(anchor), *self.homes)
         return path if any(path.is_relative_to(place) for place in places) else None
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from ..diagnostics import Diagnostic, error
 from ..project import ENDINGS, NoDescription, first_file
 from ..units import Quantity
+from ..world import FOLDER, kind
 from .expression.functions import FUNCTIONS, kind_of
 from .load import MAX_DEPTH, MAX_NODES
 from .tree import Text
@@ -82,7 +83,7 @@ def _folders(packages: object) -> tuple[dict[str, Path], list[Diagnostic]]:
     diagnostics: list[Diagnostic] = []
     for name, folder in packages.items():
         is_path = isinstance(name, str) and isinstance(folder, (str, os.PathLike))
-        if is_path and os.path.isdir(folder):  # noqa: PTH112 - Path.is_dir raises for a name that no folder can have
+        if is_path and kind(folder) == FOLDER:
             folders[name] = Path(os.fsdecode(folder))
         else:
             message = f'there is no folder "{folder!s:.200}" for the package {name!s:.60}'

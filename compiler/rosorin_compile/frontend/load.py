@@ -8,7 +8,6 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
@@ -20,6 +19,7 @@ from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
 from ..startup import patterns
 from ..units import parse_quantity
+from ..world import FILE, OTHER, kind, read, size
 from .tree import Instance, Map, Seq, Text, first_line
 
 with patterns.compiled_later():  # libyaml has no use for them
@@ -124,14 +124,11 @@ def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
     if _unsaved and data is None:
         data = _unsaved.get(os.path.abspath(path))
     try:
-        status = path.stat() if data is None else None
-        if status is not None and not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
-            # A pipe or a device would be waited for.
+        if data is None and kind(path) == OTHER:  # a pipe or a device would be waited for
             raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
-        size = len(data or b"") if status is None else status.st_size if stat.S_ISREG(status.st_mode) else 0
-        if size > MAX_BYTES:
+        if (size(path) if data is None and kind(path) == FILE else len(data or b"")) > MAX_BYTES:
             raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
-        data = path.read_bytes() if data is None else data
+        data = read(path) if data is None else data
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None

@@ -12,6 +12,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from urllib.parse import unquote
 
+from ..world import FILE, FOLDER, kind, names, real
+
 # The variables of the environment that say where models of Gazebo are, the first asked first.
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 
@@ -66,10 +68,10 @@ class Packages:
                 return package
         for prefix in self._entries("AMENT_PREFIX_PATH"):
             share = prefix / "share" / name
-            if _is_folder(share):
+            if kind(share) == FOLDER:
                 return share
         for folder in (entry for variable in OF_GAZEBO for entry in self._entries(variable)):
-            if _is_folder(folder / name):
+            if kind(folder / name) == FOLDER:
                 return folder / name
         return self._around(name)
 
@@ -95,7 +97,7 @@ class Packages:
         for folder in above[:-1]:  # packages are often handed on without their package.xml
             if folder.name == name:
                 return folder
-        return next((folder / name for folder in above[:-1] if _is_folder(folder / name)), None)
+        return next((folder / name for folder in above[:-1] if kind(folder / name) == FOLDER), None)
 
     def _below(self, top: Path) -> dict[str, Path]:
         """Return the packages in a folder by name; a package holds no further ones."""
@@ -105,10 +107,10 @@ class Packages:
             waiting = [(top, 0)]
             while waiting and len(seen) < _FOLDERS:
                 folder, depth = waiting.pop(0)
-                real = os.path.realpath(folder)
-                if real in seen:  # links that lead round
+                where = str(real(folder))
+                if where in seen:  # links that lead round
                     continue
-                seen.add(real)
+                seen.add(where)
                 name = package_name(folder)
                 if name:
                     folders.setdefault(name, folder)
@@ -121,7 +123,7 @@ class Packages:
 def package_name(folder: Path) -> str:
     """Return what the package.xml of a folder calls the package; empty if there is none."""
     path = folder / "package.xml"
-    if not _is_file(path):
+    if kind(path) != FILE:
         return ""
     from ..xml.files import read_source
     from ..xml.markup import MarkupError, parse
@@ -137,25 +139,11 @@ def _is_name(name: str) -> bool:
     return bool(name) and name not in (".", "..") and not any(letter in name for letter in "/\\\0")
 
 
-def _is_folder(path: Path) -> bool:
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):
-        return False
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
-
-
 def _folders(folder: Path) -> list[Path]:
     """Return the folders in a folder, in order; links are followed, as rospack does."""
     try:
-        with os.scandir(folder) as entries:
-            names = [e.name for e in entries if e.is_dir() and not e.name.startswith(".")]
+        inside = names(folder)
     except OSError:
         return []
-    return [folder / name for name in sorted(names) if name not in _SKIPPED]
+    found = (name for name, what in inside.items() if what == FOLDER and not name.startswith("."))
+    return [folder / name for name in found if name not in _SKIPPED]

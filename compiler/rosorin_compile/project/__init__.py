@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
+from .. import world
 from ..startup import cache
 
 ROOT_FILE = "robot.yaml"
@@ -71,7 +72,7 @@ def all_here() -> list[Path]:
 
 def all_in(project: Path) -> list[Path]:
     """Return the first files of all descriptions of a project, sorted by name."""
-    return sorted(Path(project, DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+    return world.matching(Path(project, DESCRIPTIONS), f"*/{ROOT_FILE}")
 
 
 def all_with(files: Iterable[str]) -> list[Path]:
@@ -103,9 +104,9 @@ def _upwards() -> Iterator[Path]:
     """
     above = Path()
     try:
-        here = Path.cwd()
+        here = world.here()
         for folder in (here, *here.parents):
-            if folder != here and folder.stat().st_mode & stat.S_IWOTH:
+            if folder != here and world.mode(folder) & stat.S_IWOTH:
                 return
             yield above
             above = above / os.pardir
@@ -114,7 +115,7 @@ def _upwards() -> Iterator[Path]:
 
 
 def _is_project(folder: Path) -> bool:
-    return any(Path(folder, DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+    return bool(all_in(folder))
 
 
 def here() -> list[Description]:
@@ -135,7 +136,7 @@ def looked_in() -> list[Path]:
     top = around()
     above = [Path(*[os.pardir] * number) for number in range(len(top.parts) + 1)]
     inside = Path(top, DESCRIPTIONS)
-    return [*above, inside, *(path for path in inside.glob("*") if path.is_dir())]
+    return [*above, inside, *(path for path in world.matching(inside, "*") if world.kind(path) == world.FOLDER)]
 
 
 def homes(path: Path) -> tuple[Path, ...]:
@@ -143,9 +144,9 @@ def homes(path: Path) -> tuple[Path, ...]:
 
     ``colcon build --symlink-install`` installs a folder as one of links, each to a file of the source.
     """
-    here = path.parent.resolve()
+    here = world.real(path.parent)
     try:
-        there = path.resolve().parent if path.is_symlink() else here
+        there = world.real(path).parent if world.link(path) else here
     except (OSError, RuntimeError):  # links that lead round
         there = here
     return (here,) if here == there else (here, there)
@@ -180,16 +181,17 @@ def first_file(name: str) -> Path:
 def no_file(path: Path, of: str = "") -> str:
     """Return why a path is no file that can be read, such as one ``of`` arguments."""
     what = f" of {of}" if of else ""
-    if os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises for a name that no folder can have
+    there = world.kind(path)
+    if there == world.FOLDER:
         return f'"{path}" is a folder, not a file{what}'
-    if os.path.exists(path):  # noqa: PTH110 - as above
+    if there:
         return f'"{path}" is no regular file{what}: a pipe can be read once only; write it to a file first'
     return f'there is no file "{path}"{what}'
 
 
 def is_file(path: Path) -> bool:
     """Say whether there is a file; there is none of a name that no file can have."""
-    return os.path.isfile(path)  # noqa: PTH113 - Path.is_file raises for such a name
+    return world.kind(path) == world.FILE
 
 
 def described_at(path: Path, outputs: str | None = None) -> Description:
@@ -217,7 +219,8 @@ def nearest_file(path: Path) -> Path | None:
 
     try:
         # Files of one kind end alike: that is no likeness.
-        stems = {file.stem: file for file in sorted(path.parent.iterdir()) if file.is_file()}
+        inside = world.names(path.parent)
+        stems = {Path(name).stem: path.parent / name for name, kind in inside.items() if kind == world.FILE}
     except (OSError, ValueError):  # no folder, or a name that no file can have
         return None
     close = nearest(path.stem, stems)
@@ -252,14 +255,8 @@ def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resol
 
 def python_folder(package: str) -> Path | None:
     """Return the folder of an installed package of Python, without importing it."""
-    from importlib.util import find_spec
-
-    try:
-        spec = find_spec(package) if package.isidentifier() else None
-    except (ImportError, ValueError):
-        return None
-    places = list(spec.submodule_search_locations or ()) if spec else []
-    return Path(places[0]) if places else None
+    places = world.package(package) if package.isidentifier() else ()
+    return Path(places[0]) if places and world.kind(places[0]) == world.FOLDER else None
 
 
 # The data packages, each a folder of the same name at the top of the project (parts_library is ``parts``).

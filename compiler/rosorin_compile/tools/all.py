@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import world
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
@@ -203,9 +204,9 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
         return FINE
     from .compiling import tell_build
 
-    read = {os.path.realpath(file) for file in inputs}
+    read = {world.real(file) for file in inputs}
     made = [description.outputs / name for name in names]
-    newer = [file for file in made if os.path.realpath(file) not in read]
+    newer = [file for file in made if world.real(file) not in read]
     return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
 
 
@@ -217,7 +218,7 @@ def leads(finders: dict[str, Packages], asked: Resolved) -> str:
         return asked.name if is_file(Path(asked.name)) else ""
     from ..frontend.packages import Packages
 
-    finder = finders.setdefault(asked.by, Packages({}, os.environ, Path(asked.by)))
+    finder = finders.setdefault(asked.by, Packages({}, world.environment(), Path(asked.by)))
     return resolved(asked.kind, asked.name, asked.by, finder.find(asked.name)).answer
 
 

@@ -23,6 +23,7 @@ from ..diagnostics.progress import about
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
 from ..project import ON_STDIN, Description
+from ..world import FOLDER, kind
 from .compiling import (
     compile_proven,
     count,
@@ -190,7 +191,7 @@ def _run(options: argparse.Namespace, each: Callable[[Run, Description], int]) -
         return _check_with_physics(options, each)
     if options.deployed is None:
         return for_each(options, each)
-    if not Path(options.deployed).is_dir():
+    if kind(options.deployed) != FOLDER:
         raise WrongUsage(f'there is no folder "{options.deployed}"')
     names = given_arguments(options, options.words)[1]
     if not names:
@@ -268,7 +269,7 @@ def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]])
 
 def _tell_no_folder(run: Run, description: Description) -> None:
     """Say that the folder of --outputs, as a build file may name it, has nothing of a robot."""
-    if getattr(run.options, "outputs", None) is not None and not description.outputs.is_dir():
+    if getattr(run.options, "outputs", None) is not None and kind(description.outputs) != FOLDER:
         way = "rosorin-compile all with the same --outputs and arguments writes it"
         run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Collection, Mapping, Sequence, Sized
 from functools import partial
 from pathlib import Path
@@ -12,6 +11,7 @@ from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
 from ..diagnostics.wording import counted, listed
 from ..project import Description, stdin_of
+from ..world import environment
 from .given import Given, given_arguments
 from .options import console_of
 from .robots import Run, no_stdin, one
@@ -102,7 +102,7 @@ def search_meshes(given: Given, description: Description, tree: Map, outputs: Se
     from ..formats.mesh_files import Places, search
     from .mesh_copies import brought
 
-    places = Places(description.path, description.outputs, given.packages, os.environ)
+    places = Places(description.path, description.outputs, given.packages, environment())
     return brought(search(tree, outputs, places), description.outputs)
 
 

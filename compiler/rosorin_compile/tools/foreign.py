@@ -15,6 +15,7 @@ from ..frontend.expand import Expanded
 from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
 from ..pipeline import Compiled, Search, Understood, emitted, judged
+from ..world import text as text_of
 from .importer.description import outputs as wanted_outputs
 
 Tell = Callable[[Diagnostic], None]
@@ -55,7 +56,7 @@ def compile_foreign(
     format, (output,) = published(), lowered.robot.outputs
     text, remarks = format.written(lowered.robot, output, Templates(path.parent))
     if path.suffix.lower() in format.endings:
-        text = path.read_text("utf-8", "replace")  # what robot_state_publisher was given
+        text = text_of(path, errors="replace")  # what robot_state_publisher was given
     artifact = Artifact(output.file, text, format.name, output.name)
     return Compiled(lowered.robot, (artifact,), arrange([*diagnostics, *remarks]), expanded.files)
 

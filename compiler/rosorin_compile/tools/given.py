@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..project import no_file
+from ..world import FILE, FOLDER, kind, stands
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     texts = named([*(word for word in words if MARK in word), *options.arg])
     files = tuple(map(Path, options.args_files))
     for file in files:
-        if not file.is_file():
+        if kind(file) != FILE:
             raise WrongUsage(no_file(file, "arguments"))
     given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
     return given, [word for word in words if MARK not in word]
@@ -54,7 +54,7 @@ def no_half_mark(words: Iterable[str]) -> None:
         name, mark, value = word.partition("=")
         if not mark:
             name, mark, value = word.partition(":")
-        if mark and name.isidentifier() and not os.path.lexists(word):
+        if mark and name.isidentifier() and not stands(word):
             raise WrongUsage(f'"{word}" sets no argument: write {name}{MARK}{value}')
 
 
@@ -77,7 +77,7 @@ def packages_of(options: argparse.Namespace) -> dict[str, Path]:
         name, equals, path = word.partition("=")
         if not equals or not name or not path:
             raise WrongUsage(f'"{word}" is not NAME=PATH')
-        if not os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises for a name that no folder can have
+        if kind(path) != FOLDER:
             raise WrongUsage(f'there is no folder "{path}" for the package {name}')
         found[name] = Path(path)
     return found

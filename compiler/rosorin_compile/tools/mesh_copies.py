@@ -15,6 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .. import world
 from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
 from ..diagnostics.progress import step
 from ..diagnostics.registry import FORMATS, Rule
@@ -114,16 +115,16 @@ def _files(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
 
 def _is(path: Path, file: Path) -> bool:
     try:
-        return path.samefile(file)
-    except (OSError, ValueError):
+        return world.is_same(path, file)
+    except OSError:
         return False
 
 
 def _read(path: Path) -> bytes:
     try:
-        if path.stat().st_size > MAX_BYTES:
+        if world.size(path) > MAX_BYTES:
             raise NotSound(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
-        return path.read_bytes()
+        return world.read(path)
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
         raise NotSound(f"{reason}", "check the permissions") from None
@@ -131,7 +132,7 @@ def _read(path: Path) -> bytes:
 
 def _there(path: Path) -> bytes:
     try:
-        return path.read_bytes() if path.is_file() else b""
+        return world.read(path) if world.kind(path) == world.FILE else b""
     except (OSError, ValueError):
         return b""
 

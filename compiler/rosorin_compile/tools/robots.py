@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from .. import world
 from ..diagnostics.console import Console
 from ..diagnostics.progress import about, begin
 from ..project import (
@@ -161,7 +162,7 @@ def _asked_for(options: argparse.Namespace) -> tuple[Given, list[Description]]:
 def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
     """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
     # What is a file sets no argument, whatever its name.
-    files = [word for word in options.words if os.path.lexists(word)]
+    files = [word for word in options.words if world.stands(word)]
     given, names = given_arguments(options, [word for word in options.words if word not in files])
     if names:
         raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
@@ -177,11 +178,10 @@ def check_summary(file: Path) -> None:
     from ..diagnostics.markdown import HEAD
 
     try:
-        whose = os.environ.get(_SUMMARY)
-        if not file.is_file() or (whose and os.path.lexists(whose) and file.samefile(whose)):
+        whose = world.variable(_SUMMARY)
+        if world.kind(file) != world.FILE or (whose and world.is_same(file, whose)):
             return
-        with file.open(encoding="utf-8", errors="replace") as opened:
-            begins = opened.read(len(HEAD))
+        begins = world.head(file, len(HEAD.encode())).decode("utf-8", "replace")
     except (OSError, ValueError):
         return  # writing says why not
     if begins.strip() and begins != HEAD:

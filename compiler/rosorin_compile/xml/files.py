@@ -13,6 +13,7 @@ from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import READING, Rule
 from ..diagnostics.wording import masked
 from ..project import shown, stdin_of
+from ..world import FOLDER, OTHER, kind, read, size
 from .markup import Document, MarkupError
 
 RULES = (
@@ -66,14 +67,15 @@ def read_bytes(path: Path, asked: Span | None = None) -> bytes:
 
 def _of_file(path: Path, name: str, asked: Span | None) -> bytes:
     try:
-        if path.is_dir():
+        there = kind(path)
+        if there == FOLDER:
             message = f"{name} is a folder, not a file"
             raise MarkupError(error("file-unreadable", message, asked, "name the file of the robot in it"))
-        if path.exists() and not path.is_file():
+        if there == OTHER:
             raise MarkupError(error("file-unreadable", f"{name} is not a regular file", asked, _NO_FILE))
-        if path.stat().st_size > MAX_BYTES:
+        if size(path) > MAX_BYTES:
             raise MarkupError(error("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes", asked, _NO_FILE))
-        return path.read_bytes()
+        return read(path)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise MarkupError(error("file-unreadable", f"cannot read {name}: {reason}", asked, _NO_FILE)) from None

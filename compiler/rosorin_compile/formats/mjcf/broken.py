@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ...diagnostics import Diagnostic, Span, error
 from ...diagnostics.registry import READING, Rule
+from ...world import OTHER, kind
 from ...xml.markup import Attribute, Element
 from .process import Answer
 from .source import Markup
@@ -79,10 +80,7 @@ def _no_files(markup: Markup) -> Iterator[Diagnostic]:
 
 def _is_odd(path: Path) -> bool:
     """Say whether there is something that is neither a file nor a folder."""
-    try:
-        return path.exists() and not (path.is_file() or path.is_dir())
-    except (OSError, ValueError):
-        return False
+    return kind(path) == OTHER
 
 
 def _replicas(markup: Markup, element: Element) -> tuple[int, Element | None]:

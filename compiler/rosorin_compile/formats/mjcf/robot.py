@@ -13,6 +13,7 @@ from ...diagnostics import Diagnostic, arrange, error
 from ...diagnostics.registry import READING, Rule
 from ...frontend.tree import Map
 from ...frontend.tree import Path as TreePath
+from ...world import FILE, kind
 from ...xml.markup import COMMENT, Document, Element, MarkupError, Remark
 from ..checked import accept
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
@@ -52,7 +53,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     if answer.facts is None:
         return Imported(None, [refusal(markup, answer)], files=files)
     named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
-    files += tuple(file for file in named if file.is_file())
+    files += tuple(file for file in named if kind(file) == FILE)
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:
         reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))

@@ -15,6 +15,7 @@ from html import escape
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from ... import world
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import FORMATS, Rule
@@ -117,7 +118,7 @@ class Embedding:
     def _content(self, name: str, file: Path) -> bytes | None:
         """Return a file, if there is room for it."""
         try:
-            content = file.read_bytes()
+            content = world.read(file)
         except OSError as problem:
             self._without(name, problem.strerror or "it cannot be read")
             return None

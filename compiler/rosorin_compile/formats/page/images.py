@@ -13,6 +13,7 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 from urllib.parse import unquote
 
+from ... import world
 from ...project import DESCRIPTIONS
 
 _MAGIC = {
@@ -45,13 +46,10 @@ class Side(NamedTuple):
 def image_type(file: Path) -> str:
     """Return the type of an image that a browser reads; empty if a file is none."""
     try:
-        if not file.is_file():  # a pipe never ends
-            return ""
-        with file.open("rb") as opened:
-            head = opened.read(_HEAD)
-    except (OSError, ValueError):
+        begins = world.head(file, _HEAD)
+    except OSError:
         return ""
-    return next((kind for kind, magic in _MAGIC.items() if magic.match(head)), "")
+    return next((kind for kind, magic in _MAGIC.items() if magic.match(begins)), "")
 
 
 def beside(mesh: Path, content: bytes, name: str = "") -> tuple[list[Side], dict[str, str]]:
@@ -85,12 +83,12 @@ def _homes(mesh: Path, name: str) -> list[Path]:
     parts = [part for part in PurePosixPath(rest if mark else scheme).parts if part not in ("/", "..")]
     parts = parts[1:] if mark and scheme != "file" else parts
     found = []
-    for file in dict.fromkeys((mesh.parent.resolve() / mesh.name, mesh.resolve())):
+    for file in dict.fromkeys((world.real(mesh.parent) / mesh.name, world.real(mesh))):
         named_so = parts and name[:1] != "/" and scheme != "file" and list(file.parts[-len(parts) :]) == parts
         home = file.parents[len(parts) - 1] if named_so else file.parent
         above = (home, *home.parents)
         project = next((one.parent for one in above if one.name == DESCRIPTIONS), None)
-        package = next((one for one in above if (one / "package.xml").is_file()), None)
+        package = next((one for one in above if world.kind(one / "package.xml") == world.FILE), None)
         found.append(project or package or home)
     return found
 
@@ -98,10 +96,10 @@ def _homes(mesh: Path, name: str) -> list[Path]:
 def _is_in(file: Path, homes: list[Path]) -> bool:
     """Say whether a file is in one of some folders, links followed."""
     try:
-        real = file.resolve()
+        led = world.real(file)
     except (OSError, RuntimeError, ValueError):
         return False
-    return any(real.is_relative_to(home) for home in homes)
+    return any(led.is_relative_to(home) for home in homes)
 
 
 def _libraries(mesh: Path, content: bytes) -> Iterator[tuple[Side, str]]:
@@ -110,9 +108,14 @@ def _libraries(mesh: Path, content: bytes) -> Iterator[tuple[Side, str]]:
     for name in dict.fromkeys(named):
         file = _at(mesh, name)
         try:
-            if file is None or file.suffix.lower() != ".mtl" or not file.is_file() or file.stat().st_size > _LARGEST:
+            if (
+                file is None
+                or file.suffix.lower() != ".mtl"
+                or world.kind(file) != world.FILE
+                or world.size(file) > _LARGEST
+            ):
                 continue
-            yield Side(name, file, _MATERIALS), file.read_bytes().decode("utf-8", "replace")
+            yield Side(name, file, _MATERIALS), world.read(file).decode("utf-8", "replace")
         except (OSError, ValueError):
             continue
 

@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from ... import world
 from ...diagnostics import Span
 from ...frontend.packages import OF_GAZEBO, Packages
 from ...xml.files import read_source
@@ -32,13 +33,13 @@ class Included:
     def __init__(self, reading: Reading, file: Path) -> None:
         self.reading = reading
         self.files: list[Path] = [file]
-        environment = os.environ if reading.options.environment is None else reading.options.environment
-        self.environment = environment
-        self.packages = Packages(reading.options.packages, environment, file)
+        given = reading.options.environment
+        self.environment = world.environment() if given is None else given
+        self.packages = Packages(reading.options.packages, self.environment, file)
         self._said = [Path(os.path.abspath(folder)) for folder in reading.options.packages.values()]
         self._said += [Path(os.path.abspath(entry)) for entry in self._entries((*OF_GAZEBO, *_ROS_PATHS))]
-        own = (Path(os.path.abspath(file)).parent, file.resolve().parent)
-        self._homes = [folder.resolve() for folder in (*own, *self._said)]
+        own = (Path(os.path.abspath(file)).parent, world.real(file).parent)
+        self._homes = [world.real(folder) for folder in (*own, *self._said)]
         self._elements = 0
         self._is_full = False
 
@@ -72,8 +73,8 @@ class Included:
         scheme, _, rest = uri.partition("://")
         name = (rest or scheme).partition("/")[0]
         for path in self._places(uri, beside):
-            found = _of_folder(path) if path.is_dir() else path
-            if found is None or not found.exists():
+            found = _of_folder(path) if world.kind(path) == world.FOLDER else path
+            if found is None or not world.kind(found):
                 continue
             if self._is_allowed(found):
                 return found, "", ""
@@ -85,8 +86,8 @@ class Included:
 
     def _is_allowed(self, file: Path) -> bool:
         """Say whether a file is where files may be read; links are followed, but in folders that the user names."""
-        plain, real = Path(os.path.abspath(file)), file.resolve()
-        return any(plain.is_relative_to(one) for one in self._said) or any(real.is_relative_to(o) for o in self._homes)
+        plain, led = Path(os.path.abspath(file)), world.real(file)
+        return any(plain.is_relative_to(one) for one in self._said) or any(led.is_relative_to(o) for o in self._homes)
 
     def _places(self, uri: str, beside: Path) -> Iterator[Path]:
         """Yield where the file of an address may be, as seen from the file that names it."""
@@ -112,15 +113,15 @@ class Included:
 
     def _may_be_read(self, folder: Path) -> None:
         """Let files of a folder be read that was found by its name: a model, a package, or what the robot is in."""
-        is_around = self.files[0].resolve().is_relative_to(folder.resolve()) and not _is_of_a_person(folder)
-        if is_around or any((folder / name).is_file() for name in _OF_A_MODEL):
-            self._homes.append(folder.resolve())
+        is_around = world.real(self.files[0]).is_relative_to(world.real(folder)) and not _is_of_a_person(folder)
+        if is_around or any(world.kind(folder / name) == world.FILE for name in _OF_A_MODEL):
+            self._homes.append(world.real(folder))
 
 
 def _is_of_a_person(folder: Path) -> bool:
     """Say whether a folder is one in which all that a person has may be, which is no model: /home, /tmp, ~."""
-    real, home = folder.resolve(), Path(os.path.expanduser("~")).resolve()
-    return len(real.parts) <= 2 or home.is_relative_to(real)
+    led, home = world.real(folder), world.real(world.variable("HOME") or os.path.expanduser("~"))
+    return len(led.parts) <= 2 or home.is_relative_to(led)
 
 
 def _of_folder(folder: Path) -> Path | None:
@@ -132,7 +133,7 @@ def _of_folder(folder: Path) -> Path | None:
     except (MarkupError, OSError):
         named_there = []
     files = [folder / one.text for one in sorted(named_there, key=_age, reverse=True)]
-    return next((file for file in (*files, folder / "model.sdf") if file.is_file()), None)
+    return next((file for file in (*files, folder / "model.sdf") if world.kind(file) == world.FILE), None)
 
 
 def _age(sdf: Element) -> list[int]:

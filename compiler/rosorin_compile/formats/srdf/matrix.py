@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from ...model import Mesh, Shape, Transform
 from ...model.moveit import DisabledCollision, Pair
 from ...startup.cache import sha256
+from ...world import read
 from .planning import Planning, ordered
 
 _DECIMALS = 9
@@ -141,7 +142,7 @@ def digests(names: Iterable[str], files: Mapping[str, Path]) -> dict[str, str]:
     found = {}
     for name in names:
         try:
-            data = files[name].read_bytes()
+            data = read(files[name])
         except (KeyError, OSError):
             continue
         found[name] = _hash(data)

@@ -21,6 +21,7 @@ from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more, counted
 from ...project import shown
 from ...startup import system
+from ...world import variable
 from ...xml.files import read_source
 from ...xml.markup import Document, MarkupError, parse
 from ..imported import Imported, ReadOptions
@@ -211,7 +212,7 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
 
 def _seconds() -> float:
     """Return how long a xacro may calculate (s of CPU)."""
-    text = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
+    text = variable("ROSORIN_COMPILE_XACRO_SECONDS")
     return int(text) if text.isascii() and text.isdigit() and 0 < len(text) < 9 and int(text) else MAX_SECONDS
 
 

@@ -16,6 +16,7 @@ from ...diagnostics.letters import difference, in_words, look, unseen
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import DESCRIPTIONS, ENDINGS
 from ...startup import patterns
+from ...world import matching, real, size, text
 from ..expression import pieces
 from ..tree import Map, Place, Seq
 from .files import Reader
@@ -271,17 +272,17 @@ def _places(owner: Any) -> dict[str, Place]:
 def _is_shared(span: Span, reader: Reader) -> bool:
     """Say whether a description that is not compiled here may include the file of a place."""
     name = Path(span.source.path).name
-    own = {path.resolve() for path in reader.files}
-    folders = {reader.folder, Path(span.source.path).resolve().parent}
+    own = {real(path) for path in reader.files}
+    folders = {reader.folder, real(span.source.path).parent}
     if reader.folder.parent.name == DESCRIPTIONS:
         folders.add(reader.folder.parent)
     seen = 0
     for folder in folders:
-        for path in folder.rglob("*"):
+        for path in matching(folder, "**/*"):
             seen += 1
             if seen > MAX_FILES:
                 return True
-            if path.suffix in ENDINGS and path.resolve() not in own and _names(path, name):
+            if path.suffix in ENDINGS and real(path) not in own and _names(path, name):
                 return True
     return False
 
@@ -289,6 +290,6 @@ def _is_shared(span: Span, reader: Reader) -> bool:
 def _names(path: Path, name: str) -> bool:
     """Say whether a file is small enough to be a description, and has a name in its text."""
     try:
-        return path.stat().st_size <= MAX_BYTES and name in path.read_text("utf-8", errors="replace")
+        return size(path) <= MAX_BYTES and name in text(path, errors="replace")
     except OSError:
         return False

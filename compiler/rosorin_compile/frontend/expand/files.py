@@ -26,6 +26,7 @@ from ...project import (
     shown,
 )
 from ...startup.remembering import forget
+from ...world import FILE, environment, kind, real
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..schema import MANY_INSIDE, keys_of
@@ -148,7 +149,7 @@ class Reader:
     def __init__(self, root: Path, robots: ForeignReader | None, packages: Mapping[str, Path] | None = None) -> None:
         # Without a reader whatever is no YAML is another one's robot.
         self.foreign_endings = robots.endings if robots else lambda: ("",)
-        self.folder = root.parent.resolve()
+        self.folder = real(root.parent)
         self.projects = projects_of(root)
         self.project = self.projects[0]
         self.root = root
@@ -210,7 +211,7 @@ class Reader:
         self.sources.append((path, file.span.source))
         made = Map(file.span, via)
         includes = self._includes(file)
-        here = (*within, path.resolve()) if includes else within
+        here = (*within, real(path)) if includes else within
         for item, span in includes:
             robot = foreign(item, Place(span, via), path, self.foreign_endings)
             if robot is not None:
@@ -232,10 +233,7 @@ class Reader:
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"
-        try:
-            if not path.is_file():
-                return None
-        except (OSError, ValueError):  # a name that no file can have
+        if kind(path) != FILE:
             return None
         if colon and path not in self.files:
             self.files.append(path)
@@ -261,8 +259,7 @@ class Reader:
         target = self._target(item, name, path, place)
         if target is None:
             return None
-        real = target.resolve()
-        if real in within:
+        if real(target) in within:
             self._error("include-cycle", f"{name} includes itself, directly or through others", place, "remove one")
             return None
         if len(self.files) >= MAX_FILES:
@@ -316,7 +313,7 @@ class Reader:
         """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
         from ..packages import Packages
 
-        folder = Packages(packages, os.environ, by).find(name)
+        folder = Packages(packages, environment(), by).find(name)
         self.found |= {name} if folder else set()
         if name not in packages:
             self.resolved.append(resolved(ROS_PACKAGE, name, by, folder))
@@ -342,8 +339,7 @@ class Reader:
     def inside(self, target: Path) -> bool:
         """Say whether a file is inside the project of the description, links followed, or in a package it names."""
         try:
-            real = target.resolve()
-            return any(map(real.is_relative_to, self.projects)) or bool(self._homes(target))
+            return any(map(real(target).is_relative_to, self.projects)) or bool(self._homes(target))
         except (OSError, RuntimeError, ValueError):
             return False
 

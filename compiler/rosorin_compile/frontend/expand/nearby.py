@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ...diagnostics import Diagnostic
 from ...project import DESCRIPTIONS, nearest_file
+from ...world import FOLDER, kind, real
 
 ADDRESS = "package://"
 
@@ -33,7 +34,7 @@ def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
     """Return what is said of a file; of one that is not there, with the file beside it that is nearly called so."""
     if diagnostic.rule != "file-unreadable":
         return diagnostic
-    close = None if os.path.exists(target) else nearest_file(target)  # noqa: PTH110 - Path.exists raises for some names
+    close = None if kind(target) else nearest_file(target)
     if close is None:
         return diagnostic
     folder = name.rpartition("/")[0]
@@ -43,13 +44,13 @@ def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
 
 def outside(name: str, by: Path, folder: Path) -> str:
     """Return why a file that ``by`` names is not inside a folder (links followed): by its name, or by a link."""
-    written = os.path.normpath(by.parent.resolve() / name)
+    written = os.path.normpath(real(by.parent) / name)
     by_link = ": a link leads there" if Path(written).is_relative_to(folder) else ""
     return f"{name} is {outside_of(folder)}{by_link}"
 
 
 def outside_of(project: Path) -> str:
     """Return the words for what is not in the project of a description, or not beside a lone one."""
-    if (project / DESCRIPTIONS).is_dir():
+    if kind(project / DESCRIPTIONS) == FOLDER:
         return "outside the project, the folder that has descriptions/"
     return "outside the folder of the description"

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from ..startup.again import ERR, OUT
+from ..world import is_set, variable
 from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered, progress
 from .wording import and_more, counted, printable
 
@@ -74,7 +75,7 @@ def _unguarded(stream: TextIO) -> TextIO:
 
 def show_progress() -> None:
     """Show what takes long, if a person sees standard error: a terminal, and not that of a machine that builds."""
-    if sys.stderr.isatty() and "CI" not in os.environ and os.environ.get("TERM") != "dumb":
+    if sys.stderr.isatty() and not is_set("CI") and variable("TERM") != "dumb":
         progress.show(_unguarded(sys.stderr))
 
 
@@ -249,4 +250,4 @@ class Console:
 
 def colour() -> bool:
     """Whether diagnostics are printed in colour: to a terminal, unless NO_COLOR is set (https://no-color.org)."""
-    return sys.stderr.isatty() and "NO_COLOR" not in os.environ
+    return sys.stderr.isatty() and not is_set("NO_COLOR")

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import world
+
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
@@ -54,7 +56,7 @@ def _of_origin(installed: Distribution, extra: str) -> Sequence[str]:
         return [f"{NAME}[{extra}] @ {address}"]
     path = _path(address)
     if "dir_info" not in origin:
-        return [f"{path}[{extra}]"] if path.is_file() else []
+        return [f"{path}[{extra}]"] if world.kind(path) == world.FILE else []
     return _of_folder(path, extra, bool(origin["dir_info"].get("editable")))
 
 
@@ -66,7 +68,7 @@ def _path(address: str) -> Path:
 
 
 def _of_folder(folder: Path, extra: str, editable: bool = False) -> Sequence[str]:
-    if not (folder / "pyproject.toml").is_file():
+    if world.kind(folder / "pyproject.toml") != world.FILE:
         return []
     return [*(["-e"] if editable else []), f"{folder}[{extra}]"]
 

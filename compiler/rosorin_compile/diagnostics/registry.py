@@ -13,6 +13,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from .. import world
+
 if TYPE_CHECKING:
     import ast
 
@@ -144,8 +146,8 @@ def every_rule() -> dict[str, Rule]:
 
 def _declaring() -> Iterator[tuple[Path, bytes]]:
     """Yield the sources of the package in which rules may be declared, with their texts."""
-    for path in sorted(Path(__file__).parent.parent.rglob("*.py")):
-        text = path.read_bytes()
+    for path in world.matching(Path(__file__).parent.parent, "**/*.py"):
+        text = world.read(path)
         if any(mark in text for mark in _MARKS):
             yield path, text
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from .. import world
 from . import NOTE, Diagnostic, Related, Span
 from .wording import printable
 
@@ -76,11 +77,11 @@ def from_workspace(path: str) -> str:
     """Return a path as the top of a checkout sees it, where a job on GitHub works in a folder below it."""
     import os
 
-    top = os.environ.get("GITHUB_WORKSPACE", "")
+    top = world.variable("GITHUB_WORKSPACE")
     if not top:
         return path
     try:
-        relative = os.path.relpath(os.path.realpath(path), os.path.realpath(top))
+        relative = os.path.relpath(world.real(path), world.real(top))
     except (OSError, ValueError):  # the folder of this process is gone, or a name that no file can have
         return path
     return path if relative == os.pardir or relative.startswith(f"{os.pardir}{os.sep}") else relative

@@ -18,6 +18,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import world
 from ..model import ROBOT_STATE_PUBLISHER
 from ..plugins import are_installed
 from .format import Artifact, Fact, Facts, Format, Opened, Value
@@ -79,14 +80,14 @@ def _homes() -> frozenset[str]:
 @cache
 def _modules() -> Mapping[str, Path]:
     """Return the modules of this folder by name."""
-    files = ((path.name.removesuffix(".py"), path) for path in Path(__path__[0]).iterdir())
+    files = ((name.removesuffix(".py"), Path(__path__[0], name)) for name in world.names(__path__[0]))
     return {name: path for name, path in files if name.isidentifier()}
 
 
 def _exports(module: Path) -> bool:
     """Say whether a module exports a record, by its source: what only helps to read and write stays unimported."""
     try:
-        return b"\nFORMAT = " in (module if module.suffix else module / "__init__.py").read_bytes()
+        return b"\nFORMAT = " in world.read(module if module.suffix else module / "__init__.py")
     except OSError:  # a folder that is no module
         return False
 

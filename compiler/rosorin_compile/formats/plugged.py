@@ -12,6 +12,7 @@ from dataclasses import fields, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from .. import world
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import OF_PLUGINS, Rule, check_texts, find
 from ..plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
@@ -57,7 +58,7 @@ def _marks(built_in: Collection[str], format: Format) -> list[str]:
         raise ValueError(f"{format.name} is neither written nor read")
     if format.becomes and format.becomes not in built_in:
         raise ValueError(f'becomes is "{format.becomes}", which is no format')
-    if format.schema and not (data_folder("schemas") / f"{format.schema}.schema.json").is_file():
+    if format.schema and not world.kind(data_folder("schemas") / f"{format.schema}.schema.json"):
         raise ValueError(f'schema is "{format.schema}", which is none of those that ship with the tool')
     _check_options(format)
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)

@@ -114,7 +114,7 @@ def unsaved(files: Mapping[Path, bytes]) -> Iterator[None]:
         _unsaved.clear()
 
 
-def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
+def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     """Read a UTF-8 file; ``asked`` is the place that names it.
 
     Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
@@ -190,7 +190,7 @@ def each_entry(source: Source) -> Iterator[Entry]:
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
     """Read a YAML file whose top is a mapping. Raises LoadError."""
-    source = read_text(path, shown, asked)
+    source = read_utf8(path, shown, asked)
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
         return tree

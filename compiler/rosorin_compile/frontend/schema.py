@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..project import data_folder
 from ..startup import patterns
+from ..world import text
 from .certain import Certain
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def schema(name: str = "description") -> dict[str, Any]:
         with patterns.compiled_later():  # its part in C has no use for them
             import json
 
-        made = json.loads((data_folder("schemas") / f"{name}.schema.json").read_text("utf-8"))
+        made = json.loads(text(data_folder("schemas") / f"{name}.schema.json"))
     return made
 
 

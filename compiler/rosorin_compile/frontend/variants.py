@@ -18,16 +18,18 @@ import unicodedata
 from array import array
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from io import TextIOWrapper
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
+from .. import world
 from ..diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
 from ..diagnostics.registry import ARGUMENTS, Rule
 from ..diagnostics.wording import counted, quoted
 from ..project import ENDINGS, shown
 from .arguments import has_expression
-from .load import LoadError, each_entry, load_mapping, read_text
+from .load import LoadError, each_entry, load_mapping, read_utf8
 from .tree import Map, Text, first_line
 
 RULES = (
@@ -134,7 +136,7 @@ class Variants:
 
     def __iter__(self) -> Iterator[Variant]:
         """Yield the variants in their order. Raises LoadError if the list is none any more."""
-        if self.path.is_dir():
+        if world.kind(self.path) == world.FOLDER:
             return self._of_folder()
         return self._of_table() if self.path.suffix.lower() in TABLES else self._of_tree()
 
@@ -144,7 +146,7 @@ class Variants:
         wrong: list[Diagnostic] = []
         try:
             self._check_kind()
-            if self.path.suffix.lower() in TABLES and not self.path.is_dir():
+            if self.path.suffix.lower() in TABLES and world.kind(self.path) != world.FOLDER:
                 wrong += self._wrong_columns()
             for variant in self._heads() if not wrong else ():
                 self.names.add(variant.name)
@@ -162,12 +164,12 @@ class Variants:
 
     def _check_kind(self) -> None:
         """Raise LoadError for what is no list by its name or its kind."""
-        path, kind = shown(self.path), self.path.suffix.lower()
-        if self.path.is_dir() or (kind in (*TABLES, *TREES) and self.path.is_file()):
+        path, there = shown(self.path), world.kind(self.path)
+        if there == world.FOLDER or (there == world.FILE and self.path.suffix.lower() in (*TABLES, *TREES)):
             return
-        if not os.path.lexists(self.path):
+        if not world.stands(self.path):
             raise LoadError(error("file-unreadable", f'there is no file or folder "{path}" of variants', None))
-        message = f"{path} is not a regular file" if not self.path.is_file() else f"{path} is no list of variants"
+        message = f"{path} is not a regular file" if there != world.FILE else f"{path} is no list of variants"
         help = "name a file .csv, .yaml or .json, or a folder of .yaml or .json files"
         raise LoadError(error("variants-list", message, None, help))
 
@@ -191,7 +193,7 @@ class Variants:
         """Yield each row of a table that is not empty: its lines, its cells, and the letter between them."""
         path = shown(self.path)
         try:
-            with self.path.open(encoding="utf-8-sig", newline="") as file:
+            with TextIOWrapper(world.stream(self.path), "utf-8-sig", newline="") as file:
                 yield from _table(file, path)
         except OSError as problem:
             message = f"cannot read {path}: {problem.strerror}"
@@ -251,7 +253,7 @@ class Variants:
 
     def _of_tree(self) -> Iterator[Variant]:
         try:
-            source = read_text(self.path, shown(self.path))
+            source = read_utf8(self.path, shown(self.path))
         except LoadError as problem:
             if problem.diagnostic.rule == "file-too-large":
                 raise LoadError(problem.diagnostic._replace(help="a list as long as this is a CSV")) from None
@@ -272,7 +274,7 @@ class Variants:
 
     def _heads(self) -> Iterator[Variant]:
         """Yield the variants; those of a folder without their arguments, so that no file is read."""
-        if not self.path.is_dir():
+        if world.kind(self.path) != world.FOLDER:
             yield from self
             return
         for path in self._files():
@@ -285,12 +287,11 @@ class Variants:
     def _files(self) -> Iterator[Path]:
         """Yield the files of a folder that are variants, by name. Raises LoadError."""
         try:
-            with os.scandir(self.path) as entries:
-                names = sorted(entry.name for entry in entries if _is_list(entry))
+            inside = world.names(self.path)
         except OSError as problem:
             message = f"cannot read {shown(self.path)}: {problem.strerror}"
             raise LoadError(error("file-unreadable", message, None, "check the permissions")) from None
-        return (self.path / name for name in names)
+        return (self.path / name for name, what in inside.items() if what == world.FILE and _is_list(name))
 
     def _of_file(self, path: Path) -> Variant:
         """Return the variant of one file of a folder; what is wrong with the file is wrong with the variant."""
@@ -318,7 +319,7 @@ class Variants:
 
 def mapping_of_json(path: Path) -> Map:
     """Return the table of values in a JSON file, with their places. Raises LoadError."""
-    entries = list(each_entry(_without_tabs(read_text(path, shown(path)), path)))
+    entries = list(each_entry(_without_tabs(read_utf8(path, shown(path)), path)))
     made = Map(entries[0].key_span if entries else first_line(Source(shown(path), "")))
     for entry in entries:
         if entry.key is None:
@@ -327,9 +328,9 @@ def mapping_of_json(path: Path) -> Map:
     return made
 
 
-def _is_list(entry: os.DirEntry[str]) -> bool:
-    """Say whether an entry of a folder is the file of a variant."""
-    return entry.name.lower().endswith(TREES) and not entry.name.startswith(".") and entry.is_file()
+def _is_list(name: str) -> bool:
+    """Say whether a file of a folder is called as that of a variant is."""
+    return name.lower().endswith(TREES) and not name.startswith(".")
 
 
 def _without_tabs(source: Source, path: Path) -> Source:

@@ -126,7 +126,7 @@ def here() -> list[Description]:
     for folder in _upwards():
         if _is_project(folder):
             break
-        if is_file(folder / ROOT_FILE):
+        if world.kind(folder / ROOT_FILE) == world.FILE:
             return [described_at(folder / ROOT_FILE, None)]
     return find([], None)
 
@@ -164,12 +164,12 @@ def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
     if name == STDIN and _on_stdin:
         return ON_STDIN
-    if Path(name).suffix in ENDINGS and is_file(Path(name)):  # no folder above is looked at
+    if Path(name).suffix in ENDINGS and world.kind(name) == world.FILE:  # no folder above is looked at
         return Path(name)
     for path in (Path(name), Path(DESCRIPTIONS, name), Path(around(), DESCRIPTIONS, name)):
-        if is_file(path / ROOT_FILE):
+        if world.kind(path / ROOT_FILE) == world.FILE:
             return path / ROOT_FILE
-    if is_file(Path(name)):
+    if world.kind(name) == world.FILE:
         return Path(name)
     known = [path.parent.name for path in all_here()]
     from ..diagnostics import did_you_mean

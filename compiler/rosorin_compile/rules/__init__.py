@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
+from .. import world
 from ..diagnostics import ERROR, Diagnostic, Span
 from ..diagnostics.progress import step
 from ..diagnostics.registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
@@ -38,7 +38,7 @@ __all__ = ["acceptable", "check", "checks", "plugged"]
 
 def _modules() -> list[ModuleType]:
     """Return the modules of this folder that have checks, in the order in which they are asked."""
-    files = (path.name for path in Path(__path__[0]).iterdir())  # glob would cost a millisecond more
+    files = world.names(__path__[0])
     names = sorted(name.removesuffix(".py") for name in files if name.endswith(".py") and not name.startswith("_"))
     modules = {name: module for name in names if checks_of(module := import_module(f".{name}", __name__))}
 

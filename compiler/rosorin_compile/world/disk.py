@@ -53,8 +53,8 @@ class Disk:
         """Return what there is at a path, links followed."""
         try:
             return status_of(os.stat(path))
-        except ValueError:
-            raise _no_name(path) from None
+        except ValueError as problem:
+            raise _no_name(path, problem) from None
 
     def read(self, path: str, most: int = -1) -> tuple[bytes, Status, Status]:
         """Return what is in a regular file, at most so many bytes, and its status before and after it was read."""
@@ -67,8 +67,8 @@ class Disk:
         """Return an open regular file; a pipe is not waited for."""
         try:
             handle = os.open(path, os.O_RDONLY | system.NO_WAIT | system.AS_BYTES | getattr(os, "O_CLOEXEC", 0))
-        except ValueError:
-            raise _no_name(path) from None
+        except ValueError as problem:
+            raise _no_name(path, problem) from None
         try:
             how = os.fstat(handle).st_mode
             if stat.S_ISDIR(how):
@@ -87,16 +87,16 @@ class Disk:
             with os.scandir(folder) as entries:
                 for entry in entries:
                     found[entry.name] = _kind_of(entry)
-        except ValueError:
-            raise _no_name(folder) from None
+        except ValueError as problem:
+            raise _no_name(folder, problem) from None
         return {name: found[name] for name in sorted(found)}
 
     def link(self, path: str) -> str:
         """Return where a link leads, as it is written; "" for what is no link."""
         try:
             return os.readlink(path)
-        except ValueError:
-            raise _no_name(path) from None
+        except ValueError as problem:
+            raise _no_name(path, problem) from None
         except OSError as problem:
             if problem.errno == errno.EINVAL:
                 return ""
@@ -143,9 +143,9 @@ def _kind_of(entry: os.DirEntry[str]) -> str:
         return ABSENT
 
 
-def _no_name(path: str) -> FileNotFoundError:
-    """Return what is raised for a name that no file can have."""
-    return FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path)
+def _no_name(path: str, problem: ValueError) -> FileNotFoundError:
+    """Return what is raised for a name that no file can have, in the words of Python."""
+    return FileNotFoundError(errno.ENOENT, str(problem), path)
 
 
 _behind = [Disk()]

@@ -50,10 +50,10 @@ def printable_name(path: Path) -> str:
 
 def read_source(path: Path, asked: Span | None = None) -> Source:
     """Return the text of a file; ``asked`` is the place that names it. Raises MarkupError with a clear message."""
-    return decode(read_bytes(path, asked), shown(path), asked)
+    return decode(bytes_of(path, asked), shown(path), asked)
 
 
-def read_bytes(path: Path, asked: Span | None = None) -> bytes:
+def bytes_of(path: Path, asked: Span | None = None) -> bytes:
     """Return the bytes of a file. Raises MarkupError when it cannot be read, is empty or far too large."""
     name = shown(path)
     given = stdin_of(path)

@@ -170,7 +170,7 @@ def html(data: Data, live: str = "") -> str:
 @cache
 def _part(name: str) -> str:
     """Return a part of the page that ships with the tool, as it may stand in an element."""
-    text = (data_folder("viewer") / name).read_text("utf-8")
+    text = world.text(data_folder("viewer") / name)
     return re.sub(r"</(?=script|style)", r"<\\/", text, flags=re.IGNORECASE)
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
+from ... import world
 from ...model import NODE, Publisher
 from ...project import data_folder
 from ...startup import patterns
@@ -163,7 +164,7 @@ def is_of_all_nodes(key: str) -> bool:
 
 @cache
 def _data(name: str) -> Any:
-    return json.loads((data_folder("schemas") / f"{name}.json").read_text("utf-8"))
+    return json.loads(world.text(data_folder("schemas") / f"{name}.json"))
 
 
 def _of_distribution(distribution: str) -> str:

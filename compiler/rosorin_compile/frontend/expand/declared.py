@@ -16,7 +16,7 @@ from ...diagnostics.letters import difference, in_words, look, unseen
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import DESCRIPTIONS, ENDINGS
 from ...startup import patterns
-from ...world import matching, real, size, text
+from ...world import FOLDER, link, names, real, size, text
 from ..expression import pieces
 from ..tree import Map, Place, Seq
 from .files import Reader
@@ -278,13 +278,25 @@ def _is_shared(span: Span, reader: Reader) -> bool:
         folders.add(reader.folder.parent)
     seen = 0
     for folder in folders:
-        for path in matching(folder, "**/*"):
+        for path in _below(folder):
             seen += 1
             if seen > MAX_FILES:
                 return True
             if path.suffix in ENDINGS and real(path) not in own and _names(path, name):
                 return True
     return False
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    """Yield what is in a folder and in those below it, as far as it is asked for; links are not followed."""
+    try:
+        inside = names(folder)
+    except OSError:
+        return
+    for name, what in inside.items():
+        yield folder / name
+        if what == FOLDER and not link(folder / name):
+            yield from _below(folder / name)
 
 
 def _names(path: Path, name: str) -> bool:

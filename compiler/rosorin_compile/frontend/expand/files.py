@@ -26,9 +26,9 @@ from ...project import (
     shown,
 )
 from ...startup.remembering import forget
-from ...world import FILE, environment, kind, real
+from ...world import FILE, Notes, environment, kind, note_all, noting, real
 from ..expression.functions import ExpressionError
-from ..load import LoadError, load_mapping, parse_yaml, read_text
+from ..load import LoadError, load_mapping, parse_yaml, read_utf8
 from ..schema import MANY_INSIDE, keys_of
 from ..tree import Instance, Map, Place, Seq, locate
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
@@ -129,6 +129,7 @@ class Kept:
         self.robots = 0
         self.reader: Reader | None = None
         self.root: Map | None = None
+        self.notes = Notes()
 
     def read(self, reader: Reader) -> tuple[Reader, Map | None]:
         """Return the joined files of a description, and who has read them: ``reader`` or one before, both anew."""
@@ -137,8 +138,10 @@ class Kept:
             forget()
         before = self.reader
         if before is not None and before.same_as(reader) and before.is_current():
+            note_all(self.notes)
             return before.again(), self.root
-        root = reader.whole()
+        with noting() as self.notes:
+            root = reader.whole()
         self.reader, self.root = (reader, root) if not reader.diagnostics else (None, None)
         return (reader.again() if self.reader else reader), root
 
@@ -179,7 +182,7 @@ class Reader:
     def is_current(self) -> bool:
         """Say whether the files that were read hold what they held."""
         try:
-            return all(read_text(path, source.path).text == source.text for path, source in self.sources)
+            return all(read_utf8(path, source.path).text == source.text for path, source in self.sources)
         except LoadError:
             return False
 
@@ -461,7 +464,7 @@ def table_loader(reader: Reader) -> Callable[[Any], Any]:
             path = _table(reader, name)
             reader.files.append(path)
             try:
-                source = read_text(path, shown(path))
+                source = read_utf8(path, shown(path))
                 if name not in known or known[name][:2] != (path, source):
                     known[name] = path, source, parse_yaml(source)
                 loaded[name] = known[name][2]

@@ -15,10 +15,11 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
+from ... import world
 from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
 from ...diagnostics.registry import FILES, Rule
 from ...diagnostics.wording import first_of
-from ...project import MESH_FILE, is_file, resolved, shown
+from ...project import MESH_FILE, resolved, shown
 from ..expression.functions import FUNCTIONS, kind_of
 from ..tree import Instance, Map, Place
 from .files import Asked
@@ -172,7 +173,7 @@ class Robots:
     def _is_there(self, base: Path, top: Path, name: str) -> bool:
         """Say whether a file is in a folder, and no other one is called so from a folder nearer to ``base``."""
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
-        there = [folder for folder in above if is_file(folder / name)]
+        there = [folder for folder in above if world.kind(folder / name) == world.FILE]
         for folder in above:
             here = folder / name if folder in there else None
             self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", here))

@@ -18,6 +18,7 @@ from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
 from ...startup import patterns
 from ...units import Quantity
+from ...world import matching
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
 from ..load import LoadError, load_mapping, load_own
@@ -320,7 +321,7 @@ class Parts:
     def _near(self, short: str) -> str:
         """Return the way out for a part that is not where it was looked for: parts of the library called like it."""
         names: dict[str, list[str]] = {}
-        for path in sorted(data_folder("parts_library").glob("*.yaml")):
+        for path in matching(data_folder("parts_library"), "*.yaml"):
             with suppress(LoadError):
                 for part in load_mapping(path, path.name).get("parts") or ():
                     names.setdefault(part, []).append(f'"{path.stem}/{part}"')

@@ -15,7 +15,7 @@ import yaml
 
 from ...diagnostics import Source
 from ...diagnostics.registry import MESHES, Rule
-from ...frontend.load import LoadError, parse_yaml, read_text
+from ...frontend.load import LoadError, parse_yaml, read_utf8
 from ...frontend.tree import Map, Seq
 from ...frontend.yaml_text import quoted
 from ...model import HeightMap
@@ -60,7 +60,7 @@ class Edit:
 def read(path: Path) -> Source:
     """Return the text of a description. Raises ExtractProblem."""
     try:
-        return read_text(path, str(path))
+        return read_utf8(path, str(path))
     except LoadError as problem:
         raise _cannot(problem) from None
 

@@ -113,10 +113,10 @@ def read(source: Source) -> tuple[list[Section], list[Diagnostic]]:
 
 def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
     """Read a parameter file. Raises NoParameters."""
-    from ...frontend.load import LoadError, read_text
+    from ...frontend.load import LoadError, read_utf8
 
     try:
-        source = read_text(path, str(path))
+        source = read_utf8(path, str(path))
     except LoadError as problem:
         help = problem.diagnostic.help.replace("descriptions are", "parameter files are")
         raise NoParameters(problem.diagnostic._replace(help=help)) from None

@@ -73,10 +73,10 @@ def is_tf(topic: str, namespace: str) -> bool:
 
 def of_launch(path: Path) -> tuple[list[Remap], list[Diagnostic]]:
     """Return the remaps that a launch file says, and what is to say of it."""
-    from ...frontend.load import LoadError, read_text
+    from ...frontend.load import LoadError, read_utf8
 
     try:
-        source = read_text(path, str(path))
+        source = read_utf8(path, str(path))
     except LoadError as problem:
         return [], [problem.diagnostic]
     reader = _python if path.suffix == ".py" else _yaml if path.suffix in (".yaml", ".yml") else _xml

@@ -38,7 +38,10 @@ _SIGNS: Mapping[type[ast.AST], str] = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/"
 
 
 class Mutant(NamedTuple):
-    """A fault: the module (as seen from the package), the line, what kind it is, and the text of the module with it."""
+    """A fault: the module (as seen from the package), the line, what kind it is, and the text of the module with it.
+
+    ``around`` is the line as it is.
+    """
 
     module: str
     line: int
@@ -46,11 +49,12 @@ class Mutant(NamedTuple):
     before: str
     after: str
     text: str
+    around: str
 
     @property
     def name(self) -> str:
-        """The mutant in words that stay when lines move."""
-        return f"{self.module}: {self.kind}: {self.before} -> {self.after}"
+        """The mutant in words that stay when lines move: with its line as it is, for many a 0 becomes 1."""
+        return f"{self.module}: {self.kind}: {self.before} -> {self.after} in {self.around}"
 
 
 def modules(package: Path) -> list[Path]:
@@ -75,11 +79,14 @@ def drawn(package: Path, count: int, seed: int, lines: Mapping[str, set[int]]) -
 
 def mutants(text: str, module: str) -> Iterator[Mutant]:
     """Yield every mutant of a module."""
+    lines = text.splitlines()
     for node in ast.walk(_without_hints(ast.parse(text))):
         for kind, inner, after in _faults(node, text):
             before = _segment(text, inner)
             if before and after != before:
-                yield Mutant(module, inner.lineno, kind, _short(before), _short(after), _replaced(text, inner, after))
+                words = _short(before), _short(after)
+                made, around = _replaced(text, inner, after), lines[inner.lineno - 1].strip()
+                yield Mutant(module, inner.lineno, kind, *words, made, around)
 
 
 def _without_hints(tree: ast.Module) -> ast.Module:

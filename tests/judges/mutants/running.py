@@ -1,8 +1,10 @@
 """Runs mutants: each against quick tests that run its line, in a process that is forked with everything imported.
 
     python tests/judges/mutants/running.py [--count 1500] [--seed 1] [--workers 2]
+    python tests/judges/mutants/running.py --coverage
 
-Prints the survivors by module, and ends with 1 if one is not in survivors.txt.
+Prints the survivors by module, and ends with 1 if one is not in survivors.txt, or if the tests run fewer lines of a
+room than coverage.txt says; ``--coverage`` writes that anew, and runs no mutant.
 """
 
 from __future__ import annotations
@@ -21,11 +23,14 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import Queue
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from judges.mutants.drawing import Mutant
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
@@ -45,13 +50,14 @@ HEAVY = (
 )
 MOST = 60  # tests that a mutant is run against
 SECONDS = 120
+MEASURED = ".coverage"
 
 Tests = Mapping[str, Mapping[int, Sequence[str]]]
 
 
 def covering(folder: Path, over: Sequence[str]) -> Tests:
     """Return the quick tests that run each line, by module: coverage with a context for each test."""
-    data = folder / ".coverage"
+    data = folder / MEASURED
     words = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", "not slow", "--cov=rosorin_compile"]
     words += ["--cov-context=test", "--cov-report=", "-p", "no:cacheprovider", *over]
     environment = {**os.environ, "COVERAGE_FILE": str(data), "ROSORIN_COMPILE_CACHE": "off"}
@@ -66,6 +72,24 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
                 for line in (8 * at + bit for at, byte in enumerate(bits) for bit in range(8) if byte & (1 << bit)):
                     found.setdefault(module, {}).setdefault(line, []).append(test)
     return found
+
+
+def asked_of(
+    lines: Mapping[int, Sequence[str]], line: int, unsound: Collection[str], chance: random.Random
+) -> list[str]:
+    """Return the tests that a mutant of a line is run against, MOST of those that run it; ``lines`` are of the module.
+
+    What the line decides is seen where few tests come: first, for each line of the module, rare ones first, one of the
+    tests that run both.
+    """
+    every = set(lines[line]) - set(unsound)
+    chosen: dict[str, None] = {}
+    for other in sorted(lines, key=lambda one: (len(lines[one]), one)):
+        both = sorted(every.intersection(lines[other]))
+        if both and not chosen.keys() & both and len(chosen) < MOST:
+            chosen[chance.choice(both)] = None
+    rest = sorted(every - chosen.keys())
+    return [*chosen, *chance.sample(rest, min(MOST - len(chosen), len(rest)))]
 
 
 class Worker:
@@ -190,19 +214,46 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--covered", type=Path, help="where the tests by line are kept between two runs")
     parser.add_argument("--over", nargs="+", default=["tests"], help="the tests that are asked")
+    parser.add_argument("--coverage", action="store_true", help="write coverage.txt anew, and run no mutant")
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.serve:
         serve()
         return 0
+    sys.path.append(str(ROOT / "tests"))
     with tempfile.TemporaryDirectory() as folder:
-        return _told(options, Path(folder))
+        return _renewed(Path(folder)) if options.coverage else _told(options, Path(folder))
+
+
+def _renewed(folder: Path) -> int:
+    """Write down how many lines of each room the quick tests run."""
+    from judges.mutants import line_coverage
+
+    covering(folder, ["tests"])
+    table = line_coverage.text(line_coverage.measured(folder / MEASURED, ROOT / PACKAGE))
+    line_coverage.KEPT.write_text(table, "utf-8")
+    sys.stdout.write(table)
+    return 0
+
+
+def _fewer(options: argparse.Namespace, folder: Path) -> int:
+    """Print the rooms of which the tests run fewer lines than is written down; return 1 if there is one."""
+    from judges.mutants import line_coverage
+
+    data = folder / MEASURED
+    if not data.exists() or options.over != ["tests"]:
+        return 0  # not measured in this run, or of some tests alone
+    now = line_coverage.measured(data, ROOT / PACKAGE)
+    fewer = list(line_coverage.fewer(line_coverage.kept(line_coverage.KEPT.read_text("utf-8")), now))
+    sys.stdout.write("".join(f"{line}\n" for line in fewer))
+    return 1 if fewer else 0
 
 
 def _told(options: argparse.Namespace, folder: Path) -> int:
-    from drawing import drawn
+    from judges.mutants.drawing import drawn
 
     tests = _kept(options.covered, folder, options.over)
+    fewer = _fewer(options, folder)
     lines = {module: set(by_line) for module, by_line in tests.items()}
     chosen = drawn(ROOT / PACKAGE, options.count, options.seed, lines)
     free: Queue[Worker] = Queue()
@@ -211,26 +262,24 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
     began = time.monotonic()
 
     unsound = _unsound(tests, free, options)
+    known = survivors()
 
     def survives(number: int) -> bool:
         one = chosen[number]
-        every = sorted(set(tests[one.module][one.line]) - unsound)
-        some = random.Random(number).sample(every, min(MOST, len(every)))  # noqa: S311
+        some = asked_of(tests[one.module], one.line, unsound, random.Random(number))  # noqa: S311
         worker = free.get()
         try:
             stays = not some or not worker.sees(one.module, one.text, some)
         finally:
             free.put(worker)
-        if stays:
-            sys.stdout.write(
-                f"{number} of {len(chosen)}: {one.module}:{one.line}: {one.kind}: {one.before} -> {one.after}\n"
-            )
+        if stays and one.name not in known:
+            sys.stdout.write(f"{number} of {len(chosen)}: {_at(one)}\n")
             sys.stdout.flush()
         return stays
 
     with ThreadPoolExecutor(options.workers) as pool:
         left = [one for one, stays in zip(chosen, pool.map(survives, range(len(chosen))), strict=True) if stays]
-    return _report(len(chosen), sorted(left), time.monotonic() - began)
+    return max(fewer, _report(len(chosen), sorted(left), time.monotonic() - began))
 
 
 def _unsound(tests: Tests, free: Queue[Worker], options: argparse.Namespace) -> set[str]:
@@ -269,14 +318,23 @@ def _kept(path: Path | None, folder: Path, over: Sequence[str]) -> Tests:
     return tests
 
 
-def _report(count: int, left: Sequence[object], seconds: float) -> int:
-    known = {line.split(" # ")[0] for line in KNOWN.read_text("utf-8").splitlines()} if KNOWN.exists() else set()
-    fresh = [one for one in left if one.name not in known]  # type: ignore[attr-defined]
-    of_module = Counter(one.module for one in left)  # type: ignore[attr-defined]
-    for module, number in sorted(of_module.items()):
+def survivors() -> dict[str, str]:
+    """Return the reason of each mutant that is known to survive, by its name."""
+    lines = KNOWN.read_text("utf-8").splitlines() if KNOWN.exists() else []
+    rows = (line.rpartition(" # ") for line in lines if line and not line.startswith("#"))
+    return {name: reason for name, _, reason in rows}
+
+
+def _at(one: Mutant) -> str:
+    return f"{one.module}:{one.line}: {one.kind}: {one.before} -> {one.after}"
+
+
+def _report(count: int, left: Sequence[Mutant], seconds: float) -> int:
+    known = survivors()
+    fresh = [one for one in left if one.name not in known]
+    for module, number in sorted(Counter(one.module for one in left).items()):
         sys.stdout.write(f"{number:4} survive in {module}\n")
-    for one in fresh:
-        sys.stdout.write(f"{one.module}:{one.line}: {one.kind}: {one.before} -> {one.after}\n")  # type: ignore[attr-defined]
+    sys.stdout.write("".join(f"{_at(one)}\n" for one in fresh))
     sys.stdout.write(f"{count} mutants, {len(left)} survive, {len(fresh)} of them not known; {seconds / 60:.0f} min\n")
     return 1 if fresh else 0
 

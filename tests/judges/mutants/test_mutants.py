@@ -1,0 +1,61 @@
+"""What the tier of mutants relies on: known survivors are mutants, tests are chosen well, coverage is of each room."""
+
+from __future__ import annotations
+
+import ast
+import random
+from collections import Counter
+
+import pytest
+
+from judges.mutants import line_coverage
+from judges.mutants.drawing import modules, mutants
+from judges.mutants.line_coverage import Room
+from judges.mutants.running import MOST, asked_of, survivors
+from support.paths import PACKAGE
+
+
+def test_each_known_survivor_is_a_mutant_of_today_and_has_a_reason() -> None:
+    known = survivors()
+    of = {name.partition(": ")[0] for name in known}
+    paths = {path.relative_to(PACKAGE).as_posix(): path for path in modules(PACKAGE)}
+    made = {one.name for name in of if name in paths for one in mutants(paths[name].read_text("utf-8"), name)}
+    assert [name for name in known if name not in made] == []
+    assert [name for name, reason in known.items() if not reason] == []
+
+
+def test_a_mutant_is_one_change_that_python_reads() -> None:
+    text = "def f(a, b):\n    if a < b and not a:\n        return -1.5\n    f(b, 0)\n    return a + b\n"
+    found = list(mutants(text, "m.py"))
+    kinds = {"comparison": 1, "boolean": 2, "sign": 2, "number": 2, "return": 2, "dropped": 1}
+    assert Counter(one.kind for one in found) == kinds
+    for one in found:
+        assert ast.dump(ast.parse(one.text)) != ast.dump(ast.parse(text))
+        pairs = zip(text.split("\n"), one.text.split("\n"), strict=True)
+        differing = [number for number, (before, after) in enumerate(pairs, 1) if before != after]
+        assert differing == [one.line]
+
+
+def test_the_tests_that_are_asked_come_to_each_line_of_the_module() -> None:
+    many = [f"t{number}" for number in range(500)]
+    lines = {1: many, 2: ["t7"], 3: ["t8", "alone"], 4: ["t7", "t9", "broken"]}
+    some = asked_of(lines, 1, {"broken"}, random.Random(1))  # noqa: S311
+    assert len(some) == len(set(some)) == MOST
+    assert {"t7", "t8"} <= set(some) <= set(many)
+    assert sorted(asked_of(lines, 4, {"broken"}, random.Random(1))) == ["t7", "t9"]  # noqa: S311
+
+
+def test_coverage_is_kept_of_each_room() -> None:
+    rooms = line_coverage.kept(line_coverage.KEPT.read_text("utf-8"))
+    folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    assert set(rooms) == {*folders, line_coverage.LOOSE}
+    assert line_coverage.text(rooms) == line_coverage.KEPT.read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("run", "said"),
+    [(950, []), (946, []), (944, ["model: quick tests run 94.4 % of its lines, 95.0 % before"]), (990, [])],
+)
+def test_fewer_lines_are_told(run: int, said: list[str]) -> None:
+    before = {"model": Room(1000, 950), "gone": Room(10, 10)}
+    assert list(line_coverage.fewer(before, {"model": Room(1000, run), "fresh": Room(10, 0)})) == said

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
+from support import schemas
 from support.paths import ROOT
 
 FOLDER = ROOT / "tests/judges/names"
 KEY = "KEY"  # in a path: a key of a mapping; ANY is any key, EACH an entry of a list
 ANY, EACH = "*", "[]"
-_SCHEMA = json.loads((ROOT / "schemas/description.schema.json").read_text("utf-8"))
-_AUTHORING = json.loads((ROOT / "schemas/authoring.schema.json").read_text("utf-8"))
+_SCHEMA = schemas.schema("description")
+_AUTHORING = schemas.schema("authoring")
 # Definitions without any name: texts about a source, files, elements of XML, digests.
 _NO_NAMES = ("source", "file", "texture", "element")
 _ONCE = ("drive",)  # a robot has one: it is put into the use that is mirrored
@@ -99,23 +99,17 @@ def texts() -> Iterator[str]:
     yield from dict.fromkeys(".".join(path).replace(f".{EACH}", EACH) for path in _texts(_SCHEMA, (), ()))
 
 
-def _texts(node: dict[str, Any], path: Steps, within: tuple[str, ...]) -> Iterator[Steps]:
+def _texts(node: Mapping[str, Any], path: Steps, within: tuple[str, ...]) -> Iterator[Steps]:
     defined = node.get("$ref", "").rpartition("/")[2]
     if defined in _NO_NAMES or defined in within:
         return
     if defined:
         node, within = {**_SCHEMA["$defs"][defined], **node, "$ref": ""}, (*within, defined)
-    for other in (*node.get("oneOf", ()), *node.get("anyOf", ())):
-        yield from _texts(other, path, within)
-    for key, inner in node.get("properties", {}).items():
-        yield from _texts(inner, (*path, key), within)
-    more = node.get("additionalProperties", {})
-    if node.get("type") != "string" and (more or "propertyNames" in node):
+    if node.get("type") != "string" and (node.get("additionalProperties") or "propertyNames" in node):
         yield (*path, KEY)
-        if isinstance(more, dict):
-            yield from _texts(more, (*path, ANY), within)
-    if isinstance(node.get("items"), dict):
-        yield from _texts(node["items"], (*path, EACH), within)
+    steps = {schemas.WAY: (), schemas.OTHER: (ANY,), schemas.ITEM: (EACH,)}
+    for one in schemas.inner(node):
+        yield from _texts(one.fragment, (*path, *steps.get(one.kind, (one.name,))), within)
     if "string" in (kinds if isinstance(kinds := node.get("type"), list) else [kinds]) and "enum" not in node:
         yield path
 

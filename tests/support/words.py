@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-_WAYS = ("oneOf", "anyOf", "allOf")
+from support.schemas import ITEM, KEY, OTHER, PATTERN, WAY, Inner, inner
+
 _TOP = "description"
 
 
@@ -21,46 +22,35 @@ def used(schema: Mapping[str, Any], value: Any) -> set[str]:
 
 
 def _words(name: str, fragment: Mapping[str, Any]) -> Iterator[str]:
-    for key, value in fragment.get("properties", {}).items():
-        yield f"{name}.{key}"
-        yield from _words(f"{name}.{key}", value)
-    for value in _others(fragment):
-        yield from _words(f"{name}.*", value)
-    for value in _items(fragment):
-        yield from _words(f"{name}[]", value)
-    for way in _WAYS:
-        for value in fragment.get(way, ()):
-            yield from _words(name, value)
+    for one in inner(fragment):
+        if one.kind == KEY:
+            yield _below(name, one)
+        yield from _words(_below(name, one), one.fragment)
 
 
 def _used(kinds: Mapping[str, Any], name: str, fragment: Mapping[str, Any], value: Any) -> Iterator[str]:
     if "$ref" in fragment:
         kind = fragment["$ref"].rsplit("/", 1)[-1]
         yield from _used(kinds, kind, kinds[kind], value)
-    for way in _WAYS:
-        for one in fragment.get(way, ()):
-            yield from _used(kinds, name, one, value)
-    if isinstance(value, Mapping):
+    for one in inner(fragment):
+        for held in _held(one, fragment, value):
+            if one.kind == KEY:
+                yield _below(name, one)
+            yield from _used(kinds, _below(name, one), one.fragment, held)
+
+
+def _below(name: str, one: Inner) -> str:
+    """Return what a schema within another one is called."""
+    return name + {KEY: f".{one.name}", PATTERN: ".*", OTHER: ".*", ITEM: "[]", WAY: ""}[one.kind]
+
+
+def _held(one: Inner, fragment: Mapping[str, Any], value: Any) -> Iterator[Any]:
+    """Yield what a value holds that a schema within its own is about; the last of several items is about all behind."""
+    if one.kind == WAY:
+        yield value
+    elif one.kind == ITEM and isinstance(value, list):
+        first, last = int(one.name or 0), not one.name or int(one.name) == len(fragment["items"]) - 1
+        yield from value[first:] if last else value[first : first + 1]
+    elif one.kind != ITEM and isinstance(value, Mapping):
         known = fragment.get("properties", {})
-        for key, inner in value.items():
-            if key in known:
-                yield f"{name}.{key}"
-                yield from _used(kinds, f"{name}.{key}", known[key], inner)
-            else:
-                for one in _others(fragment):
-                    yield from _used(kinds, f"{name}.*", one, inner)
-    elif isinstance(value, list):
-        items = _items(fragment)
-        for number, inner in enumerate(value if items else ()):
-            yield from _used(kinds, f"{name}[]", items[min(number, len(items) - 1)], inner)
-
-
-def _others(fragment: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return what the values of keys have to be that are names."""
-    more = fragment.get("additionalProperties")
-    return [*fragment.get("patternProperties", {}).values(), *([more] if isinstance(more, dict) else [])]
-
-
-def _items(fragment: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
-    items = fragment.get("items")
-    return items if isinstance(items, list) else [items] if items else []
+        yield from (held for key, held in value.items() if (key == one.name if one.kind == KEY else key not in known))

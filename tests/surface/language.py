@@ -3,41 +3,32 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rosorin_compile.project import data_folder
+from support.schemas import ITEM, KEY, OTHER, PATTERN, WAY, inner, schema
 
 _TYPES = ("type", "x-unit", "enum", "const", "pattern", "default", "minItems", "maxItems", "minimum", "maximum")
 _BOUNDS = ("exclusiveMinimum", "exclusiveMaximum", "minLength", "minProperties", "maxProperties", "uniqueItems")
+_STEP = {KEY: ".{}", PATTERN: "./{}/", OTHER: ".*", ITEM: "[{}]", WAY: "|{}"}
 
 
 def lines() -> Iterator[str]:
     """Yield each key of each object of the schema with its type; what the schema says for people is left out."""
-    schema = json.loads((data_folder("schemas") / "description.schema.json").read_text("utf-8"))
-    yield from _of("description", schema)
-    for name, fragment in sorted(schema["$defs"].items()):
+    whole = schema("description")
+    yield from _of("description", whole)
+    for name, fragment in sorted(whole["$defs"].items()):
         yield from _of(name, fragment)
 
 
-def _of(name: str, fragment: dict[str, Any]) -> Iterator[str]:
+def _of(name: str, fragment: Mapping[str, Any]) -> Iterator[str]:
     yield f"{name}: {_type(fragment)}"
     needed = set(fragment.get("required", ()))
-    for key, value in sorted(fragment.get("properties", {}).items()):
-        yield from _of(f"{name}.{key}{'!' if key in needed else ''}", value)
-    for pattern, value in sorted(fragment.get("patternProperties", {}).items()):
-        yield from _of(f"{name}./{pattern}/", value)
-    if isinstance(fragment.get("additionalProperties"), dict):
-        yield from _of(f"{name}.*", fragment["additionalProperties"])
-    items = fragment.get("items")
-    for number, item in enumerate(items if isinstance(items, list) else [items] if items else []):
-        yield from _of(f"{name}[{number if isinstance(items, list) else ''}]", item)
-    for way in ("oneOf", "anyOf", "allOf"):
-        for number, value in enumerate(fragment.get(way, ())):
-            yield from _of(f"{name}|{way}{number}", value)
+    for kind, key, value in inner(fragment):
+        yield from _of(name + _STEP[kind].format(key) + ("!" if kind == KEY and key in needed else ""), value)
 
 
-def _type(fragment: dict[str, Any]) -> str:
+def _type(fragment: Mapping[str, Any]) -> str:
     """Return what a value has to be, in one line."""
     said = [fragment["$ref"].rsplit("/", 1)[-1]] if "$ref" in fragment else []
     said += [f"{key}={json.dumps(fragment[key])}" for key in (*_TYPES, *_BOUNDS) if key in fragment]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import random
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from itertools import accumulate
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +20,12 @@ WHERE = (
         "frontend/expand/prefixing.py",
     ),
     *("formats/facts.py", "formats/known.py", "formats/*/facts.py", "formats/mjcf/same*.py", "formats/*/proof.py"),
+    *(
+        "formats/robot_model/__init__.py",
+        "formats/static_tf*.py",
+        "formats/srdf/__init__.py",
+        "formats/parameters/files.py",
+    ),
     *("tools/diff.py", "tools/sides.py"),
 )
 _COMPARISONS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "is": "is not", "is not": "is"}
@@ -40,7 +48,7 @@ _SIGNS: Mapping[type[ast.AST], str] = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/"
 class Mutant(NamedTuple):
     """A fault: the module (as seen from the package), the line, what kind it is, and the text of the module with it.
 
-    ``around`` is the line as it is.
+    ``around`` is the function around, and the line as it is.
     """
 
     module: str
@@ -53,7 +61,7 @@ class Mutant(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The mutant in words that stay when lines move: with its line as it is, for many a 0 becomes 1."""
+        """The mutant in words that stay when lines move: with its function and its line, for many a 0 becomes 1."""
         return f"{self.module}: {self.kind}: {self.before} -> {self.after} in {self.around}"
 
 
@@ -77,16 +85,69 @@ def drawn(package: Path, count: int, seed: int, lines: Mapping[str, set[int]]) -
     return made
 
 
+def found(package: Path, names: Collection[str]) -> tuple[list[Mutant], list[str]]:
+    """Return the mutants of some names, and the names that no mutant has any more.
+
+    A line that stands in another module now, in a function of the same name, is the same line.
+    """
+    made: dict[tuple[Path, int], Mutant] = {}
+    left = Counter(names)
+    for of in (lambda name: name, lambda name: name.partition(": ")[2]):
+        wanted: dict[str, list[str]] = {}
+        for name in left.elements():
+            wanted.setdefault(of(name), []).append(name)
+        for path in modules(package) if wanted else ():
+            for at, one in enumerate(mutants(path.read_text("utf-8"), path.relative_to(package).as_posix())):
+                if wanted.get(of(one.name)) and (path, at) not in made:
+                    left[wanted[of(one.name)].pop()] -= 1
+                    made[path, at] = one
+    return [*made.values()], sorted(left.elements())
+
+
 def mutants(text: str, module: str) -> Iterator[Mutant]:
     """Yield every mutant of a module."""
-    lines = text.splitlines()
-    for node in ast.walk(_without_hints(ast.parse(text))):
-        for kind, inner, after in _faults(node, text):
-            before = _segment(text, inner)
+    tree, source = ast.parse(text), _Text(text)
+    functions = [
+        node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.ClassDef))
+    ]  # outer ones first
+    for node in ast.walk(_without_hints(tree)):
+        for kind, inner, after in _faults(node, source):
+            before = source.of(inner)
             if before and after != before:
+                within = [one.name for one in functions if one.lineno <= inner.lineno <= (one.end_lineno or 0)]
+                around = f"{' '.join(within[-1:])}: {source.line(inner)}"
                 words = _short(before), _short(after)
-                made, around = _replaced(text, inner, after), lines[inner.lineno - 1].strip()
-                yield Mutant(module, inner.lineno, kind, *words, made, around)
+                yield Mutant(module, inner.lineno, kind, *words, source.replaced(inner, after), around)
+
+
+class _Text:
+    """The text of a module, in which nodes have places."""
+
+    def __init__(self, text: str) -> None:
+        self.whole = text.encode()
+        self.lines = self.whole.splitlines(keepends=True)
+        self.starts = [0, *accumulate(map(len, self.lines))]
+
+    def _place(self, node: ast.expr | ast.stmt) -> tuple[int, int]:
+        end = self.starts[(node.end_lineno or node.lineno) - 1] + (node.end_col_offset or 0)
+        return self.starts[node.lineno - 1] + node.col_offset, end
+
+    def of(self, node: ast.expr | ast.stmt) -> str:
+        """Return the text of a node."""
+        return self.whole[slice(*self._place(node))].decode()
+
+    def whole_of(self, node: ast.expr) -> str:
+        """Return the text of an expression in parentheses."""
+        return f"({self.of(node)})"
+
+    def line(self, node: ast.expr | ast.stmt) -> str:
+        """Return the line in which a node begins."""
+        return self.lines[node.lineno - 1].decode().strip()
+
+    def replaced(self, node: ast.expr | ast.stmt, after: str) -> str:
+        """Return the text in which a node stands otherwise; its other lines stay where they are."""
+        begin, end = self._place(node)
+        return (self.whole[:begin] + after.encode() + self.whole[end:]).decode()
 
 
 def _without_hints(tree: ast.Module) -> ast.Module:
@@ -111,18 +172,18 @@ def _is_for_types(node: ast.AST) -> bool:
     return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
-def _faults(node: ast.AST, text: str) -> Iterator[tuple[str, ast.expr | ast.stmt, str]]:
+def _faults(node: ast.AST, text: _Text) -> Iterator[tuple[str, ast.expr | ast.stmt, str]]:
     """Yield the kind of a fault, the node that is replaced, and by what."""
     if isinstance(node, ast.Compare) and len(node.ops) == 1:
         word = _COMPARISONS[_WORDS[type(node.ops[0])]]
-        yield "comparison", node, f"{_whole(text, node.left)} {word} {_whole(text, node.comparators[0])}"
+        yield "comparison", node, f"{text.whole_of(node.left)} {word} {text.whole_of(node.comparators[0])}"
     elif isinstance(node, ast.BoolOp):
         other = " or " if isinstance(node.op, ast.And) else " and "
-        yield "boolean", node, f"({other.join(f'({_segment(text, one)})' for one in node.values)})"
+        yield "boolean", node, f"({other.join(f'({text.of(one)})' for one in node.values)})"
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.Not, ast.USub)):
-        yield ("boolean" if isinstance(node.op, ast.Not) else "sign"), node, f"({_segment(text, node.operand)})"
+        yield ("boolean" if isinstance(node.op, ast.Not) else "sign"), node, f"({text.of(node.operand)})"
     elif isinstance(node, ast.BinOp) and type(node.op) in _SIGNS and not _is_of_texts(node):
-        yield "sign", node, f"({_whole(text, node.left)} {_SIGNS[type(node.op)]} {_whole(text, node.right)})"
+        yield "sign", node, f"({text.whole_of(node.left)} {_SIGNS[type(node.op)]} {text.whole_of(node.right)})"
     elif isinstance(node, ast.Constant) and isinstance(node.value, (bool, int, float)):
         other_value = (not node.value) if isinstance(node.value, bool) else node.value + 1
         yield "number", node, repr(other_value)
@@ -147,25 +208,5 @@ def _is_none(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value is None
 
 
-def _whole(text: str, node: ast.expr) -> str:
-    return f"({_segment(text, node)})"
-
-
-def _segment(text: str, node: ast.AST) -> str:
-    return ast.get_source_segment(text, node) or ""
-
-
 def _short(text: str) -> str:
     return " ".join(text.split())[:80]
-
-
-def _replaced(text: str, node: ast.expr | ast.stmt, after: str) -> str:
-    """Return a text in which a node stands otherwise; its other lines stay where they are."""
-    lines = text.encode().splitlines(keepends=True)
-    starts = [0]
-    for line in lines:
-        starts.append(starts[-1] + len(line))
-    begin = starts[node.lineno - 1] + node.col_offset
-    end = starts[(node.end_lineno or node.lineno) - 1] + (node.end_col_offset or 0)
-    whole = text.encode()
-    return (whole[:begin] + after.encode() + whole[end:]).decode()

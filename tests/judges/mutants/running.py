@@ -1,8 +1,10 @@
 """Runs mutants: each against quick tests that run its line, in a process that is forked with everything imported.
 
-    python tests/judges/mutants/running.py [--count 1500] [--seed 1] [--workers 2]
+    python tests/judges/mutants/running.py [--workers 2]
+    python tests/judges/mutants/running.py --count 50 [--seed 2]
     python tests/judges/mutants/running.py --coverage
 
+Runs those of drawn.txt; ``--count`` draws others, and ``--draw`` writes them into that file instead of running them.
 Prints the survivors by module, and ends with 1 if one is not in survivors.txt, or if the tests run fewer lines of a
 room than coverage.txt says; ``--coverage`` writes that anew, and runs no mutant.
 """
@@ -35,7 +37,8 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
 PACKAGE = Path("compiler/rosorin_compile")
-KNOWN = HERE / "survivors.txt"
+KNOWN, DRAWN = HERE / "survivors.txt", HERE / "drawn.txt"
+COUNT = 1_500
 # Imported before a process is forked: what is not ours, and takes long.
 HEAVY = (
     "numpy",
@@ -82,7 +85,7 @@ def asked_of(
     What the line decides is seen where few tests come: first, for each line of the module, rare ones first, one of the
     tests that run both.
     """
-    every = set(lines[line]) - set(unsound)
+    every = set(lines.get(line, ())) - set(unsound)
     chosen: dict[str, None] = {}
     for other in sorted(lines, key=lambda one: (len(lines[one]), one)):
         both = sorted(every.intersection(lines[other]))
@@ -209,7 +212,8 @@ def _ended(pid: int, seconds: float) -> int:
 def main() -> int:
     """Draw mutants and run them; print who survives."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--count", type=int, default=1_500)
+    parser.add_argument("--count", type=int, help="draw so many mutants; left out: those of drawn.txt")
+    parser.add_argument("--draw", action="store_true", help="write those that are drawn into drawn.txt, and run none")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--covered", type=Path, help="where the tests by line are kept between two runs")
@@ -250,12 +254,12 @@ def _fewer(options: argparse.Namespace, folder: Path) -> int:
 
 
 def _told(options: argparse.Namespace, folder: Path) -> int:
-    from judges.mutants.drawing import drawn
-
     tests = _kept(options.covered, folder, options.over)
     fewer = _fewer(options, folder)
-    lines = {module: set(by_line) for module, by_line in tests.items()}
-    chosen = drawn(ROOT / PACKAGE, options.count, options.seed, lines)
+    chosen = _chosen(options, tests)
+    if options.draw:
+        DRAWN.write_text("".join(f"{name}\n" for name in sorted(one.name for one in chosen)), "utf-8")
+        return 0
     free: Queue[Worker] = Queue()
     for number in range(options.workers):
         free.put(Worker(folder / f"tree{number}"))
@@ -266,7 +270,7 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
 
     def survives(number: int) -> bool:
         one = chosen[number]
-        some = asked_of(tests[one.module], one.line, unsound, random.Random(number))  # noqa: S311
+        some = asked_of(tests.get(one.module, {}), one.line, unsound, random.Random(number))  # noqa: S311
         worker = free.get()
         try:
             stays = not some or not worker.sees(one.module, one.text, some)
@@ -280,6 +284,18 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
     with ThreadPoolExecutor(options.workers) as pool:
         left = [one for one, stays in zip(chosen, pool.map(survives, range(len(chosen))), strict=True) if stays]
     return max(fewer, _report(len(chosen), sorted(left), time.monotonic() - began))
+
+
+def _chosen(options: argparse.Namespace, tests: Tests) -> list[Mutant]:
+    """Return the mutants that are asked for; of those that are kept, the ones that have gone are printed."""
+    from judges.mutants.drawing import drawn, found
+
+    if options.count is not None or options.draw:
+        lines = {module: set(by_line) for module, by_line in tests.items()}
+        return drawn(ROOT / PACKAGE, options.count or COUNT, options.seed, lines)
+    chosen, gone = found(ROOT / PACKAGE, DRAWN.read_text("utf-8").splitlines())
+    sys.stdout.write("".join(f"gone: {name}\n" for name in gone))
+    return chosen
 
 
 def _unsound(tests: Tests, free: Queue[Worker], options: argparse.Namespace) -> set[str]:

@@ -51,11 +51,13 @@ HEAVY = (
     "yourdfpy",
     "trimesh",
 )
-MOST = 60  # tests that a mutant is run against
+MOST = 100  # tests that a mutant is run against
+FILES = 3  # of tests that come to a line, of which one test is asked
 SECONDS = 120
 MEASURED = ".coverage"
 
-Tests = Mapping[str, Mapping[int, Sequence[str]]]
+Lines = Mapping[int, Sequence[str]]
+Tests = Mapping[str, Lines]
 
 
 def covering(folder: Path, over: Sequence[str]) -> Tests:
@@ -77,20 +79,21 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
     return found
 
 
-def asked_of(
-    lines: Mapping[int, Sequence[str]], line: int, unsound: Collection[str], chance: random.Random
-) -> list[str]:
+def asked_of(lines: Lines, line: int, unsound: Collection[str], chance: random.Random) -> list[str]:
     """Return the tests that a mutant of a line is run against, MOST of those that run it; ``lines`` are of the module.
 
-    What the line decides is seen where few tests come: first, for each line of the module, rare ones first, one of the
-    tests that run both.
+    What the line decides is seen where few tests come, and many that come there look at something else: first, for each
+    line of the module, rare ones first, a test that runs both of each of some files of tests.
     """
     every = set(lines.get(line, ())) - set(unsound)
     chosen: dict[str, None] = {}
     for other in sorted(lines, key=lambda one: (len(lines[one]), one)):
-        both = sorted(every.intersection(lines[other]))
-        if both and not chosen.keys() & both and len(chosen) < MOST:
-            chosen[chance.choice(both)] = None
+        files: dict[str, list[str]] = {}
+        for test in sorted(every.intersection(lines[other])) if len(chosen) < MOST else ():
+            files.setdefault(test.partition("::")[0], []).append(test)
+        for file in chance.sample(sorted(files), min(FILES, len(files))):
+            if chosen.keys().isdisjoint(files[file]) and len(chosen) < MOST:
+                chosen[chance.choice(files[file])] = None
     rest = sorted(every - chosen.keys())
     return [*chosen, *chance.sample(rest, min(MOST - len(chosen), len(rest)))]
 

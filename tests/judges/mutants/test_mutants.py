@@ -37,11 +37,12 @@ def test_a_mutant_is_one_change_that_python_reads() -> None:
 
 
 def test_the_tests_that_are_asked_come_to_each_line_of_the_module() -> None:
-    many = [f"t{number}" for number in range(500)]
-    lines = {1: many, 2: ["t7"], 3: ["t8", "alone"], 4: ["t7", "t9", "broken"]}
+    many = [*(f"t{number}" for number in range(500)), "a.py::t", "a.py::u", "b.py::t"]
+    lines = {1: many, 2: ["t7"], 3: ["t8", "alone"], 4: ["t7", "t9", "broken"], 5: ["a.py::t", "b.py::t", "a.py::u"]}
     some = asked_of(lines, 1, {"broken"}, random.Random(1))  # noqa: S311
     assert len(some) == len(set(some)) == MOST
-    assert {"t7", "t8"} <= set(some) <= set(many)
+    assert {"t7", "t8", "b.py::t"} <= set(some) <= set(many)
+    assert {"a.py::t", "a.py::u"} & set(some)
     assert sorted(asked_of(lines, 4, {"broken"}, random.Random(1))) == ["t7", "t9"]  # noqa: S311
 
 

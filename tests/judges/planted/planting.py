@@ -14,6 +14,7 @@ _NAMES = (
     "name",
     "link",
     "joint",
+    "joint_name",
     "site",
     "body",
     "geom",
@@ -29,6 +30,7 @@ _NAMES = (
 _CHILD = re.compile(r'(?:(?!</joint>).)*?(?:<child link="([^"]+)"|<child>([^<]+)<)', re.DOTALL)
 # The link that a shape of an SDF belongs to, where another carries it.
 _OF_LINK = re.compile(r'(?:(?!</(?:collision|visual)>).)*?<pose relative_to="([^"]+)"', re.DOTALL)
+_SHAPES = re.compile(r'<body name="([^"]+)"|<geom [^>]*material="([^"]+)"')
 _YAML = re.compile(r"^(\s*(?:- )*)([\w.\-/\"]+): *([^\s#{\[|>].*?)\s*$", re.MULTILINE)
 _JSON = re.compile(r'"(\w+)": ("[^"]*"|-?\d[^,}\]\s]*|true|false)')
 
@@ -44,6 +46,22 @@ class Planted(NamedTuple):
     where: str
     named: tuple[str, ...]
     text: str
+
+    @property
+    def kind(self) -> tuple[str, ...]:
+        """The kind of place, in however deep a tree."""
+        return tuple(word for before, word in zip(("", *self.group), self.group, strict=False) if word != before)
+
+
+def one_of_each(changes: Sequence[Planted], had: set[tuple[str, ...]], seed: int) -> list[Planted]:
+    """Return one change of each kind of place that nobody has had, by a seed; they are had then."""
+    kinds: dict[tuple[str, ...], list[Planted]] = {}
+    for change in changes:
+        kinds.setdefault(change.kind, []).append(change)
+    chance = random.Random(seed)  # noqa: S311
+    fresh = [chance.choice(some) for kind, some in kinds.items() if kind not in had]
+    had.update(kinds)
+    return fresh
 
 
 def planted(text: str, file: str) -> Iterator[Planted]:
@@ -88,6 +106,8 @@ def _in_xml(text: str) -> Iterator[Planted]:
             here.append(child[1] or child[2])
         if kind in ("collision", "visual") and (other := _OF_LINK.match(text, tag.end())):
             here.append(other[1])
+        if path[-1:] == ["asset"] and kind == "material":
+            here += _coloured(text, own.get("name", ""))
         around = tuple(dict.fromkeys([*here, *(name for inner in reversed(names) for name in inner), kind]))
         for found in _ATTRIBUTE.finditer(text, tag.start(3), tag.end(3)):
             place = (*path, kind, found[1])
@@ -99,6 +119,15 @@ def _in_xml(text: str) -> Iterator[Planted]:
             said = re.compile(r"\s*([^<\s][^<]*?)\s*<").match(text, tag.end())
             if said:
                 yield from _changed(text, said.span(1), (*path, "text"), around)
+
+
+def _coloured(text: str, material: str) -> Iterator[str]:
+    """Yield the bodies of an MJCF whose shapes have a material: a colour is told of them."""
+    body = ""
+    for found in _SHAPES.finditer(text):
+        if found[2] == material:
+            yield body
+        body = found[1] or body
 
 
 def _in_keys(text: str, pattern: re.Pattern[str]) -> Iterator[Planted]:

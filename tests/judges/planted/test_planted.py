@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from judges.planted.planting import Planted, drawn, planted
+import pytest
+
+from judges.planted.planting import Planted, drawn, one_of_each, planted
 from rosorin_compile.meaning.golden import compare
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
 HERE = Path(__file__).parent
 ROBOTS = [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]
+EVERY_WORD = sorted((ROOT / "tests/judges/goldens/every_word").glob("*.yaml"))
 EACH = 15  # of an artifact
+SEED = 20261126
 _LONGEST = 150
 
 
@@ -40,16 +44,29 @@ class Told(NamedTuple):
 
 
 @cache
-def told() -> list[Told]:
-    """Return what is told of each change."""
-    return [told for robot in ROBOTS for told in _of_robot(robot)]
+def some() -> list[Told]:
+    """Return what is told of some changes of each artifact."""
+    return [told for robot in ROBOTS for told in _planted(robot, lambda changes, _: drawn(changes, EACH, SEED))]
 
 
-def _of_robot(description: Path) -> Iterator[Told]:
+@cache
+def of_each_kind() -> list[Told]:
+    """Return what is told of a change of each kind of place that a format has."""
+    had: dict[str, set[tuple[str, ...]]] = {}
+    every_word = [path for path in EVERY_WORD if "robot:" in path.read_text("utf-8")]
+
+    def fresh(changes: Sequence[Planted], backend: str) -> list[Planted]:
+        return one_of_each(changes, had.setdefault(backend, set()), SEED)
+
+    return [told for robot in (*every_word, *reversed(ROBOTS)) for told in _planted(robot, fresh)]
+
+
+def _planted(description: Path, choose: Callable[[Sequence[Planted], str], list[Planted]]) -> Iterator[Told]:
+    """Yield what is told of the changes of each artifact that are chosen; of a format by its name."""
     made = compiled(description)
     assert made.robot is not None
     for artifact in made.artifacts:
-        for change in drawn(list(planted(artifact.text, artifact.file)), EACH, 20261126):
+        for change in choose(list(planted(artifact.text, artifact.file)), artifact.backend):
             found = compare(made.robot, [artifact], {artifact.file: change.text.encode()})
             said = [one.line() for one in found.changes] or [text.remark for text in found.texts if text.remark]
             # What nobody reads back is shown line by line.
@@ -57,22 +74,31 @@ def _of_robot(description: Path) -> Iterator[Told]:
             yield Told(artifact.file, change, tuple(said or shown[2:]))
 
 
-def rows() -> list[str]:
-    """Return the lines of ``told.txt``."""
-    return [one.row for one in told()]
+LISTS = {"told": some, "each_kind": of_each_kind}
+BOTH = pytest.mark.parametrize("name", ["told", pytest.param("each_kind", marks=pytest.mark.slow)])
 
 
-def test_each_change_is_told_and_names_the_right_thing() -> None:
-    assert len(told()) >= 500
-    missed = [f"{one.row} (one of {', '.join(one.change.named[:4])})" for one in told() if not one.is_named]
+def rows(name: str) -> list[str]:
+    """Return the lines of a list."""
+    return [one.row for one in LISTS[name]()]
+
+
+@BOTH
+def test_each_change_is_told_and_names_the_right_thing(name: str) -> None:
+    told = LISTS[name]()
+    assert len(told) >= 500
+    missed = [f"{one.row} (one of {', '.join(one.change.named[:4])})" for one in told if not one.is_named]
     assert missed == []
 
 
-def test_what_is_told_is_as_committed() -> None:
-    committed = (HERE / "told.txt").read_text("utf-8").splitlines()
-    moved = [line for line in difflib.ndiff(committed, rows()) if line[0] in "-+"]
+@BOTH
+def test_what_is_told_is_as_committed(name: str) -> None:
+    committed = (HERE / f"{name}.txt").read_text("utf-8").splitlines()
+    between = difflib.unified_diff(committed, rows(name), n=0, lineterm="")
+    moved = [line for line in between if line[0] in "-+"]
     assert moved == [], "python tests/renew.py planted, and read the difference"
 
 
 if __name__ == "__main__":
-    (HERE / "told.txt").write_text("".join(f"{row}\n" for row in rows()), "utf-8")
+    for each in LISTS:
+        (HERE / f"{each}.txt").write_text("".join(f"{row}\n" for row in rows(each)), "utf-8")

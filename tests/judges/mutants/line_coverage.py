@@ -52,7 +52,7 @@ def kept(table: str) -> dict[str, Room]:
 
 
 def fewer(before: Mapping[str, Room], now: Mapping[str, Room]) -> Iterator[str]:
-    """Yield the rooms of which tests run less than before, or of which nothing is kept; one that has gone is neither."""
+    """Yield the rooms of which tests run less than before, or of which nothing is kept."""
     for name, room in sorted(now.items()):
         if name not in before:
             yield f"{name}: quick tests run {room.percent:.1f} % of its lines, and no figure is kept: --coverage"

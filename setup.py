@@ -1,8 +1,7 @@
-"""What pyproject.toml cannot say: the licence, what is compiled ahead, the page for an index, archives made alike."""
+"""What pyproject.toml cannot say: the licence, the page for an index, archives that are made alike."""
 
 import gzip
 import io
-import json
 import os
 import re
 import sys
@@ -13,8 +12,6 @@ from setuptools import __version__, setup
 from setuptools.command.build_py import build_py
 from setuptools.command.sdist import sdist
 
-TEMPLATES = Path("templates")
-SCHEMA = "description"  # what every run asks for
 sys.path.insert(0, "compiler")
 # Archives hold no time of their making and nothing of the umask: the same tree gives the same bytes. Zip goes back to
 # 1980; wheel reads the variable, too (https://reproducible-builds.org/docs/source-date-epoch/).
@@ -26,40 +23,13 @@ for paper in ("LICENSE", "NOTICE"):  # they are copied with their modes
 
 
 class BuildPy(build_py):
-    """Copies the packages, and puts what is compiled ahead beside what it was."""
+    """Copies the packages, with nothing of the modes that files have here."""
 
     def run(self) -> None:
         super().run()
-        if self.editable_mode:  # there they are made at the first use
-            return
-        from rosorin_compile.formats import FORMATS, RECORDS, is_built_in
-        from rosorin_compile.formats.ahead import Unsuited, module_of, python_of, records_of
-
-        records = records_of(one for one in FORMATS.values() if is_built_in(one.name))
-        Path(self.build_lib, "rosorin_compile", "formats", f"{RECORDS}.py").write_text(records, "utf-8")
-        schema = json.loads(Path("schemas", f"{SCHEMA}.schema.json").read_text("utf-8"))
-        (self.ahead("schemas") / f"{SCHEMA}.py").write_text(f"SCHEMA = {schema!r}\n", "utf-8")
-        folder = self.ahead("templates")
-        for file in sorted(TEMPLATES.glob("*.jinja")):
-            if file.name.startswith(("package_", "license_")):  # of a command
-                continue
-            try:
-                made = python_of(file.name, file.read_text("utf-8"))
-            except Unsuited:  # a page's, which comes with Jinja
-                continue
-            (folder / f"{module_of(file.name)}.py").write_text(made, "utf-8")
         for path in Path(self.build_lib).rglob("*.*"):
             if path.is_file():
                 path.chmod(0o644)
-
-    def ahead(self, data: str) -> Path:
-        """Return a new package of modules in a package of data."""
-        from rosorin_compile.formats.ahead import FOLDER
-
-        folder = Path(self.build_lib, "rosorin_compile", data, FOLDER)
-        folder.mkdir(exist_ok=True)
-        (folder / "__init__.py").touch()
-        return folder
 
 
 class Sdist(sdist):

@@ -8,11 +8,14 @@ import pickle
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import CodeType
 
 import pytest
+from jinja2 import Environment
 
 from rosorin_compile import plugins
 from rosorin_compile.cli import main
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.startup import cache
 from rosorin_compile.startup.cache import cache_folder, cache_refused, keep, recalled
 
@@ -181,12 +184,26 @@ def test_nothing_is_unpickled(robot: Path) -> None:
     assert not (robot / "bang").exists()
 
 
-def test_templates_are_python_as_text(robot: Path) -> None:
-    kept = list((robot / "cache" / "templates").iterdir())
-    assert kept
-    for path in kept:
-        assert path.suffix == ".py"
-        compile(path.read_text("utf-8").partition("\n")[2], path.name, "exec")
+def test_the_code_of_templates_is_found_again(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By name and text; a template of another name may be escaped otherwise."""
+    asked: list[str | None] = []
+    made = Environment.compile
+
+    def counted(self: Environment, source: str, name: str | None = None, filename: str | None = None) -> CodeType:
+        asked.append(name)
+        return made(self, source, name, filename)
+
+    monkeypatch.setattr(Environment, "compile", counted)
+    for name, text in (
+        ("a.txt", "1 {{ a }}"),
+        ("a.txt", "2 {{ a }}"),
+        ("a.xml", "2 {{ a }}"),
+        ("\udcff.txt", "{{ a }}"),
+    ):
+        (home / name).write_text(text)
+        printed = [Templates(home).render(name, {"a": value}) for value in ("<", "b")]
+        assert printed == [text.replace("{{ a }}", "&lt;" if name == "a.xml" else "<"), text.replace("{{ a }}", "b")]
+    assert asked == ["a.txt", "a.txt", "a.xml", "\udcff.txt"]
 
 
 @pytest.mark.parametrize("kind", ["stamps", "templates", "plugins"])
@@ -250,8 +267,6 @@ def test_a_pipe_and_a_link_are_no_entries(home: Path) -> None:
 
 
 def test_a_template_that_changes_is_compiled_anew(home: Path) -> None:
-    from rosorin_compile.formats.templating import Templates
-
     for text in ("one {{ 1 }}", "two {{ 2 }}", "one {{ 1 }}"):
         (home / "a.txt").write_text(text)
         assert Templates(home).render("a.txt", {}) == text.replace("{{ ", "").replace(" }}", "")

@@ -21,7 +21,6 @@ LISTED = {
 NOT_YET = (
     "cli",
     "diagnostics.installing",
-    "formats.ahead",
     "formats.mjcf.engine",
     "formats.mjcf.process",
     "formats.sdf.proof",

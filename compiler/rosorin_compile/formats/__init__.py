@@ -1,7 +1,7 @@
 """Formats: what a robot is written as and read from. Each is known by its record (``format.Format``), and only by it.
 
 ``FORMATS`` has them by name: those of this folder, found by their modules, then those of other packages. A module is
-imported when somebody asks for its format; where the tool is installed, for what that does (``_unloaded``).
+imported when somebody asks for its format.
 
 To be read in this order: ``format`` (what a record has to say), one that is written (``static_tf_json``, or ``urdf``
 with ``templating``), ``facts`` (how artifacts are read back to be compared), one that is read (``urdf``, with
@@ -12,11 +12,11 @@ of ROS 2, for those formats that are parameter files and for ``check --parameter
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .. import world
 from ..model import ROBOT_STATE_PUBLISHER
@@ -62,7 +62,6 @@ class Formats(Mapping[str, Format]):
 
 
 FORMATS = Formats()
-RECORDS = "records"  # the module of what a wheel knows of them
 
 
 @cache
@@ -74,7 +73,7 @@ def _names() -> tuple[str, ...]:
 @cache
 def _homes() -> frozenset[str]:
     """Return the modules of this folder that are formats, by name."""
-    return frozenset(_unloaded() or (name for name, path in _modules().items() if _exports(path)))
+    return frozenset(name for name, path in _modules().items() if _exports(path))
 
 
 @cache
@@ -95,43 +94,10 @@ def _exports(module: Path) -> bool:
 @cache
 def _built_in(name: str) -> Format | None:
     """Return the format of that name which this folder has; None if it has none."""
-    if name in _unloaded():
-        return _unloaded()[name]
     if name not in _modules() or not _exports(_modules()[name]):
         return None
     format: Format | None = getattr(import_module(f".{name}", __name__), "FORMAT", None)
     return format
-
-
-@cache
-def _unloaded() -> Mapping[str, Format]:
-    """Return the formats of this folder by name, as a wheel knows them; none in a checkout.
-
-    Most runs ask of most formats what they are called, and their options: that stands in a module, which was made when
-    the wheel was built (``ahead.records_of``).
-    """
-    try:
-        records = import_module(f".{RECORDS}", __name__).RECORDS
-    except ModuleNotFoundError:
-        return {}
-    return {plain["name"]: _record(plain, functions) for plain, functions in records}
-
-
-def _record(plain: Mapping[str, Any], functions: Iterable[str]) -> Format:
-    own: dict[str, Any] = {**plain, **{name: _later(plain["name"], name) for name in functions}}
-    return Format(**own)
-
-
-def _later(format: str, name: str) -> Callable[..., Any]:
-    """Return a function of a format, whose module is imported when it is called."""
-    made: Callable[..., Any] | None = None
-
-    def function(*given: Any) -> Any:
-        nonlocal made
-        made = made or getattr(import_module(f".{format}", __name__).FORMAT, name)
-        return made(*given)
-
-    return function
 
 
 def _of_others() -> Mapping[str, Format]:

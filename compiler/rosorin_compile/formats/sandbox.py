@@ -1,25 +1,26 @@
 """The sandbox of templates: Jinja's, with a short way to the model, and with bounds on what a template may make.
 
 Whatever a template asks for ends soon or fails: texts, lists and numbers have a largest size, and all
-``range`` of one rendering together a largest length. It is imported when the first template is rendered.
+``range`` of one rendering together a largest length. ``options`` are those of all templates, the tool's own among them.
 """
 
 from __future__ import annotations
 
+import marshal
 import re
+import sys
 from collections.abc import Callable
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-from jinja2 import TemplateRuntimeError, nodes
+from jinja2 import BytecodeCache, StrictUndefined, TemplateRuntimeError, nodes
 from jinja2 import __version__ as jinja_version
+from jinja2.bccache import Bucket
 from jinja2.compiler import CodeGenerator, Frame
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from ..startup.cache import cache_folder, digest, keep, recalled
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from ..world import read
 
 MAX_SIZE = 10_000_000  # letters of a text, items of a list
 MAX_BITS = 1_000_000  # of a whole number
@@ -28,6 +29,42 @@ _WIDTH = re.compile(r"\d{5,}")
 # Filters whose argument is a number of letters or items that they make.
 _FILLING = ("batch", "center", "indent", "slice", "wordwrap")
 _MODEL = ("rosorin_compile.model.", "rosorin_compile.formats.")
+_XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
+
+
+def _is_xml(name: str | None) -> bool:
+    """Say whether what a template makes is XML, by its name; that is escaped."""
+    return (name or "").removesuffix(".jinja").endswith(_XML)
+
+
+class _Bytecode(BytecodeCache):
+    """Keeps the code of templates in the user's cache, by all that it is made of: Jinja takes its time over it."""
+
+    def __init__(self) -> None:
+        self.folder = cache_folder("templates")
+        self.made_by = jinja_version, sys.version, digest(read(__file__))
+
+    def get_cache_key(self, name: str, filename: str | None = None) -> str:
+        return repr((name, filename))  # Jinja's has no answer to a name that is no UTF-8
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        kept = recalled(self._file(bucket)) if self.folder else None
+        if kept is not None:
+            bucket.code = marshal.loads(kept)  # noqa: S302 - only the user can write there
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        if self.folder:
+            keep(self._file(bucket), marshal.dumps(bucket.code))
+
+    def _file(self, bucket: Bucket) -> Path:
+        means = *self.made_by, type(bucket.environment).__name__, bucket.key, bucket.checksum
+        return Path(self.folder or "", digest(repr(means).encode()))
+
+
+def options() -> dict[str, Any]:
+    """Return the options of Jinja for all templates."""
+    blocks = {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
+    return {"autoescape": _is_xml, "undefined": StrictUndefined, "bytecode_cache": _Bytecode(), **blocks}
 
 
 class _Code(CodeGenerator):
@@ -63,24 +100,6 @@ class Sandbox(ImmutableSandboxedEnvironment):
     def begin(self) -> None:
         """Begin a rendering."""
         self.rounds = 0
-
-    @cached_property
-    def folder(self) -> Path | None:
-        """The folder of the cache; whether others can write there is asked once for all templates."""
-        return cache_folder("templates")
-
-    def compile(self, source: Any, name: str | None = None, filename: str | None = None, *_: Any, **__: Any) -> Any:
-        """Return the code of a template. The Python that it was made into is kept in the cache, as text."""
-        folder = self.folder
-        if folder is None or not isinstance(source, str):
-            return super().compile(source, name, filename)
-        means = (jinja_version, sorted(self.filters), sorted(self.tests), sorted(self.intercepted_binops), "~")
-        kept = folder / f"{digest(repr((means, name, source)).encode('utf-8', 'surrogatepass'))}.py"
-        made = recalled(kept)
-        if made is None:
-            made = super().compile(source, name, filename, raw=True).encode("utf-8", "surrogatepass")
-            keep(kept, made)
-        return compile(made.decode("utf-8", "surrogatepass"), filename or "<template>", "exec")
 
     def range(self, *bounds: int) -> range:
         """Return a range. Raises TemplateRuntimeError when all of them together get too long."""

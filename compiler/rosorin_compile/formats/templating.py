@@ -1,4 +1,4 @@
-"""Templates: Jinja in its sandbox, where an undefined name is an error and XML is escaped.
+"""Templates: Jinja, where an undefined name is an error and XML is escaped; foreign ones in its sandbox.
 
 Templates that ship with the tool are reached as ``rosorin_compile/NAME``; any other name is a file in the folder of the
 description, or in that of a plug-in (``Templates.package``). Foreign templates are safe to render: they reach plain
@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import jinja2
 
 from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import TEMPLATES, Rule
@@ -20,10 +22,7 @@ from ..project import data_folder, homes
 from ..project import shown as as_shown
 from ..world import FILE, kind, real, size, text
 from ..xml.escaping import Markup, escape
-from . import ahead
-
-if TYPE_CHECKING:
-    from .sandbox import Sandbox
+from .sandbox import Sandbox, options
 
 RULES = (
     Rule(
@@ -47,6 +46,14 @@ MAX_TEMPLATE = 10_000_000  # bytes
 
 # How Jinja names a value of the model: 'rosorin_compile.model.robot.Sensor object'.
 _INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
+
+
+@cache
+def _own() -> jinja2.Environment:
+    """Return what renders the templates that ship with the tool, which need no sandbox."""
+    folder = data_folder("templates")
+    loader = jinja2.FunctionLoader(lambda name: text(folder / name))
+    return jinja2.Environment(loader=loader, **options())  # noqa: S701 - what is XML is escaped
 
 
 class TemplateProblem(Exception):
@@ -95,15 +102,8 @@ class Templates:
 
     @cached_property
     def environment(self) -> Sandbox:
-        """Jinja, which takes its time to import; the tool's own templates go without."""
-        import jinja2
-
-        from .sandbox import Sandbox
-
-        loader = jinja2.FunctionLoader(self._load)
-        options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader}
-        options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
-        return Sandbox(autoescape=ahead.is_xml, **options)
+        """The sandbox of Jinja."""
+        return Sandbox(loader=jinja2.FunctionLoader(self._load), **options())
 
     def read(self) -> tuple[Path, ...]:
         """Return the templates of the description that were used, sorted."""
@@ -112,7 +112,7 @@ class Templates:
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
         """Return the text of a template that the tool itself brings for a format ("robot.urdf.jinja")."""
-        return ahead.render(name, values)
+        return _own().get_template(name).render(values)
 
     def package(self, name: str) -> Templates:
         """Return what renders the templates in the folder ``templates`` of a Python package, and no others."""
@@ -123,8 +123,6 @@ class Templates:
 
         Raises TemplateProblem with the place in the template that fails.
         """
-        import jinja2
-
         self.environment.begin()
         self.asked = asked
         try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ..project import data_folder
@@ -33,17 +32,11 @@ def keys_of(section: str) -> Collection[str]:
 
 @cache
 def schema(name: str = "description") -> dict[str, Any]:
-    """Return one of the schemas that ship with the tool.
+    """Return one of the schemas that ship with the tool."""
+    with patterns.compiled_later():  # its part in C has no use for them
+        import json
 
-    When a wheel is built, that of descriptions becomes a module (``setup.py``): Python has it sooner than JSON.
-    """
-    try:
-        made: dict[str, Any] = import_module(f"rosorin_compile.schemas.ahead.{name}").SCHEMA
-    except ModuleNotFoundError:
-        with patterns.compiled_later():  # its part in C has no use for them
-            import json
-
-        made = json.loads(text(data_folder("schemas") / f"{name}.schema.json"))
+    made: dict[str, Any] = json.loads(text(data_folder("schemas") / f"{name}.schema.json"))
     return made
 
 

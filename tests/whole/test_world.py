@@ -15,18 +15,13 @@ from support.paths import PACKAGE
 
 # Whose work it is to speak with the system, and why.
 LISTED = {
+    "cli": "sets the variable by which all processes of a run know how long a xacro may calculate",
+    "diagnostics.installing": "what pip wrote about this installation, by importlib.metadata",
+    "formats.xacro.child": "makes its environment that which it is given; what xacro itself looks for is noted here",
     "world.disk": "the system behind the door",
     "startup.cache": "the user's private files, which are believed only if nobody else could change them",
 }
 NOT_YET = (
-    "cli",
-    "diagnostics.installing",
-    "formats.mjcf.engine",
-    "formats.mjcf.process",
-    "formats.sdf.proof",
-    "formats.xacro.child",
-    "formats.xacro.expanding",
-    "formats.xacro.wanting",
     "output",
     "output.one_file",
     "output.ours",

@@ -9,6 +9,7 @@ asks the system itself, but for the modules that ``tests/whole/test_world.py`` l
     Path.read_text("utf-8")                       text(path); OSError, UnicodeDecodeError
     open(path, "rb").read(80)                     head(path, 80)
     open(path, "rb"), read in pieces              stream(path), in bytes; such a run is not remembered
+    read_text of what a child has answered with  own_text(path): a file that the run itself has made needs no note
     exists, is_file, is_dir, os.path.isfile, ...  kind(path): FILE, FOLDER, OTHER (a pipe, a device), ABSENT (false)
     os.path.lexists                               stands(path): if only a link that leads nowhere
     is_symlink, readlink                          link(path): where it leads as it is written; "" for what is no link
@@ -46,6 +47,7 @@ from .asking import (
     matching,
     mode,
     names,
+    own_text,
     package,
     read,
     real,
@@ -76,6 +78,7 @@ __all__ = [
     "names",
     "note_all",
     "noting",
+    "own_text",
     "package",
     "read",
     "real",

@@ -54,6 +54,18 @@ def text(path: Name, encoding: str = "utf-8", errors: str = "strict") -> str:
     return read(path).decode(encoding, errors).replace("\r\n", "\n").replace("\r", "\n")
 
 
+def own_text(path: Name) -> str | None:
+    """Return what stands in a file that this run has made, or a child of it; None if there is none.
+
+    It is noted nowhere: what the run itself has written tells it nothing of the world. Raises OSError, if it cannot be
+    read.
+    """
+    try:
+        return disk().read(os.fspath(path))[0].decode("utf-8")
+    except FileNotFoundError:
+        return None
+
+
 def stream(path: Name) -> BinaryIO:
     """Return a regular file to read from in pieces; the run is not remembered. Raises OSError as ``read``."""
     spoil(f"{os.fspath(path)} is read in pieces")

@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from ... import world
 from .process import TOO_OLD
 from .resolved import KINDS, is_named, name_all, resolved, without_made_up
 
@@ -28,7 +29,7 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            spec = _read(mujoco, Path(path))
+            spec = _read(mujoco, Path(path), Path(answer).parent)
             # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
             spec.compiler.fusestatic = spec.compiler.discardvisual = False
             _strip_paths(spec)
@@ -79,7 +80,7 @@ def load(mujoco: Any, text: str, folder: str) -> str:
 def main_load(path: str, answer: str, cpu_seconds: int, folder: str) -> None:
     """Load the MJCF at ``path`` as if it stood in ``folder``; write why it is refused to the file ``answer``."""
     _limit(cpu_seconds)
-    refused = load(import_module("mujoco"), Path(path).read_text(encoding="utf-8"), folder)
+    refused = load(import_module("mujoco"), world.own_text(path) or "", folder)
     Path(answer).write_text(refused, encoding="utf-8")
 
 
@@ -88,14 +89,14 @@ def main_prove(path: str, answer: str, cpu_seconds: int, request: str) -> None:
     _limit(cpu_seconds)
     mujoco: Any = import_module("mujoco")
     mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
-    asked = json.loads(Path(request).read_text(encoding="utf-8"))
+    asked = json.loads(world.own_text(request) or "")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        made = proof(mujoco, path, asked)
+        made = proof(mujoco, path, asked, Path(answer).parent)
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
 
 
-def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
+def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str, Any]:
     """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
 
     ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), the ``names``
@@ -103,7 +104,7 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
     """
     from . import matched, moves, same
 
-    theirs = _read(mujoco, Path(path))
+    theirs = _read(mujoco, Path(path), here)
     theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
     ours = mujoco.MjSpec.from_string(asked["text"])
     ours.modelfiledir = str(Path(path).parent)
@@ -127,16 +128,18 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
     return told
 
 
-def _read(mujoco: Any, path: Path) -> Any:
-    """Return the MjSpec of a file; MuJoCo itself refuses one whose name does not end in .xml."""
+def _read(mujoco: Any, path: Path, here: Path) -> Any:
+    """Return the MjSpec of a file; MuJoCo itself refuses one whose name does not end in .xml.
+
+    ``here`` is the working folder of this process.
+    """
     if path.suffix == ".xml":
         return mujoco.MjSpec.from_file(str(path))
-    before = Path.cwd()
     os.chdir(path.parent)  # where a text's includes are looked for
     try:
-        spec = mujoco.MjSpec.from_string(path.read_text(encoding="utf-8"))
+        spec = mujoco.MjSpec.from_string(world.text(path))
     finally:
-        os.chdir(before)  # what MuJoCo logs goes there, not beside the file
+        os.chdir(here)  # what MuJoCo logs goes there, not beside the file
     spec.modelfiledir = str(path.parent)
     return spec
 

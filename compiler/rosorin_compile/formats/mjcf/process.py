@@ -16,10 +16,10 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics.installing import pip_install
 from ...startup import system
 
@@ -29,6 +29,8 @@ _PATIENCE = 5  # so many times as long may one take that waits: for files, or fo
 TOO_OLD = "is too old for it"  # what a MuJoCo says of itself that does not know what a newer one does
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
+
+_TOP = str(world.real(__file__).parents[3])  # the folder in which the package is
 
 # Run by -c: -m would look for modules in the working folder first, which may be foreign.
 _START = (
@@ -59,15 +61,15 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
     system.needs("resource", system.NO_LIMITS)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         answer = Path(folder, "answer.json")
-        package = str(Path(__file__).resolve().parents[3])
-        command = [sys.executable, "-c", _START, package, str(path.resolve()), str(answer), str(seconds)]
+        command = [sys.executable, "-c", _START, _TOP, str(world.real(path)), str(answer), str(seconds)]
         try:
             done = _run(command, folder, seconds)
         except subprocess.TimeoutExpired:
             return Answer(None, (), _endless(seconds), "make the model smaller", True)
-        if not answer.is_file():
-            return _fallen(done, seconds)
-        made = json.loads(answer.read_text(encoding="utf-8"))
+        said = world.own_text(answer)
+    if said is None:
+        return _fallen(done, seconds)
+    made = json.loads(said)
     told = tuple(made.pop("warnings"))
     if "refused" in made:
         return Answer(None, told, _without_folder(made["refused"], path), "correct it: MuJoCo does not load the file")
@@ -79,7 +81,7 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
 
     A text of ours ``by_itself`` is loaded here; the meshes of others may do to a process what they like.
     """
-    if find_spec("mujoco") is None:
+    if not world.package("mujoco"):
         return ""
     if by_itself:
         from . import engine
@@ -88,15 +90,15 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as own:
         model, answer = Path(own, "model.xml"), Path(own, "answer")
         model.write_text(text, encoding="utf-8")
-        package = str(Path(__file__).resolve().parents[3])
-        command = [sys.executable, "-c", _START_LOAD, package, str(model), str(answer), str(seconds)]
+        command = [sys.executable, "-c", _START_LOAD, _TOP, str(model), str(answer), str(seconds)]
         try:
-            done = _run([*command, str(folder.resolve())], own, seconds)
+            done = _run([*command, str(world.real(folder))], own, seconds)
         except subprocess.TimeoutExpired:
             return _endless(seconds)
-        if not answer.is_file():
-            return _fallen(done, seconds).refusal
-        return _reason(answer.read_text(encoding="utf-8"), text).replace(f"{folder.resolve()}{os.sep}", "")
+        said = world.own_text(answer)
+    if said is None:
+        return _fallen(done, seconds).refusal
+    return _reason(said, text).replace(f"{world.real(folder)}{os.sep}", "")
 
 
 def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:
@@ -104,16 +106,16 @@ def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as own:
         request, answer = Path(own, "request.json"), Path(own, "answer.json")
         request.write_text(json.dumps(asked), encoding="utf-8")
-        package = str(Path(__file__).resolve().parents[3])
-        command = [sys.executable, "-c", _START_PROVE, package, str(path.resolve()), str(answer), str(seconds)]
+        command = [sys.executable, "-c", _START_PROVE, _TOP, str(world.real(path)), str(answer), str(seconds)]
         try:
             done = _run([*command, str(request)], own, seconds)
         except subprocess.TimeoutExpired:
             return _endless(seconds)
-        if not answer.is_file():
-            return _fallen(done, seconds).refusal
-        made: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
-        return made
+        said = world.own_text(answer)
+    if said is None:
+        return _fallen(done, seconds).refusal
+    made: dict[str, Any] = json.loads(said)
+    return made
 
 
 def _reason(refused: str, text: str) -> str:
@@ -137,7 +139,7 @@ def _endless(seconds: int) -> str:
 
 def _environment() -> dict[str, str]:
     """Return the environment without what makes MuJoCo look for a screen."""
-    return {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
+    return {key: value for key, value in world.environment().items() if key != "MUJOCO_GL"}
 
 
 def _fallen(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
@@ -160,4 +162,4 @@ def _fallen(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
 
 def _without_folder(text: str, path: Path) -> str:
     """Return a message that does not tell where the file lies on this machine."""
-    return text.replace(f"{path.resolve().parent}{os.sep}", "")
+    return text.replace(f"{world.real(path).parent}{os.sep}", "")

@@ -7,13 +7,15 @@ each goes with the entry of the tree that it stands before or in.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from ...diagnostics import Diagnostic, arrange, error
 from ...diagnostics.registry import READING, Rule
 from ...frontend.tree import Map
 from ...frontend.tree import Path as TreePath
-from ...world import FILE, kind
+from ...world import FILE, kind, read
 from ...xml.markup import COMMENT, Document, Element, MarkupError, Remark
 from ..checked import accept
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
@@ -53,7 +55,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     if answer.facts is None:
         return Imported(None, [refusal(markup, answer)], files=files)
     named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
-    files += tuple(file for file in named if kind(file) == FILE)
+    files += _noted(file for file in named if kind(file) == FILE)
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:
         reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
@@ -121,6 +123,15 @@ def _names(reading: Reading) -> dict[str, dict[int, str]]:
         | {"actuator": dict(reading.actuator_of)}
         | {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
     )
+
+
+def _noted(files: Iterable[Path]) -> tuple[Path, ...]:
+    """Return files that MuJoCo itself has read, noted as read: what is in a mesh says what its body weighs."""
+    every = tuple(files)
+    for file in every:
+        with suppress(OSError):
+            read(file)
+    return every
 
 
 def _outputs(reading: Reading) -> Map:

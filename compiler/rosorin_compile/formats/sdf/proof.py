@@ -8,13 +8,13 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from ...diagnostics.wording import counted
 from ...frontend.lower import lower
 from ...model import Robot
+from ...world import package
 from ..imported import Imported, Proof
 
 STATES = 20
@@ -30,7 +30,7 @@ def prove(imported: Imported, text: str, files: Mapping[str, str], python: str =
 
     ``python`` has Drake; default: this one, if it has. Meshes are not opened.
     """
-    if not python and find_spec("pydrake") is None:
+    if not python and not package("pydrake"):
         return Proof()
     robot = lower(imported.tree).robot if imported.tree is not None else None
     if robot is None:

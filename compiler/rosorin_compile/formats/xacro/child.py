@@ -6,6 +6,7 @@ it reads is first read safely, so that no entity is ever expanded.
 
 from __future__ import annotations
 
+import glob
 import json
 import math
 import os
@@ -14,12 +15,15 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 from urllib.parse import unquote
 
 from ...frontend.packages import Packages, package_name
+from ...world import environment, matching
+from ...world import text as text_of
 from ...xml.files import read_source
 from ...xml.markup import MarkupError, parse
 from .tracing import Traces, elements, places, where
@@ -130,7 +134,7 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
         xacro = import_module("xacro")
     except ImportError:
         return {"absent": "xacro"}
-    packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(request["file"]))
+    packages = Packages({k: Path(v) for k, v in request["packages"].items()}, environment(), Path(request["file"]))
     arguments = Arguments(request["arguments"])
     traces = Traces()
     wanting = _prepare(xacro, packages, traces)
@@ -208,10 +212,25 @@ def _prepare(xacro: Any, packages: Packages, traces: Traces) -> Wanting:
         return made
 
     xacro.abs_filename_spec, xacro.parse = absolute, read
+    # It calls these itself for its load_yaml and its includes of patterns.
+    xacro.open, xacro.glob = _opened, SimpleNamespace(glob=_matching)
     xacro.substitution_args_context = Context(lambda: xacro.filestack)
     traces.follow(xacro)
     wanting.watch(import_module("xacro.substitution_args"))
     return wanting
+
+
+def _opened(name: str) -> StringIO:
+    """Return a text file open to be read. Raises OSError."""
+    opened: Any = StringIO(text_of(name))
+    opened.name = name  # yaml says it of what is wrong
+    return opened  # type: ignore[no-any-return]
+
+
+def _matching(pattern: str) -> list[str]:
+    """Return the files that a pattern stands for, as xacro finds them; the folders that are looked into are noted."""
+    matching("/", os.path.abspath(pattern).lstrip("/").replace("**", "*"))
+    return glob.glob(pattern)  # noqa: PTH207 - which follows other rules
 
 
 def _without_declaration(text: str) -> str:

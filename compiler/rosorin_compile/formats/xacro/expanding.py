@@ -21,6 +21,7 @@ from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more, counted
 from ...project import shown
 from ...startup import system
+from ...world import environment as variables
 from ...world import variable
 from ...xml.files import read_source
 from ...xml.markup import Document, MarkupError, parse
@@ -178,7 +179,7 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
         "seconds": seconds,
         "environment": None if options.environment is None else dict(options.environment),
     }
-    environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
+    environment = {**variables(), "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     try:
         child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
             [sys.executable, "-c", _CHILD],

@@ -6,10 +6,10 @@ something in the place of each, only to hear what else it asks for.
 
 from __future__ import annotations
 
-import os
 from contextlib import suppress
 from typing import Any
 
+from ...world import is_set
 from .tracing import Place, here
 
 PACKAGE, ARGUMENT, VARIABLE = "package", "argument", "variable"
@@ -50,7 +50,7 @@ class Wanting:
             return argument(name, args)
 
         def eval_env(name: str) -> Any:
-            if self._going_on and name not in os.environ:
+            if not is_set(name) and self._going_on:
                 return self._stand_in(VARIABLE, name)
             return variable(name)
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
     from ...rules.case import Case
+    from ..format import Refusal
     from ..imported import Imported, Proof
     from ..known import Held, Known
     from ..templating import Templates
@@ -75,7 +76,7 @@ def _syntax(text: str) -> object:
     return canonical(tree_of(text))
 
 
-def _refusal(text: str, folder: Path) -> str:
+def _refusal(text: str, folder: Path) -> Refusal:
     from .process import refusal
 
     return refusal(text, folder, by_itself=not _FILE.search(text))
@@ -96,13 +97,16 @@ def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) ->
 def _cannot_say(robot: Robot, fact: Fact) -> bool:
     """Say whether a fact is the type of a joint that MJCF tells from another one by its range alone.
 
-    Or the effort of one whose actuators say it.
+    Or the effort of one whose actuators say it, or whose force is larger below zero than above, of which MJCF has both.
     """
     if (fact.kind, fact.quantity) == ("joint", "effort"):
         from .servos import is_clamped
 
-        limit = robot.joint[fact.name].limit
-        return limit is not None and is_clamped(robot, robot.joint[fact.name], limit.effort or 0.0)
+        joint = robot.joint[fact.name]
+        force = joint.mjcf.get("actuatorfrcrange")
+        if isinstance(force, tuple) and abs(float(force[0])) > abs(float(force[1])):
+            return True
+        return joint.limit is not None and is_clamped(robot, joint, joint.limit.effort or 0.0)
     if (fact.kind, fact.quantity) != ("joint", "type"):
         return False
     from .unsaid import position_range

@@ -255,6 +255,9 @@ def _put_dynamics(entry: Map, said: Mapping[str, str], element: Element) -> dict
     """Set the dynamics of a joint; return what they have no word for."""
     dynamics = Map(element.span)
     words = {key: text for key, text in said.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
+    pair = [float(number) for number in said.get("springdamper", "").split()]
+    if pair and min(pair) > 0:  # of which MuJoCo makes both, whatever else is said
+        words = {key: text for key, text in words.items() if key not in ("damping", "stiffness")}
     rest = put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
     if dynamics:
         put(entry, "dynamics", dynamics)

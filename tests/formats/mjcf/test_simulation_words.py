@@ -240,3 +240,34 @@ def test_what_is_not_refused_is_loaded(tmp_path: Path, made: tuple[str, object])
         return
     (text,) = [artifact.text for artifact in compiled.artifacts if artifact.backend == "mjcf"]
     mujoco.MjModel.from_xml_string(text)
+
+
+REFERRED = """
+robot: geared
+links:
+  base: {}
+  turned: &body {inertial: {mass: 1, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}}
+  led: *body
+  held: *body
+joints:
+  turn: {type: continuous, parent: base, child: turned, axis: [0, 1, 0], xyz: [0, 1, 0], mjcf: {ref: 0.3}}
+  lead: {type: continuous, parent: base, child: led, axis: [0, 1, 0], xyz: [0, 2, 0], mjcf: {ref: -0.2}}
+  hold: {type: continuous, parent: base, child: held, axis: [0, 1, 0], xyz: [0, 3, 0], mjcf: {ref: 0.1}}
+constraints:
+  gears: {type: joint, joints: [turn, lead]POLYNOMIAL}
+  stop: {type: joint, joints: [hold], polynomial: [0.7]}
+outputs: {mjcf: {file: geared.xml, base: fixed}}
+"""
+
+
+@pytest.mark.parametrize("polynomial", [(), (0.1, -2.0), (0.1, 0.5, -0.3, 0.2, 0.1)])
+def test_a_polynomial_of_joints_counts_from_zero_whatever_their_references_are(tmp_path, polynomial):
+    said = f", polynomial: {list(polynomial)}" if polynomial else ""
+    model = mujoco.MjModel.from_xml_string(mjcf(tmp_path, REFERRED.replace("POLYNOMIAL", said)))
+    data = mujoco.MjData(model)
+    for lead in (-0.9, 0.0, 0.4):
+        turn = sum(factor * lead**power for power, factor in enumerate(polynomial or (0.0, 1.0)))
+        data.joint("lead").qpos, data.joint("turn").qpos, data.joint("hold").qpos = lead, turn, 0.7
+        mujoco.mj_forward(model, data)
+        held = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+        assert held == pytest.approx([0, 0], abs=1e-9)

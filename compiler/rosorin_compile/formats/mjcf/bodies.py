@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ...model import Joint, Robot
 from ...model.robot import of_robot
 
@@ -38,6 +40,25 @@ def body_name(robot: Robot, link: str) -> str:
     while name in known:
         name += "_"
     return name
+
+
+def reference(joint: Joint) -> float:
+    """Return the position (rad or m) of a joint at which MuJoCo begins, and has its body (``ref``)."""
+    value = joint.mjcf.get("ref", 0.0) if joint.moves else 0.0
+    return value if isinstance(value, (int, float)) else 0.0
+
+
+def shifted(coefficients: Sequence[float], by: float) -> list[float]:
+    """Return the coefficients of the polynomial of ``x + by`` as one of ``x``, from the lowest up.
+
+    >>> shifted([1, 2, 3], 1)
+    [6, 8, 3]
+    """
+    made = list(coefficients)
+    for lowest in range(len(made)):
+        for place in range(len(made) - 2, lowest - 1, -1):
+            made[place] += by * made[place + 1]
+    return made
 
 
 def is_free(robot: Robot, joint: Joint) -> bool:

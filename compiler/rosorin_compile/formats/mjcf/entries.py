@@ -13,7 +13,7 @@ from ...diagnostics import Span
 from ...frontend.tree import Map
 from ...model import Transform
 from ...xml.markup import Element
-from .bodies import TOUCHES
+from .bodies import TOUCHES, shifted
 from .reading import Reading, numbers, put, put_number, put_pose, tidy, transform
 from .shapes import is_scene, keep_assets, whole_geom
 from .worded import Node, floats, forms_of, listing, put_words, text_of
@@ -152,10 +152,23 @@ def add_constraint(reading: Reading, constraints: Map, index: int, node: Node, e
     paired = {f"{word}{number}" for word in _PAIRED for number in (1, 2)}
     rest = {key: text for key, text in said.items() if key not in paired}
     _put_relative(entry, rest, element)
+    if node["tag"] == _JOINT:
+        rest |= _from_zero(reading, index, rest)
     if put_words(entry, rest, "constraint", element, _OF_CONSTRAINT):
         _whole(reading, "equality", {**node, "attributes": {**said, "name": name}}, element.span)
         return
     constraints.put(name, entry, element.span, element.span)
+
+
+def _from_zero(reading: Reading, index: int, said: Mapping[str, str]) -> dict[str, str]:
+    """Return the polynomial of an equality of joints, counted from zero; nothing where MuJoCo counts so, too."""
+    equality, joints = reading.facts["equalities"][index], reading.facts["joints"]
+    both = (equality["first"], equality["second"])
+    first, second = (reading.facts["zero"][joints[joint]["address"]] if joint >= 0 else 0.0 for joint in both)
+    if not first and not second:
+        return {}
+    offset, *others = shifted(floats(said, "polycoef", [0, 1, 0, 0, 0]), -second)
+    return {"polycoef": " ".join(repr(tidy(value)) for value in (offset + first, *others))}
 
 
 def _put_relative(entry: Map, said: dict[str, str], element: Element) -> None:

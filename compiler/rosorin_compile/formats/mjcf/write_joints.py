@@ -14,7 +14,7 @@ from ...model.standing import HOME, home_of
 from ...numbers import NumberFormat, numbers, vector
 from ...xml.escaping import Markup
 from ..templating import attributes
-from .bodies import FLOATING, PLANAR, STIFF, is_free
+from .bodies import FLOATING, PLANAR, STIFF, is_free, reference
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .unsaid import position_range
 from .write_simulation import SimulationPrinter
@@ -25,12 +25,6 @@ TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
 _AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
-
-
-def reference(joint: Joint) -> float:
-    """Return the position (rad or m) of a joint at which MuJoCo begins, and has its body (``ref``)."""
-    value = joint.mjcf.get("ref", 0.0) if joint.type in TYPES else 0.0
-    return value if isinstance(value, (int, float)) else 0.0
 
 
 def stands(joint: Joint) -> Pose:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import posixpath
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from ...model import Attribute, Contact, ContactPair, Entry, Marked, Material, Robot, Shape, Tendon, Values
 from ...numbers import NumberFormat
 from ...xml.escaping import Markup
 from ..templating import attributes
-from .bodies import body_name
+from .bodies import body_name, reference, shifted
 from .classes import Named, Part
 from .masks import contact_layers
 from .servos import Drive, aims
@@ -56,7 +57,7 @@ class SimulationPrinter:
         return Simulated(
             actuators,
             [self.tendon(tendon) for tendon in simulation.tendons],
-            [self.entry(constraint) for constraint in simulation.constraints],
+            [self.constraint(constraint) for constraint in simulation.constraints],
             [self.entry(sensor) for sensor in simulation.sensors],
             [part for pair in simulation.contact_pairs for part in self.pair(pair, geoms)],
         )
@@ -116,6 +117,16 @@ class SimulationPrinter:
         path = [Part(stop.tag, self.printed(stop.values)) for stop in tendon.path]
         tag = "fixed" if tendon.joints else "spatial"
         return Part(tag, self.printed({"name": tendon.name, **tendon.values}), joints or path)
+
+    def constraint(self, entry: Entry) -> Part:
+        """Return the element of a constraint; MuJoCo counts both joints of a polynomial from their references."""
+        known = (self.robot.joint.get(str(entry.values.get(word, ""))) for word in ("joint1", "joint2"))
+        first, second = (reference(joint) if joint else 0.0 for joint in known)
+        if not first and not second:
+            return self.entry(entry)
+        said = entry.values.get("polycoef")
+        offset, *others = shifted(list(map(float, said)) if isinstance(said, tuple) else [0.0, 1.0], second)
+        return self.entry(replace(entry, values={**entry.values, "polycoef": (offset - first, *others)}))
 
     def entry(self, entry: Entry) -> Part:
         """Return the element of an entry of a list."""

@@ -17,6 +17,7 @@ from ..frontend.tree import Path
 from ..model import Actuator, Cylinder, Joint, Sphere
 from .case import Case, number
 from .simulated_names import BALL, several
+from .unfit import unfit
 
 AFTER = "simulated_names"
 
@@ -179,74 +180,22 @@ def _lacking(case: Case, driver: Driver) -> Iterator[Diagnostic]:
         yield case.problem("actuator-word", message, (*path, "damping_ratio"), "leave one of them out", key=True)
     if "inheritrange" in actuator.mjcf:
         yield from _inherited(case, driver)
-    elif kind in ("damper", "adhesion") and actuator.range is None:
+    elif kind in ("damper", "adhesion") and (actuator.range is None or actuator.unlimited):
         message = f"{called} is of type {kind} and has no range"
-        yield case.problem("actuator-word", message, path, "write range: [0, ...]", key=True)
+        place = (*path, "unlimited") if actuator.unlimited else path
+        yield case.problem("actuator-word", message, place, "write range: [0, ...]", key=True)
     elif kind in ("damper", "adhesion") and actuator.range is not None and actuator.range[0] < 0:
         message = f"the range of {called} begins below zero, and it is of type {kind}"
         yield case.problem("actuator-word", message, (*path, "range"), "write range: [0, ...]")
     if kind == "dcmotor":
         yield from _motor(case, driver)
+    if kind == "muscle" and actuator.gear and not actuator.gear[0] and "lengthrange" not in actuator.mjcf:
+        message = f"{called} is of type muscle and has a gear of 0: its length never changes"
+        help = "write another gear, or mjcf: {lengthrange: [..., ...]}"
+        yield case.problem("actuator-word", message, (*path, "gear"), help, key=True)
     yield from _limited(case, driver)
-    for word, message, help in _unfit(actuator):
+    for word, message, help in unfit(actuator):
         yield case.problem("actuator-word", f"{called} {message}", (*path, "mjcf", word), help, key=True)
-
-
-_INPUTS = {
-    "orientation": ("expmap", "quat"),
-    "pid": ("pos", "vel", "ff"),
-    "dcmotor": ("pos", "vel", "ff", "voltage", "none"),
-    "general": ("pos", "vel", "ff", "voltage", "pressure", "none", "expmap", "quat"),
-}
-
-
-def _unfit(actuator: Actuator) -> Iterator[tuple[str, str, str]]:
-    """Yield attributes that MuJoCo takes of its type only with others, or in another form: word, message, way out."""
-    values, targets = actuator.mjcf, set(actuator.targets)
-    if "cranklength" in values and "cranksite" not in targets:
-        yield "cranklength", "has a cranklength and no crank", "write slider_site and crank_site, or leave it out"
-    if targets and not targets & {"joint", "tendon", "jointinparent"}:
-        for word in ("damping", "armature"):
-            if word in values:
-                yield word, f"has {word}, which only joints and tendons take", "leave it out"
-    constants = values.get("timeconst")
-    count = len(constants) if isinstance(constants, tuple) else 1
-    if constants is not None and count != (2 if actuator.type == "muscle" else 1):
-        help = "write two numbers: activation, deactivation" if actuator.type == "muscle" else "write one number"
-        yield "timeconst", f"has {count} time constant{'s' if count > 1 else ''}", help
-    if isinstance(constants, float) and constants < 0:
-        yield "timeconst", "has a time constant below zero", "write a time"
-    words = str(values.get("input", "")).split()
-    legal = _INPUTS.get(actuator.type, ())
-    if words != [word for word in legal if word in words]:
-        yield "input", f'has an input "{" ".join(words)}"', f"write some of: {' '.join(legal)}, in this order"
-    yield from _unfit_general(actuator)
-
-
-def _unfit_general(actuator: Actuator) -> Iterator[tuple[str, str, str]]:
-    values = actuator.mjcf
-    if actuator.type == "general" and values.get("dyntype", "none") == "none":
-        for word in ("actdim", "actrange", "actlimited"):
-            if values.get(word):
-                yield word, f"has {word} and no activation", "say its dyntype, or leave it out"
-    if (
-        "actdim" in values
-        and values.get("dyntype") not in (None, "none", "user", "dcmotor", "pid")
-        and values["actdim"] != 1
-    ):
-        yield "actdim", f"has one activation, that of {values['dyntype']}", "leave it out"
-    if actuator.type == "general" and (values.get("gaintype") == "so3") != (values.get("biastype") == "so3"):
-        word = "gaintype" if values.get("gaintype") == "so3" else "biastype"
-        yield word, "is so3 in one of gaintype and biastype", "write both, or take the type orientation"
-    smooth = values.get("tausmooth")
-    if isinstance(smooth, float) and smooth < 0:
-        yield "tausmooth", "is smoothed over a time below zero", "write a time"
-    parts = [word for word in ("dyntype", "gaintype") if values.get(word) == "dcmotor"]
-    if actuator.type == "general" and parts and values.get("actearly") is not True:
-        yield parts[0], "is a dcmotor in parts", "take the type dcmotor"
-    low, high = (values.get(word, other) for word, other in (("lmin", 0.5), ("lmax", 1.6)))
-    if isinstance(low, float) and isinstance(high, float) and not low < 1 < high:
-        yield ("lmin" if "lmin" in values else "lmax"), "has lengths that are not around 1", "write lmin < 1 < lmax"
 
 
 def _motor(case: Case, driver: Driver) -> Iterator[Diagnostic]:

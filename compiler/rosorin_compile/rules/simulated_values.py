@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ..diagnostics import NOTE, Diagnostic
+from ..diagnostics import NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import SIMULATED, Check, rule
 from ..diagnostics.wording import counted
 from ..frontend.tree import Path, at
@@ -122,7 +122,8 @@ def _contacts(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
 @rule(
     "contact-layer",
     "A contact names a layer that `contact_layers` does not list, that list names one twice, or there are more layers "
-    "than MuJoCo has bits.",
+    "than MuJoCo has bits. A warning, where there is no list: no shape is on a layer that is to be touched, or a shape "
+    "is on one that nothing touches, with a name like that of another one.",
     "Correct the name, or add it to the list.",
     SIMULATED,
 )
@@ -148,6 +149,31 @@ def layers(case: Case) -> Iterator[Diagnostic]:
     if not listed and len({*named, SHARED_LAYER}) > MOST_LAYERS:
         message = f"shapes name {len({*named, SHARED_LAYER})} layers of contacts: MuJoCo has bits for {MOST_LAYERS}"
         yield case.problem("contact-layer", message, next(iter(named.values())), "use fewer layers")
+    if not listed:
+        yield from _lonely(case)
+
+
+def _lonely(case: Case) -> Iterator[Diagnostic]:
+    """Yield layers that one side of contacts alone names; what says nothing of them has the shared one on both."""
+    sides: dict[str, dict[str, Path]] = {"layers": {}, "touches": {}}
+    inert: set[str] = set()
+    for entry, path, _ in _contacts(case):
+        for key, names in sides.items():
+            for index, name in enumerate(entry.get(key) or ()):
+                names.setdefault(name, (*path, key, index))
+        inert |= {*(entry.get("layers") or ())} if entry.get("touches") == [] else set()
+    for key, other in (("touches", "layers"), ("layers", "touches")):
+        for name, path in sides[key].items():
+            if name in sides[other] or name == SHARED_LAYER:
+                continue
+            what = "is on" if key == "touches" else "touches"
+            otherwise = f'the floor and all that names no layer is on "{SHARED_LAYER}"'
+            if key == "layers" and name in inert:
+                otherwise = "write layers: [] where nothing is to find it"
+            help = suggest(name, {*sides[other], SHARED_LAYER}, otherwise)
+            if key == "touches" or name in inert or help.startswith("did"):
+                message = f'no shape {what} the layer "{name}" of contacts'
+                yield case.problem("contact-layer", message, path, help, severity=WARNING)
 
 
 # What a joint of each kind counts among the speeds.

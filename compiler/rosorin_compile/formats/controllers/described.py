@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
+from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import first_of, quoted
 from ...frontend.tree import Path, Seq, at, exists
@@ -155,7 +155,6 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     wrong = of_type(controller.name, controller.type, distribution)
     if wrong is not None:
         yield wrong
-    yield from _named(case, one)
     said = {key: one.values[key] for key in controller.params}
     told = list(against_kind(name, one.kind, {**_lists(one.values), **said}) if one.kind else unwritable(name, said))
     yield from told
@@ -238,17 +237,6 @@ def _of_edge(case: Case, rule: str, message: str, path: Path, edge: Edge, help: 
 def _lists(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters that are lists of names: keys of others follow from them."""
     return {key: value for key, value in values.items() if isinstance(value, list)}
-
-
-def _named(case: Case, one: Filled) -> Iterator[Finding]:
-    """Yield a hardware block or a sensor that a controller names and that is not there."""
-    blocks, sensors = [block.name for block in case.robot.control], [sensor.name for sensor in case.robot.sensors]
-    for key, word, names in (("hardware", "hardware block", blocks), ("sensor", "sensor", sensors)):
-        said = getattr(one.controller, key)
-        if said and said not in names:
-            message = f'the controller "{one.controller.name}" names the {word} "{said}", which there is not'
-            help = did_you_mean(said, names) or f"the robot has no {word}"
-            yield Finding("controller-name", message, key, help, unknown=said, known=names)
 
 
 def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic:

@@ -1,7 +1,7 @@
 """What the section ``moveit`` says wrongly, for the URDF that its SRDF belongs to.
 
-MoveIt prints such mistakes among a hundred other lines, leaves out the group or the pair, and goes on. Names of links
-and joints that the robot does not have are a rule about all sections.
+MoveIt prints such mistakes among a hundred other lines, leaves out the group or the pair, and goes on. Names that are
+those of nothing are told without an SRDF, too: by ``rules.kinematics`` and ``rules.section_names``.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from collections.abc import Iterable, Iterator
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import OUTPUTS, Rule
 from ...diagnostics.wording import counted, first_of, quoted
-from ...frontend.tree import Path, at, exists
+from ...frontend.tree import Path, at
 from ...model import Joint, Output
 from ...model.moveit import EndEffector, Group
 from ...rules.case import Case, suggest
+from ...rules.section_names import state_path
 from ...rules.tf_tree import is_tree
 from .planning import URDF, Planning, planning_of
 
@@ -31,8 +32,6 @@ RULES = (
         "Name another one; or `urdf` of `moveit` names a URDF that has it, such as one with `frames: all`.",
         OUTPUTS,
     ),
-    Rule("moveit-unknown-group", "A name is that of no planning group.", "Correct the name.", OUTPUTS),
-    Rule("moveit-unknown-pose", "A state of a group is a pose that there is not.", "Correct the name.", OUTPUTS),
     Rule(
         "moveit-group",
         "A planning group has no joint, or has itself in it.",
@@ -139,21 +138,11 @@ def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
             yield case.problem("moveit-not-in-urdf", what, path, help)
 
 
-def _unknown_group(case: Case, planning: Planning, name: str, path: Path, what: str) -> Iterator[Diagnostic]:
-    if name not in planning.groups:
-        message = f'there is no planning group "{name}", {what}'
-        help = case.suggest(path, name, planning.groups, "name a group of moveit")
-        yield case.problem("moveit-unknown-group", message, path, help)
-
-
 def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield groups that name no group, have themselves in them, or have nothing in them."""
+    """Yield groups that have themselves in them, or have nothing in them."""
     told: set[str] = set()
     for group in planning.said.groups:
         path: Path = (_TOP, "groups", group.name)
-        for index, name in enumerate(group.groups):
-            what = f'in planning group "{group.name}"'
-            yield from _unknown_group(case, planning, name, (*path, "groups", index), what)
         circle = _circle(planning, group)
         if circle:
             if not told.intersection(circle):
@@ -210,21 +199,16 @@ def _is_sound(planning: Planning, group: Group) -> bool:
 
 
 def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield states that no pose is, or that place nothing, and poses that hardly miss to be one."""
+    """Yield states that place nothing, and poses that hardly miss to be one."""
     poses = {pose.name: pose for pose in case.robot.poses}
     used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
     for group in planning.said.groups:
         active = planning.active(group)
         for state, name in (group.states or {}).items():
-            path = _state_path(case, group, state)
-            if name not in poses:
-                message = f'there is no pose "{name}", a state of planning group "{group.name}"'
-                help = case.suggest(path, name, poses, "add it to poses")
-                yield case.problem("moveit-unknown-pose", message, path, help)
-            elif active and not any(joint in poses[name].positions for joint in active):
+            if name in poses and active and not any(joint in poses[name].positions for joint in active):
                 message = f'pose "{name}" places no joint of planning group "{group.name}"'
                 help = f"name one of its joints in the pose: {first_of(active, 5)}"
-                yield case.problem("moveit-state", message, path, help)
+                yield case.problem("moveit-state", message, state_path(case, group, state), help)
     told: set[str] = set()
     for group in planning.said.groups:
         for pose in poses.values() if group.states is None else ():
@@ -245,17 +229,8 @@ def _nearly(case: Case, planning: Planning, group: Group, pose: str, positions: 
     return [case.problem("moveit-state", message, ("poses", pose), help, severity=NOTE, key=True)]
 
 
-def _state_path(case: Case, group: Group, state: str) -> Path:
-    path: Path = (_TOP, "groups", group.name, "states")
-    return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
-
-
 def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[Diagnostic]:
     path: Path = (_TOP, "end_effectors", one.name)
-    yield from _unknown_group(case, planning, one.group, (*path, "group"), f'of end effector "{one.name}"')
-    if one.parent_group:
-        what = f'the parent group of end effector "{one.name}"'
-        yield from _unknown_group(case, planning, one.parent_group, (*path, "parent_group"), what)
     if not {one.group, one.parent_group or one.group} <= set(planning.groups) or one.parent not in planning.links:
         return
     rule, own = "moveit-end-effector", planning.groups[one.group]

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from ...diagnostics import ERROR, WARNING, Diagnostic, nearest, swaps
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import counted, quoted
-from ...frontend.misnamed import name_meant
 from ...frontend.tree import Path, at
 from ...model import Joint, Output, Robot
 from ...model.control import (
@@ -75,18 +74,6 @@ RULES = (
         CONTROL,
     ),
     Rule(
-        "control-pose",
-        "A hardware block starts in a pose that the robot does not have.",
-        "Name one of `poses`.",
-        CONTROL,
-    ),
-    Rule(
-        "control-transmission",
-        "A transmission moves a joint that its block does not have, or has no joint or no actuator.",
-        "Name a joint of the same block.",
-        CONTROL,
-    ),
-    Rule(
         "control-ignored",
         "A warning: Humble does not read a key of a hardware block, or a description has no block where an output asks "
         "for them.",
@@ -136,12 +123,6 @@ def _called(block: Block) -> str:
 def _block(case: Case, block: Block) -> Iterator[Diagnostic]:
     """Yield what is wrong with a block, wherever it goes."""
     yield from _type(case, block)
-    poses = [pose.name for pose in case.robot.poses]
-    if block.pose and block.pose not in poses:
-        message = f'{_called(block)} starts in pose "{block.pose}", which there is not'
-        path = _path(block, "pose")
-        help = name_meant(case.tree, path, block.pose, poses) or "the description has no poses"
-        yield case.problem("control-pose", message, path, help)
     yield from _params(case, block.params, _called(block), _path(block, "params"))
     for section, one in block.components():
         word = section.removesuffix("s")
@@ -149,7 +130,6 @@ def _block(case: Case, block: Block) -> Iterator[Diagnostic]:
     for one in block.joints:
         if one.name in case.robot.joint:
             yield from _limits(case, block, case.robot.joint[one.name], one)
-    yield from _transmissions(case, block)
 
 
 def _type(case: Case, block: Block) -> Iterator[Diagnostic]:
@@ -263,21 +243,6 @@ def _units(case: Case, joint: Joint, interface: Interface, path: Path) -> Iterat
             message = f'the {interface.name} of joint "{joint.name}" is {describe(unit[1])}, but {text} is '
             message += describe(value.dimension)
             yield case.problem("wrong-unit", message, (*path, key), f"write it in {wanted}")
-
-
-def _transmissions(case: Case, block: Block) -> Iterator[Diagnostic]:
-    names = [one.name for one in block.joints]
-    for one in block.transmissions:
-        path = _path(block, "transmissions", one.name)
-        for key, ends in (("joints", one.joints), ("actuators", one.actuators)):
-            if not ends:
-                message = f'transmission "{one.name}" of {_called(block)} has no {key}'
-                yield case.problem("control-transmission", message, (*path, key), "it has one at least", key=True)
-        for end in one.joints:
-            if end.name not in names:
-                message = f'transmission "{one.name}" moves joint "{end.name}", which {_called(block)} does not have'
-                help = case.suggest(path, end.name, names, "name a joint of the same block")
-                yield case.problem("control-transmission", message, (*path, "joints", end.name), help, key=True)
 
 
 def _shared(case: Case) -> Iterator[Diagnostic]:

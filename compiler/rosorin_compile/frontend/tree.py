@@ -120,8 +120,14 @@ class Place(NamedTuple):
     via: Instance | None
 
     def stack(self) -> tuple[Related, ...]:
-        """Return the includes and parts passed through, innermost first."""
-        return tuple(self.via.stack()) if self.via else ()
+        """Return the includes and parts passed through, innermost first.
+
+        What stands in a file was not included by it, though it stands in a section that began in an included one.
+        """
+        via = self.via
+        while via is not None and not via.made and via.span != self.span and via.span.source == self.span.source:
+            via = via.parent
+        return tuple(via.stack()) if via else ()
 
 
 def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Place:

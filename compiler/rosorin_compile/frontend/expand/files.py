@@ -423,8 +423,9 @@ class Reader:
         related = [Related("first defined here", made.key_spans[key])]
         place = locate(more, (key,), key=True)
         if key in _JOINED or key in _LISTED:
-            wanted = "a mapping" if key in _JOINED else "a list"
-            self._error("wrong-type", f"{key} is {wanted} in every file", place, "write it so in both", related)
+            wanted, kind = ("a mapping", Map) if key in _JOINED else ("a list", Seq)
+            if isinstance(made[key], kind):  # else that is told, where it stands
+                self._error("wrong-type", f"{key} is {wanted} in every file", place, "write it so in both", related)
         else:
             self._error("duplicate-key", f'"{key}" is said twice', place, "remove one", related)
 

@@ -73,7 +73,7 @@ def test_a_mesh_that_mujoco_loads_is_nothing_to_say(project: Path) -> None:
     assert FORMATS["mjcf"].refusal is not None
     asset = '<asset><mesh name="m" file="cover.obj"/></asset>'
     text = f'<mujoco>{asset}<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
-    assert FORMATS["mjcf"].refusal(text, Path("outputs/cart")) == ""
+    assert FORMATS["mjcf"].refusal(text, Path("outputs/cart")).reason == ""
 
 
 def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys: Shown) -> None:
@@ -83,7 +83,7 @@ def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys:
     assert FORMATS["mjcf"].refusal is not None
     text = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
     reason = "mass and inertia of moving bodies must be larger than mjMINVAL Element name '', id 1, line 1"
-    assert FORMATS["mjcf"].refusal(text, project) == reason
+    assert FORMATS["mjcf"].refusal(text, project) == (reason, False)
 
 
 def test_a_refusal_that_names_no_mesh_stands_at_the_output(
@@ -92,17 +92,17 @@ def test_a_refusal_that_names_no_mesh_stands_at_the_output(
     edit(project / "descriptions/cart/robot.yaml", "      - mesh: {file: cover.obj}\n", "")
     assert main(["all"]) == 0
     engine = sys.modules["rosorin_compile.formats.mjcf.engine"]
-    monkeypatch.setattr(engine, "load", lambda *_: "Error: no room\nline 3")
+    monkeypatch.setattr(engine, "load", lambda *_: ("Error: no room, is too old for it\nline 3", False))
     assert said(capsys, 1) == [
         "descriptions/cart/robot.yaml:7:11: error[engine-refuses]: cart.xml is not loaded by the engine that it is for:"
-        " no room line 3"
+        " no room, is too old for it line 3"
     ]
 
 
 @pytest.mark.usefixtures("project")
 def test_without_mujoco_nothing_is_asked(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(["all"]) == 0
-    monkeypatch.setattr("rosorin_compile.formats.mjcf.process.find_spec", lambda _: None)
+    monkeypatch.setattr(process.world, "package", lambda _: None)
     assert said(capsys, 0) == []
 
 
@@ -132,3 +132,14 @@ def test_an_engine_that_is_too_old_is_a_warning(home: Path, capsys: Shown, monke
     monkeypatch.setattr(OldMuJoCo, "__version__", "4.0.0")
     (line,) = said(capsys, 1)
     assert "error[engine-refuses]" in line
+
+
+@pytest.mark.slow  # MuJoCo in a process of its own
+def test_before_the_first_all_artifacts_are_missing_and_no_engine_is_asked(project: Path, capsys: Shown) -> None:
+    assert main(["check"]) == 1
+    told = "".join(capsys.readouterr())
+    assert "cart.xml: missing; rosorin-compile all writes it" in told
+    assert "engine-refuses" not in told
+    assert main(["all"]) == 0
+    next((project / "outputs/cart").rglob("*.obj")).unlink()
+    assert said(capsys, 1) == []

@@ -42,6 +42,16 @@ class Artifact(NamedTuple):
         return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
 
 
+class Refusal(NamedTuple):
+    """Why an engine does not load an artifact; empty if it does, or is not installed.
+
+    ``outdated`` says that the engine is too old for it, which says nothing of the artifact.
+    """
+
+    reason: str = ""
+    outdated: bool = False
+
+
 class Fact(NamedTuple):
     """What a fact is about: ``kind`` joint, link, frame or pose; its name; the quantity, such as "origin z"."""
 
@@ -195,8 +205,8 @@ class Format:
       that is not JSON itself. Raises ValueError.
     - ``differ``: what differs between two texts whose facts are the same, in words; empty if nobody can say.
     - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
-    - ``refusal``: why the engine that reads such files does not load a text that stands in a folder; empty if it does,
-      or is not installed. For ``check``.
+    - ``refusal``: why the engine that reads such files does not load a text that stands in a folder. For ``check``. One
+      of another package may return the reason alone, as text.
     - ``prove``: how its engine tells an artifact from the source that it was imported from, by the artifact's text and
       the files of its meshes (by the names there). For ``import`` of a source of the same format.
 
@@ -261,7 +271,7 @@ class Format:
     data: Callable[[str], Any] | None = None
     differ: Callable[[str, str], str] | None = None
     shown: bool = True
-    refusal: Callable[[str, Path], str] | None = None
+    refusal: Callable[[str, Path], Refusal] | None = None
     prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
     frames: Callable[[Robot], Collection[str]] | None = None
     solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None

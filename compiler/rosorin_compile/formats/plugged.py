@@ -17,7 +17,7 @@ from ..diagnostics import Diagnostic
 from ..diagnostics.registry import OF_PLUGINS, Rule, check_texts, find
 from ..plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
 from ..project import ENDINGS, data_folder
-from .format import Asked, Fact, Facts, Format, Value
+from .format import Asked, Fact, Facts, Format, Refusal, Value
 from .templating import TemplateProblem
 
 if TYPE_CHECKING:
@@ -249,6 +249,12 @@ def _text(value: Any) -> str:
     return _texts([value])[0]
 
 
+def _refusal(value: Any) -> Refusal:
+    """Return why an engine does not load an artifact: the reason, or one with whether the engine is too old."""
+    reason, outdated = value if isinstance(value, tuple) else (value, False)
+    return Refusal(_text(reason), bool(outdated))
+
+
 def _asked(value: Any) -> Asked:
     """Return the output that the description of an imported robot has: an entry, or one with a remark."""
     entry, remark = value if isinstance(value, tuple) else (value, "")
@@ -268,7 +274,7 @@ _GIVES: Mapping[str, Callable[[Any], Any]] = {
     "leaves_out": bool,
     "adds": bool,
     "beside": _texts,
-    "refusal": _text,
+    "refusal": _refusal,
     "robot_of": _text,
     "asked": _asked,
     "opens": _text,

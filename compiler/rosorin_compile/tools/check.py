@@ -54,10 +54,10 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..diagnostics.markdown import Block
     from ..formats import Artifact
+    from ..formats.format import Refusal
     from ..frontend.arguments import Argument
     from ..frontend.expand.included_robots import Tell
     from ..meaning.golden import Comparison
-    from ..pipeline import Compiled
     from .package.checking import Checked
     from .view.changed import Pictures
 
@@ -230,9 +230,10 @@ def check_one(run: Run, description: Description, pictures: Pictures | None = No
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    refusals = refused(run.given, description, compiled)
-    run.console.show(refusals)
     meshes = mesh_files(compiled)
+    written = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
+    refusals = refused(run.given, description, written)
+    run.console.show(refusals)
     comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
     changed = [(name, what) for name, data in meshes.items() if (what := _mesh(data, committed.get(name)))]
     if pictures is not None:
@@ -282,33 +283,32 @@ def _mesh(compiled: bytes, committed: bytes | None) -> str:
     return f"{what}; rosorin-compile all writes it"
 
 
-def refused(given: Given, description: Description, compiled: Compiled) -> list[Diagnostic]:
+def refused(given: Given, description: Description, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """Return an error for each artifact that its engine does not load, or for each mesh that keeps it from that.
 
-    An engine that is too old is a warning.
+    An engine that is too old is a warning. Asked are those of which there is a file, with all that stands beside it.
 
     MuJoCo takes 0.3 s to be imported, and some milliseconds a robot; with meshes 0.5 s, in a process of its own.
     """
     from ..formats import FORMATS
 
     told = []
-    for artifact in compiled.artifacts:
+    for artifact in artifacts:
         ask = FORMATS[artifact.backend].refusal
-        reason = ask(artifact.text, (description.outputs / artifact.file).parent) if ask else ""
-        if reason:
-            told += _refusal(given, description, artifact, reason)
+        found = ask(artifact.text, (description.outputs / artifact.file).parent) if ask else None
+        if found is not None and found.reason:
+            told += _refusal(given, description, artifact, found)
     return told
 
 
-def _refusal(given: Given, description: Description, artifact: Artifact, reason: str) -> list[Diagnostic]:
+def _refusal(given: Given, description: Description, artifact: Artifact, found: Refusal) -> list[Diagnostic]:
     """Return why an engine does not load an artifact, at the meshes that it names, or else at the output."""
     from ..diagnostics import WARNING, Diagnostic, error
-    from ..formats.mjcf.process import TOO_OLD
     from ..frontend.tree import locate
     from ..model import Mesh
 
-    message = f"{artifact.file} is not loaded by the engine that it is for: {reason}"
-    if TOO_OLD in reason:  # which says nothing of the artifact
+    message = f"{artifact.file} is not loaded by the engine that it is for: {found.reason}"
+    if found.outdated:  # which says nothing of the artifact
         return [Diagnostic("engine-refuses", WARNING, message)]
     known = understood(given, description, Console("json"))  # a second time, for the places; said is nothing
     if known is None:
@@ -319,7 +319,7 @@ def _refusal(given: Given, description: Description, artifact: Artifact, reason:
         for link in known.robot.links
         for purpose in ("collision", "visual")
         for index, shape in enumerate(getattr(link, purpose))
-        if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in reason
+        if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
     ]
     output = locate(case.tree, ("outputs", artifact.output), key=True)
     return at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from ... import world
-from .process import TOO_OLD
 from .resolved import KINDS, is_named, name_all, resolved, without_made_up
 
 _WRITTEN_FOR = 4  # the MuJoCo that our MJCF is written for
@@ -38,18 +37,18 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
             if not hasattr(spec.compiler, "savecompiled"):
                 made["rounded_by"] = mujoco.__version__
         except Exception as problem:  # whatever the reader refuses is told, not raised
-            made = {"refused": without_made_up(reason(mujoco, problem))}
+            made = {"refused": without_made_up(reason(mujoco, problem)[0])}
     made["warnings"] = [str(warning.message) for warning in caught]
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
 
 
-def reason(mujoco: Any, problem: Exception) -> str:
-    """Return why MuJoCo refuses a model; of what an older one does not know, that MuJoCo 4 does."""
+def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
+    """Return why MuJoCo refuses a model, and whether it is too old to know what MuJoCo 4 does."""
     told = str(problem)
     unknown = isinstance(problem, AttributeError) or "unrecognized" in told
     if not unknown or int(mujoco.__version__.partition(".")[0]) >= _WRITTEN_FOR:
-        return told
-    return f"MuJoCo {mujoco.__version__} {TOO_OLD}, MuJoCo {_WRITTEN_FOR} may know it: {told}"
+        return told, False
+    return f"MuJoCo {mujoco.__version__} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {told}", True
 
 
 def _strip_paths(spec: Any) -> None:
@@ -61,8 +60,11 @@ def _strip_paths(spec: Any) -> None:
             texture.cubefiles = [file.replace("\\", "/").rpartition("/")[2] for file in texture.cubefiles]
 
 
-def load(mujoco: Any, text: str, folder: str) -> str:
-    """Return why MuJoCo refuses an MJCF that stands in a folder; empty if it loads it. A file is read to its end."""
+def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
+    """Return why MuJoCo refuses an MJCF that stands in a folder, and whether it is too old for it.
+
+    The reason is empty if it loads it. A file is read to its end.
+    """
     mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -71,17 +73,18 @@ def load(mujoco: Any, text: str, folder: str) -> str:
             spec.modelfiledir = folder
             spec.compile()
         except Exception as problem:
-            return reason(mujoco, problem) or type(problem).__name__
+            told, outdated = reason(mujoco, problem)
+            return told or type(problem).__name__, outdated
         finally:
             mujoco.set_mju_user_warning(None)
-    return ""
+    return "", False
 
 
 def main_load(path: str, answer: str, cpu_seconds: int, folder: str) -> None:
     """Load the MJCF at ``path`` as if it stood in ``folder``; write why it is refused to the file ``answer``."""
     _limit(cpu_seconds)
     refused = load(import_module("mujoco"), world.own_text(path) or "", folder)
-    Path(answer).write_text(refused, encoding="utf-8")
+    Path(answer).write_text(json.dumps(refused), encoding="utf-8")
 
 
 def main_prove(path: str, answer: str, cpu_seconds: int, request: str) -> None:

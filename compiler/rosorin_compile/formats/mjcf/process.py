@@ -22,11 +22,10 @@ from typing import Any, NamedTuple
 from ... import world
 from ...diagnostics.installing import pip_install
 from ...startup import system
+from ..format import Refusal
 
 SECONDS = 60  # of calculating, which the child counts itself
 _PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine
-
-TOO_OLD = "is too old for it"  # what a MuJoCo says of itself that does not know what a newer one does
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 
@@ -76,17 +75,18 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
     return Answer(made, told)
 
 
-def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) -> str:
-    """Return why MuJoCo does not load an MJCF that stands in ``folder``; empty if it does, or is not installed.
+def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) -> Refusal:
+    """Return why MuJoCo does not load an MJCF that stands in ``folder``; nothing if it does, or is not installed.
 
     A text of ours ``by_itself`` is loaded here; the meshes of others may do to a process what they like.
     """
     if not world.package("mujoco"):
-        return ""
+        return Refusal()
     if by_itself:
         from . import engine
 
-        return _reason(engine.load(import_module("mujoco"), text, str(folder)), text)
+        reason, outdated = engine.load(import_module("mujoco"), text, str(folder))
+        return Refusal(_reason(reason, text), outdated)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as own:
         model, answer = Path(own, "model.xml"), Path(own, "answer")
         model.write_text(text, encoding="utf-8")
@@ -94,11 +94,12 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
         try:
             done = _run([*command, str(world.real(folder))], own, seconds)
         except subprocess.TimeoutExpired:
-            return _endless(seconds)
+            return Refusal(_endless(seconds))
         said = world.own_text(answer)
     if said is None:
-        return _fallen(done, seconds).refusal
-    return _reason(said, text).replace(f"{world.real(folder)}{os.sep}", "")
+        return Refusal(_fallen(done, seconds).refusal)
+    reason, outdated = json.loads(said)
+    return Refusal(_reason(reason, text).replace(f"{world.real(folder)}{os.sep}", ""), outdated)
 
 
 def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:

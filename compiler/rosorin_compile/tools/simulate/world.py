@@ -139,7 +139,7 @@ class World:
             if self.own:
                 self.model = spec.compile()
         except ValueError as problem:
-            raise Refused(reason(mujoco, problem) or "MuJoCo does not say why") from None
+            raise Refused(reason(mujoco, problem)[0] or "MuJoCo does not say why") from None
         self.data = mujoco.MjData(self.model)
         self.link_of = self._links()
         self.actuators = self._actuators()

@@ -155,6 +155,14 @@ def test_an_artifact_with_too_small_a_footprint_disagrees() -> None:
     assert '"base_link" reaches 90 mm out of the footprint of local_costmap/local_costmap' in first.message
 
 
+@pytest.mark.parametrize("footprint", ["[[0.4, 0.3]]_x", "wide", "[[0.4]]", "7"])
+def test_an_artifact_whose_footprint_cannot_be_read_disagrees(footprint: str) -> None:
+    made = compiled(FOLDER / "husky" / "robot.yaml")
+    (nav2,) = [one for one in made.artifacts if one.backend == "nav2"]
+    wrong = nav2._replace(text=nav2.text.replace('footprint: "[]"', f'footprint: "{footprint}"'))
+    assert any("it cannot be read back" in one.message for one in agreement(made.robot, [wrong]))
+
+
 def test_check_says_what_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A number and a frame of the description, and the sentences that the artifacts make of them."""
     shutil.copytree(FOLDER / "lopsided", tmp_path / "lopsided")

@@ -181,9 +181,13 @@ def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
 
 def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each thing that an artifact says wrongly, and its format alone can tell."""
-    if reading.format.disagreements is not None:
-        for sentence in reading.format.disagreements(robot, reading.output(robot), reading.artifact.text):
-            yield error(_RULE, f"{reading.artifact.file}: {sentence}", None, _HELP)
+    if reading.format.disagreements is None:
+        return
+    try:
+        sentences = list(reading.format.disagreements(robot, reading.output(robot), reading.artifact.text))
+    except (TypeError, ValueError) as problem:
+        sentences = [f"it cannot be read back: {problem}"]
+    yield from (error(_RULE, f"{reading.artifact.file}: {sentence}", None, _HELP) for sentence in sentences)
 
 
 def _values(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:

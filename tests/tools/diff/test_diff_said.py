@@ -89,3 +89,26 @@ def test_a_tolerance_is_a_number(tmp_path: Path, text: str) -> None:
     code, _, err = diff(path, path, f"--tolerance={text}")
     assert code == 2
     assert err.splitlines()[-1].endswith(f'argument --tolerance: "{text}" is no number from zero upwards')
+
+
+def test_contacts_that_somebody_disabled_are_counted(tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text(
+        "robot: r\nlinks: {a: {}, b: {}, c: {}}\njoints:\n"
+        "  j: {type: fixed, parent: a, child: b}\n  k: {type: fixed, parent: b, child: c}\n"
+        "disabled_contacts: [{links: [a, b], reason: r}, {links: [a, c], reason: r}]\n",
+        "utf-8",
+    )
+    bodies = '<body name="a"><body name="b"><body name="c"/></body></body>'
+    exclude = '<contact><exclude body1="a" body2="b"/></contact>'
+    (tmp_path / "r.xml").write_text(f'<mujoco model="r"><worldbody>{bodies}</worldbody>{exclude}</mujoco>', "utf-8")
+    said = compared(tmp_path / "robot.yaml", tmp_path / "r.xml")["not_compared"]
+    assert "2 and 1 disabled contacts: a simulation adds those of neighbours" in said
+
+
+def test_robots_of_two_names_are_one_with_a_note(tmp_path: Path) -> None:
+    one = urdf(tmp_path, "a.urdf", "")
+    other = tmp_path / "b.urdf"
+    other.write_text(one.read_text("utf-8").replace('name="r"', 'name="s"'), "utf-8")
+    found = compared(one, other)
+    assert (found["differences"], found["notes"]) == ([], ["the robot is called r in A, s in B"])
+    assert compared(one, one)["notes"] == []

@@ -34,6 +34,10 @@ _SHAPES = re.compile(r'<body name="([^"]+)"|<geom [^>]*material="([^"]+)"')
 _YAML = re.compile(r"^(\s*(?:- )*)([\w.\-/\"]+): *([^\s#{\[|>].*?)\s*$", re.MULTILINE)
 _JSON = re.compile(r'"(\w+)": ("[^"]*"|-?\d[^,}\]\s]*|true|false)')
 
+# A list on one line of a JSON or a YAML, by its key.
+_LIST = re.compile(r'(\w+)"?: \[([^\[\]{}\n]+)\]')
+_LONGEST = 6  # of its items each is a kind of its own
+
 
 class Planted(NamedTuple):
     """A change of a text: what was changed, in words that stay, and the whole text with it.
@@ -140,6 +144,22 @@ def _in_keys(text: str, pattern: re.Pattern[str]) -> Iterator[Planted]:
         value = found.span(group)
         inner = (value[0] + 1, value[1] - 1) if text[value[0]] in "\"'" else value
         yield from _changed(text, inner, (key,), tuple(dict.fromkeys([text[slice(*inner)], key, *around])))
+
+
+def planted_in_lists(text: str, file: str) -> Iterator[Planted]:
+    """Yield every change of an item of a list of a JSON or a YAML."""
+    for found in _LIST.finditer(text) if file.endswith((".json", ".yaml")) else ():
+        around = _before(text, found.start())
+        for number, item in enumerate(re.finditer(r"[^\s,\"']+(?: [^\s,\"']+)*", found[2])):
+            start = found.start(2) + item.start()
+            place = (found[1], f"item {min(number, _LONGEST)}")
+            yield from _changed(text, (start, start + len(item[0])), place, (item[0], found[1], *around))
+
+
+def _before(text: str, start: int) -> list[str]:
+    """Return the words of the lines before a place, the nearest ones first."""
+    before = text[:start].splitlines()[-12:]
+    return [word for line in reversed(before) for word in reversed(re.findall(r"[A-Za-z_]\w+", line))]
 
 
 def _in_words(text: str) -> Iterator[Planted]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
-from judges.planted.planting import Planted, drawn, one_of_each, planted
+from judges.planted.planting import Planted, drawn, one_of_each, planted, planted_in_lists
+from rosorin_compile.formats import Artifact
+from rosorin_compile.formats.known import Known
+from rosorin_compile.meaning.agreement import agrees
 from rosorin_compile.meaning.golden import compare
+from rosorin_compile.model import Robot
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
@@ -24,11 +28,15 @@ _LONGEST = 150
 
 
 class Told(NamedTuple):
-    """A planted change of a file, and the lines that ``check`` says of it."""
+    """A planted change of a file, the lines that ``check`` says of it, and the first word of what is kept of it.
+
+    ``by`` is "proof" where the proof that artifacts agree with the model sees the change, too.
+    """
 
     file: str
     change: Planted
     lines: tuple[str, ...]
+    by: str = ""
 
     @property
     def is_named(self) -> bool:
@@ -40,38 +48,51 @@ class Told(NamedTuple):
     def row(self) -> str:
         """The change and the first line that was told, as they are kept."""
         said = self.lines[0][:_LONGEST] if self.lines else "nothing"
-        return f"{self.file} {self.change.where} => {said}"
+        return f"{self.by}{self.file} {self.change.where} => {said}"
 
 
 @cache
 def some() -> list[Told]:
     """Return what is told of some changes of each artifact."""
-    return [told for robot in ROBOTS for told in _planted(robot, lambda changes, _: drawn(changes, EACH, SEED))]
+    told: list[Told] = []
+    for path in ROBOTS:
+        robot, artifacts = _compiled(path)
+        for artifact in artifacts:
+            changes = drawn(list(planted(artifact.text, artifact.file)), EACH, SEED)
+            told += [_told(robot, artifact, change) for change in changes]
+    return told
 
 
 @cache
 def of_each_kind() -> list[Told]:
-    """Return what is told of a change of each kind of place that a format has."""
+    """Return what is told of a change of each kind of place that a format has, and whether a proof sees it."""
+    told: list[Told] = []
     had: dict[str, set[tuple[str, ...]]] = {}
     every_word = [path for path in EVERY_WORD if "robot:" in path.read_text("utf-8")]
+    for path in (*every_word, *reversed(ROBOTS)):
+        robot, artifacts = _compiled(path)
+        model = Known(robot)
+        for artifact in artifacts:
+            every = [*planted(artifact.text, artifact.file), *planted_in_lists(artifact.text, artifact.file)]
+            for change in one_of_each(every, had.setdefault(artifact.backend, set()), SEED):
+                sees = not agrees(robot, artifact._replace(text=change.text), model)
+                told.append(_told(robot, artifact, change)._replace(by="proof: " if sees else "check: "))
+    return told
 
-    def fresh(changes: Sequence[Planted], backend: str) -> list[Planted]:
-        return one_of_each(changes, had.setdefault(backend, set()), SEED)
 
-    return [told for robot in (*every_word, *reversed(ROBOTS)) for told in _planted(robot, fresh)]
-
-
-def _planted(description: Path, choose: Callable[[Sequence[Planted], str], list[Planted]]) -> Iterator[Told]:
-    """Yield what is told of the changes of each artifact that are chosen; of a format by its name."""
+def _compiled(description: Path) -> tuple[Robot, Sequence[Artifact]]:
     made = compiled(description)
     assert made.robot is not None
-    for artifact in made.artifacts:
-        for change in choose(list(planted(artifact.text, artifact.file)), artifact.backend):
-            found = compare(made.robot, [artifact], {artifact.file: change.text.encode()})
-            said = [one.line() for one in found.changes] or [text.remark for text in found.texts if text.remark]
-            # What nobody reads back is shown line by line.
-            shown = [line for text in found.texts for line in text.lines if line[0] in "-+"]
-            yield Told(artifact.file, change, tuple(said or shown[2:]))
+    return made.robot, made.artifacts
+
+
+def _told(robot: Robot, artifact: Artifact, change: Planted) -> Told:
+    """Return what ``check`` says of a change of a committed artifact."""
+    found = compare(robot, [artifact], {artifact.file: change.text.encode()})
+    said = [one.line() for one in found.changes] or [text.remark for text in found.texts if text.remark]
+    # What nobody reads back is shown line by line.
+    shown = [line for text in found.texts for line in text.lines if line[0] in "-+"]
+    return Told(artifact.file, change, tuple(said or shown[2:]))
 
 
 LISTS = {"told": some, "each_kind": of_each_kind}

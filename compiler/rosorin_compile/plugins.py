@@ -1,9 +1,8 @@
 """Plug-ins: what other installed packages add to the tool, by the entry points of their distributions.
 
 Each kind of thing has a group: ``rosorin_compile.formats``, ``rosorin_compile.rules``,
-``rosorin_compile.functions``. What a distribution offers
-stands in a small file beside its metadata. Most machines have no plug-in, so those files are looked through before
-``importlib.metadata`` is imported, and which folders of packages have none is remembered in the user's cache.
+``rosorin_compile.functions``. What a distribution offers stands in a small file beside its metadata. Most machines have
+no plug-in, so those files are looked through before ``importlib.metadata`` is imported.
 
 A plug-in that cannot be used is a diagnostic that names its distribution; it never stops the tool otherwise, and never
 takes the place of what is built in. What it prints goes to standard error: standard output is for artifacts.
@@ -13,16 +12,15 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout, suppress
-from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from .diagnostics.registry import PLUGINS, Rule
-from .startup.cache import cache_folder, keep, recalled
+from .startup.cache import digest
+from .world import FILE, kind, matching, names, package, read, remembered
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -46,8 +44,6 @@ RULES = (
 
 PREFIX = "rosorin_compile."
 _METADATA = (".dist-info", ".egg-info")
-MAX_LOOKED = 8  # so few distributions are looked through each time: people edit their metadata in place
-_SETTLED = 2_000_000_000  # ns; a folder that was changed just now may change again without a new time
 
 
 class Plugin(NamedTuple):
@@ -175,31 +171,21 @@ def are_installed(group: str) -> bool:
 
 
 def mark() -> list[str]:
-    """Return what tells the plug-ins of this run from others: versions, and size and time of each of their files."""
-    if not _metadata_folders(tuple(sys.path)):
-        return []
+    """Return what tells the plug-ins of this run from others: versions, and what is in each of their files."""
     marks = [repr(plugin) for plugin in installed()]
     for top in sorted({plugin.value.partition(":")[0].partition(".")[0].strip() for plugin in installed()}):
-        marks += [f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}" for path in _sources(top)]
+        marks += [f"{path} {digest(read(path))}" for path in _sources(top)]
     return marks
 
 
 def _sources(module: str) -> list[Path]:
-    """Return the files of a module or a package that is not imported for that; none if there is no such module."""
-    from importlib.util import find_spec
+    """Return the files of a module or a package that is not imported for that; none if there is no such module.
 
-    with suppress(ImportError, ValueError, AttributeError):
-        spec = find_spec(module)
-        if spec is not None and spec.submodule_search_locations:
-            return sorted(path for folder in spec.submodule_search_locations for path in _files(folder))
-        if spec is not None and spec.origin and Path(spec.origin).is_file():
-            return [Path(spec.origin)]
-    return []
-
-
-def _files(folder: str) -> list[Path]:
-    """Return the files of a package, templates and other data among them; compiled ones follow from these."""
-    return [path for path in Path(folder).rglob("*") if path.suffix != ".pyc" and path.is_file()]
+    Templates and other data are among them; what is compiled follows from these.
+    """
+    places = [Path(place) for place in package(module)]
+    inner = [path for place in places for path in matching(place, "**/*") if path.suffix != ".pyc"]
+    return sorted(path for path in (*places, *inner) if kind(path) == FILE)
 
 
 def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
@@ -207,21 +193,29 @@ def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
     return _read(folders) if folders else ()
 
 
-@cache
+@remembered
 def _read(folders: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
     """Return the entry points that the metadata in these folders have for the tool; of a distribution the first."""
     from importlib.metadata import Distribution
 
     seen: set[str] = set()
-    read: list[tuple[Plugin, EntryPoint]] = []
+    found: list[tuple[Plugin, EntryPoint]] = []
     for folder in folders:
+        _note(folder)
         name, version, points = _distribution(folder, Distribution.at(Path(folder)))
         key = name.lower().replace("_", "-").replace(".", "-")
         if key not in seen:
             seen.add(key)
             ours = [point for point in points if point.group.startswith(PREFIX)]
-            read += [(Plugin(name, version, p.group.removeprefix(PREFIX), p.name, p.value), p) for p in ours]
-    return tuple(sorted(read, key=lambda pair: pair[0]))
+            found += [(Plugin(name, version, p.group.removeprefix(PREFIX), p.name, p.value), p) for p in ours]
+    return tuple(sorted(found, key=lambda pair: pair[0]))
+
+
+def _note(folder: str) -> None:
+    """Note the metadata of a distribution, which ``importlib`` reads in its own way."""
+    for name in ("METADATA", "PKG-INFO"):
+        with suppress(OSError):
+            read(Path(folder, name))
 
 
 def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryPoint]]:
@@ -234,61 +228,21 @@ def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryP
     return name, version or "?", []
 
 
-@lru_cache(maxsize=4)
+@remembered
 def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
     """Return the folders of metadata, along a module search path, that name an entry point of the tool."""
-    kept = cache_folder("plugins")
-    file = kept / "folders" if kept else None
-    known = _known(file) if file else {}
     found: list[str] = []
-    entries: dict[str, list[Any]] = {}
     for entry in dict.fromkeys(path):
         with suppress(OSError):
-            changed = Path(entry).stat().st_mtime_ns
-            remembered = known.get(os.path.abspath(entry))
-            if remembered is not None and remembered[0] == changed:
-                offering = remembered[1]
-            else:
-                offering, looked = _offering(entry)
-                if 0 < looked <= MAX_LOOKED or time.time_ns() - changed < _SETTLED:
-                    found += [os.path.join(entry, name) for name in offering]
-                    continue
-            entries[os.path.abspath(entry)] = [changed, offering]
-            found += [os.path.join(entry, name) for name in offering]
-    if file and any(known.get(folder) != entry for folder, entry in entries.items()):
-        _remember(file, {**known, **entries})
+            found += [os.path.join(entry, name) for name in names(entry) if _names_us(entry, name)]
     return tuple(found)
 
 
-def _offering(folder: str) -> tuple[list[str], int]:
-    """Return the names of the metadata in a folder that name an entry point of the tool, and how many there are."""
-    with os.scandir(folder or ".") as inside:
-        names = [one.name for one in inside if one.name.endswith(_METADATA)]
-    return sorted(name for name in names if _names_us(Path(folder, name, "entry_points.txt"))), len(names)
-
-
-def _names_us(file: Path) -> bool:
+def _names_us(folder: str, name: str) -> bool:
+    """Say whether what stands in a folder of packages are metadata with an entry point of the tool."""
+    if not name.endswith(_METADATA):
+        return False
     try:
-        return b"[" + PREFIX.encode() in file.read_bytes()
+        return b"[" + PREFIX.encode() in read(Path(folder, name, "entry_points.txt"))
     except OSError:
         return False
-
-
-def _known(file: Path) -> dict[str, list[Any]]:
-    """Return what was remembered of folders: when each was changed, and which metadata in it matter."""
-    with suppress(Exception):  # one that is missing or damaged in whatever way says nothing
-        rows = (row.split("\0") for row in os.fsdecode(recalled(file) or b"").split("\0\0"))
-        known: dict[str, list[Any]] = {folder: [int(when), names] for folder, when, *names in rows}
-        if all(map(_is_metadata, [name for _, names in known.values() for name in names])):
-            return known
-    return {}
-
-
-def _is_metadata(name: str) -> bool:
-    return name.endswith(_METADATA) and "/" not in name
-
-
-def _remember(file: Path, known: dict[str, list[Any]]) -> None:
-    """Keep it as text; importing json takes 2 ms."""
-    rows = ("\0".join([folder, str(when), *names]) for folder, (when, names) in known.items())
-    keep(file, os.fsencode("\0\0".join(rows)))

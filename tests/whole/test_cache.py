@@ -13,7 +13,6 @@ from types import CodeType
 import pytest
 from jinja2 import Environment
 
-from rosorin_compile import plugins
 from rosorin_compile.cli import main
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.startup import cache
@@ -179,7 +178,6 @@ def test_nothing_is_unpickled(robot: Path) -> None:
         if path.is_file():
             path.write_bytes(pickle.dumps(Bomb()))
             path.with_name(f"__jinja2_{path.stem}.cache").write_bytes(b"j2" + pickle.dumps(Bomb()))
-    plugins._metadata_folders.cache_clear()
     assert main(["all"]) == 0
     assert not (robot / "bang").exists()
 
@@ -206,11 +204,9 @@ def test_the_code_of_templates_is_found_again(home: Path, monkeypatch: pytest.Mo
     assert asked == ["a.txt", "a.txt", "a.xml", "\udcff.txt"]
 
 
-@pytest.mark.parametrize("kind", ["stamps", "templates", "plugins"])
+@pytest.mark.parametrize("kind", ["stamps", "templates"])
 def test_any_damage_is_a_miss(robot: Path, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     files = sorted((robot / "cache" / kind).glob("*"))
-    if kind == "plugins" and not files:
-        pytest.skip("nothing is remembered of so few packages")
     assert files
     for path in files:
         data = path.read_bytes()
@@ -219,7 +215,6 @@ def test_any_damage_is_a_miss(robot: Path, kind: str, capsys: pytest.CaptureFixt
                 path.write_bytes(changed)
                 assert recalled(path) is None
         path.write_bytes(data[:-1] + b"#")
-    plugins._metadata_folders.cache_clear()
     (robot / "outputs" / "plain" / "plain.urdf").unlink()
     capsys.readouterr()
     assert main(["all"]) == 0
@@ -238,22 +233,6 @@ def test_messages_of_another_form(robot: Path, messages: object, capsys: pytest.
     capsys.readouterr()
     assert main(["all"]) == 0
     assert capsys.readouterr().out == "plain: 3 artifacts in outputs/plain, unchanged\n"
-
-
-@pytest.mark.parametrize(
-    "known", ["", "/", "/\0x", "/\0001\0../x.dist-info", "/\0001\0x", "/\0001\0\0/", "[" * 100_000, "\xff\0001\0x"]
-)
-def test_what_is_known_of_packages(home: Path, known: str) -> None:
-    file = home / "folders"
-    keep(file, known.encode("latin-1"))
-    assert recalled(file) is not None
-    assert plugins._known(file) == {}
-
-
-def test_packages_are_known_again(home: Path) -> None:
-    known = {"/a b\n": [3, []], "/\udcff": [4, ["x-1.dist-info", "y-2.egg-info"]]}
-    plugins._remember(home / "folders", known)
-    assert plugins._known(home / "folders") == known
 
 
 def test_a_pipe_and_a_link_are_no_entries(home: Path) -> None:

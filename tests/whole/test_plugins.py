@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import plugins
+from rosorin_compile.startup.remembering import forget
+from rosorin_compile.world import noting
 
 pytestmark = pytest.mark.slow
 
@@ -249,25 +251,26 @@ def test_metadata_that_are_no_good(machine: Machine):
     assert machine.run("all", "robot.yaml")[0] == 0
 
 
-def test_folders_without_a_plugin_are_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_plugin_is_found_whatever_the_time_of_its_folder_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
-    packages = tmp_path / "packages"
-    for number in range(plugins.MAX_LOOKED + 1):
-        info = packages / f"p{number}-1.dist-info"
+    for number in range(10):
+        info = tmp_path / "packages" / f"p{number}-1.dist-info"
         info.mkdir(parents=True)
         (info / "entry_points.txt").write_text("[console_scripts]\na = b:c\n", "utf-8")
-    os.utime(packages, ns=(10**18, 10**18))
-    find = plugins._metadata_folders.__wrapped__
-    assert find((str(packages),)) == ()
-    assert plugins._known(tmp_path / "cache" / "plugins" / "folders") == {str(packages): [10**18, []]}
-    looked = []
-    monkeypatch.setattr(plugins, "_names_us", lambda path: looked.append(path) or True)
-    assert find((str(packages),)) == ()
-    assert looked == []
-    os.utime(packages, ns=(10**18 + 1, 10**18 + 1))  # as pip leaves it
-    assert len(find((str(packages),))) == len(looked) == plugins.MAX_LOOKED + 1
-    (tmp_path / "cache" / "plugins" / "folders").write_text("{", "utf-8")
-    assert len(find((str(packages),))) == plugins.MAX_LOOKED + 1
+    os.utime(tmp_path / "packages", ns=(10**18, 10**18))
+    find = plugins._metadata_folders
+    path = (str(tmp_path / "packages"),)
+    for _ in range(2):  # worked out, and remembered
+        with noting() as notes:
+            assert find(path) == ()
+        assert ("names", path[0]) in notes.answers
+        assert ("bytes", str(info / "entry_points.txt")) in notes.answers
+    (info / "entry_points.txt").write_text("[rosorin_compile.rules]\na = b:c\n", "utf-8")
+    (tmp_path / "packages" / "q-1.dist-info").mkdir()
+    (tmp_path / "packages" / "q-1.dist-info" / "entry_points.txt").write_bytes(b"[rosorin_compile.rules]")
+    os.utime(tmp_path / "packages", ns=(10**18, 10**18))  # as a copy keeps it
+    forget()
+    assert find(path) == (str(info), str(tmp_path / "packages" / "q-1.dist-info"))
 
 
 def test_nothing_is_imported_where_there_is_no_plugin(machine: Machine):

@@ -31,7 +31,6 @@ NOT_YET = (
     "output.stamp",
     "output.variants",
     "output.watch",
-    "plugins",
     "startup.again",
     "tools.all",
     "tools.collisions.command",

@@ -1,0 +1,103 @@
+"""What a mirrored part holds is reflected at the plane across y: places, turns, axes, products of inertia, boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from rosorin_compile.diagnostics import has_errors
+from rosorin_compile.frontend.expand import expand
+
+POSE = {"xyz": [0.1, 0.2, 0.3], "rpy": [0.4, 0.5, 0.6]}
+MIRRORED = {"xyz": [0.1, -0.2, 0.3], "rpy": [-0.4, 0.5, -0.6]}
+LIMIT = {"lower": -1, "upper": 1, "effort": 1, "velocity": 1}
+AXIS = [0.48, 0.6, 0.64]
+TURNED, SLID = [-0.48, 0.6, -0.64], [0.48, -0.6, 0.64]
+INERTIA = {"ixx": 1, "iyy": 1, "izz": 1, "ixy": 0.1, "ixz": 0.2, "iyz": 0.3}
+PART: dict[str, Any] = {
+    "links": {
+        "arm": {
+            "inertial": {"mass": 1, **POSE, "inertia": INERTIA},
+            "visual": [{"box": {"min": [1, 2, 3], "max": [4, 6, 8]}, **POSE}],
+            "collision": [{"mesh": {"file": "a.stl", "scale": [1, 2, 3]}, **POSE}],
+            "sites": {"spot": dict(POSE)},
+            "cameras": {"eye": dict(POSE)},
+            "lights": {"lamp": dict(POSE)},
+        },
+        "hand": {"inertial": {"mass": 1, "of": [{"sphere": {"radius": 0.1}, **POSE}]}},
+        "slide": {},
+        "roll": {},
+        "plane": {},
+    },
+    "joints": {
+        "hold": {"type": "fixed", "parent": "mount", "child": "arm", **POSE},
+        "turn": {"type": "revolute", "parent": "arm", "child": "hand", **POSE, "axis": AXIS, "limit": LIMIT},
+        "push": {"type": "prismatic", "parent": "arm", "child": "slide", **POSE, "axis": AXIS, "limit": LIMIT},
+        "spin": {"type": "continuous", "parent": "arm", "child": "roll", **POSE},
+        "glide": {"type": "planar", "parent": "arm", "child": "plane", **POSE, "axis": AXIS},
+    },
+    "sensors": {
+        "view": {"type": "camera", "frame": "lens", "parent": "arm", **POSE, "optical": {"frame": "image", **POSE}},
+    },
+    "constraints": {"glue": {"type": "weld", "links": ["hand", "slide"], **POSE}},
+    "moveit": {"spheres": {"arm": [{"radius": 0.1, "xyz": POSE["xyz"]}]}},
+}
+
+
+def tree(folder: Path, **use: Any) -> Any:
+    """Return the plain tree of a robot that uses the part."""
+    file = folder / "robot.yaml"
+    robot = {"robot": "r", "links": {"base": {}}, "parts": {"limb": PART}, "use": {"l": {"part": "limb", **use}}}
+    file.write_text(yaml.safe_dump(robot, sort_keys=False), "utf-8")
+    made = expand(file, {}, None)
+    assert not has_errors(made.diagnostics), [str(one) for one in made.diagnostics]
+    return made.tree
+
+
+def leaves(value: Any, at: tuple[object, ...] = ()) -> Iterator[tuple[tuple[object, ...], Any]]:
+    """Yield the values of a tree with the way to each; a list of numbers is one."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from leaves(inner, (*at, str(key).removeprefix("l_")))
+    elif isinstance(value, list) and not all(isinstance(item, (int, float)) for item in value):
+        for number, inner in enumerate(value):
+            yield from leaves(inner, (*at, number))
+    else:
+        yield at, list(map(float, value)) if isinstance(value, list) else value
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[Any, Any], dict[Any, Any]]:
+    made = (tree(tmp_path_factory.mktemp("part"), parent="base", **more) for more in ({}, {"mirror": "y"}))
+    one, other = (dict(leaves(one)) for one in made)
+    return one, other
+
+
+def test_each_pose_is_reflected(both: tuple[dict[Any, Any], dict[Any, Any]]) -> None:
+    plain, mirrored = both
+    # How a camera of a simulation looks along its frame is that of the library.
+    poses = [at for at in plain if at[-1] in POSE and at[2] not in ("mjcf", "gazebo")]
+    assert len(poses) == 2 * 15 + 1
+    wrong = {at: mirrored.get(at) for at in poses if mirrored.get(at) != pytest.approx(MIRRORED[str(at[-1])])}
+    assert wrong == {}
+
+
+def test_what_else_has_a_side_is_reflected_and_nothing_more(both: tuple[dict[Any, Any], dict[Any, Any]]) -> None:
+    plain, mirrored = both
+    changed = {at: value for at, value in mirrored.items() if plain.get(at) != value and at[-1] not in POSE}
+    assert changed == {
+        ("joints", "turn", "axis"): TURNED,
+        ("joints", "push", "axis"): SLID,
+        ("joints", "spin", "axis"): [-1, 0, 0],
+        ("joints", "glide", "axis"): TURNED,
+        ("links", "arm", "inertial", "inertia", "ixy"): -0.1,
+        ("links", "arm", "inertial", "inertia", "iyz"): -0.3,
+        ("links", "arm", "visual", 0, "box", "min"): [1, -6, 3],
+        ("links", "arm", "visual", 0, "box", "max"): [4, -2, 8],
+        ("links", "arm", "collision", 0, "mesh", "scale"): [1, -2, 3],
+    }
+    assert plain.keys() - mirrored.keys() == set()

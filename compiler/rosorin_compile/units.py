@@ -12,9 +12,8 @@ and pound agreement, 1959).
 from __future__ import annotations
 
 import math
+import re
 from functools import lru_cache
-
-from .startup import patterns
 
 Dimension = tuple[int, int, int, int]
 
@@ -97,9 +96,9 @@ _NAMES: dict[Dimension, str] = {
 MAX_LENGTH = 100
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_BARE = patterns.compile(rf"{_NUMBER}\Z")
-_QUANTITY = patterns.compile(rf"({_NUMBER})\s*([A-Za-z][A-Za-z0-9^*/-]*)\Z")
-_FACTOR = patterns.compile(r"([*/]?)([A-Za-z]+)(?:\^(-?\d))?")
+_BARE = re.compile(rf"{_NUMBER}\Z")
+_QUANTITY = re.compile(rf"({_NUMBER})\s*([A-Za-z][A-Za-z0-9^*/-]*)\Z")
+_FACTOR = re.compile(r"([*/]?)([A-Za-z]+)(?:\^(-?\d))?")
 
 
 class Quantity(float):

@@ -10,11 +10,11 @@ person). ``bounded`` stands beside them: parsers of foreign JSON, Python and YAM
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from ..startup import patterns
 from .letters import difference, look
 from .wording import and_more, counted, first_of
 
@@ -133,9 +133,9 @@ _OF_VALUES = (
     *("unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length"),
     *("wrong-unit", "not-finite", "bad-name", "empty-text", "wrong-shape"),
 )
-_NAME = patterns.compile(r'(the key )?"[^"]*"')
-_INDEX = patterns.compile(r"\[\d+\]")
-_SUBJECT = patterns.compile(r"^.*?(?= (has|needs|is|cannot|does)\b)")
+_NAME = re.compile(r'(the key )?"[^"]*"')
+_INDEX = re.compile(r"\[\d+\]")
+_SUBJECT = re.compile(r"^.*?(?= (has|needs|is|cannot|does)\b)")
 
 
 def _cause(diagnostic: Diagnostic) -> tuple[object, ...]:
@@ -159,7 +159,7 @@ def with_calls(diagnostic: Diagnostic) -> Diagnostic:
 MAX_COMPARED = 60
 MAX_LISTED = 40
 
-_VARYING = patterns.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
+_VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 _PLACES = 6  # places named of one thing
 _EACH = ("stand-in",)  # rules whose every case is told
 
@@ -274,7 +274,7 @@ def _parts(name: str) -> list[str]:
     return [part for part in _BETWEEN.split(name.casefold()) if part]
 
 
-_BETWEEN = patterns.compile(r"[\W_]+")
+_BETWEEN = re.compile(r"[\W_]+")
 
 
 def _holds(longer: list[str], shorter: list[str]) -> bool:

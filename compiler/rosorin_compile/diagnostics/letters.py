@@ -6,7 +6,7 @@ those of Unicode's list of confusables (https://www.unicode.org/reports/tr39/) t
 
 from __future__ import annotations
 
-from ..startup import patterns
+import re
 
 # Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes.
 _ALIKE = (
@@ -18,9 +18,9 @@ _ALIKE = (
 LATIN = {ord(other): latin for other, latin in zip(_ALIKE[::2], _ALIKE[1::2], strict=True)}
 # Unseen though Unicode does not class them as control or format: joiners, fillers and variation selectors.
 _FILLERS = "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0"
-_SELECTORS = patterns.compile("[\ufe00-\ufe0f\U000e0100-\U000e01ef]")
+_SELECTORS = re.compile("[\ufe00-\ufe0f\U000e0100-\U000e01ef]")
 _UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
-_WORD = patterns.compile(r"[^\W\d_]+")
+_WORD = re.compile(r"[^\W\d_]+")
 
 
 def unseen(name: str) -> str:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from ..startup import patterns
 from . import ERROR, Diagnostic, Related, Span, and_here, order, swaps
 
 # At the note to the definition that an unknown name is like, if nothing else is seen to name that.
 UNNAMED = "is defined here, and may be what is misspelt"
 USED = "used here"
-_WORD = patterns.compile(r"[\w-]+")
-_QUOTED = patterns.compile(r'"([^"]+)"')
-_MEANT = patterns.compile(r'did you mean "([^"]+)"\?')
+_WORD = re.compile(r"[\w-]+")
+_QUOTED = re.compile(r'"([^"]+)"')
+_MEANT = re.compile(r'did you mean "([^"]+)"\?')
 # Of these each is a mistake of its own, wherever it stands.
 _OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")
 

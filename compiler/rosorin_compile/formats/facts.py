@@ -16,13 +16,13 @@ link        by link: "mass", "centre of mass x|y|z", "inertia xx|yy|zz|xy|xz|yz"
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
 from ..numbers import SHORT, off_by_short, off_by_six, six
-from ..startup import patterns
 from ..startup.remembering import remembered
 from ..xml.elements import tree_of
 from .format import Fact, Facts, Value
@@ -98,7 +98,7 @@ def parse(text: str, tag: str) -> Element:
 
 
 # White space between elements: it says nothing, and is a third of the time and a quarter of the memory of a tree.
-_BETWEEN = patterns.compile(">\n *<")
+_BETWEEN = re.compile(">\n *<")
 
 
 def _tree(text: str) -> Element:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,7 +14,6 @@ from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
 from ..numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
 from ..rules.proof import in_words, prove
-from ..startup import patterns
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name
 from .static_tf import describe
 
@@ -44,8 +44,8 @@ _DEGREE_DIGITS = 4
 _MANY = 1_000
 
 # What Markdown gives a meaning to: these marks anywhere, and an underscore that is not inside a word.
-_MARKS = patterns.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
-_CAPITAL = patterns.compile(r"(?<=[a-z])(?=[A-Z])")
+_MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
+_CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 # What reading looks for; compiled when a table is read.
 _ALONE = r"(?m)^The robot has one frame, .*\.$"
@@ -204,9 +204,6 @@ def _escape(text: str) -> str:
 
 def _wrapped(text: str) -> str:
     """Return a paragraph in lines of at most 120 letters, broken at blanks alone."""
-    with patterns.compiled_later():  # those for what is off here
-        import textwrap
-
     return "\n".join(textwrap.wrap(text, 120, break_long_words=False, break_on_hyphens=False))
 
 

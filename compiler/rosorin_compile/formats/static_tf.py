@@ -8,6 +8,7 @@ the frames is published by robot_state_publisher from the URDF.
 from __future__ import annotations
 
 import posixpath
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,7 +21,6 @@ from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Ou
 from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..rules.case import first_fed
 from ..rules.conditions import modes_in
-from ..startup import patterns
 from . import format
 from .format import Fact, Facts, Format, Value
 
@@ -125,9 +125,6 @@ def _source(source: Source) -> list[str]:
     told = describe(source)
     if not told:
         return []
-    with patterns.compiled_later():  # those for what is off here
-        import textwrap
-
     wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
     wrap.break_on_hyphens = False
     return [wrapped for line in told.splitlines() for wrapped in wrap.wrap(line) or [""]]

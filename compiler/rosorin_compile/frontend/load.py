@@ -8,23 +8,22 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import yaml
+from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
+
 from ..diagnostics import Diagnostic, Related, Source, Span, error, nearest
 from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
-from ..startup import patterns
 from ..units import parse_quantity
 from ..world import FILE, OTHER, kind, read, size
 from .tree import Instance, Map, Seq, Text, first_line
-
-with patterns.compiled_later():  # libyaml has no use for them
-    import yaml
-    from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -72,9 +71,9 @@ MAX_BYTES = 20_000_000
 MAX_DEPTH = 60
 MAX_NODES = 1_000_000
 
-_INT = patterns.compile(r"[-+]?[0-9]+\Z")
-_FLOAT = patterns.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
-_BASED = patterns.compile(r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z")
+_INT = re.compile(r"[-+]?[0-9]+\Z")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
+_BASED = re.compile(r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z")
 _WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= dict.fromkeys(("true", "True", "TRUE"), True)
 _WORDS |= dict.fromkeys(("false", "False", "FALSE"), False)

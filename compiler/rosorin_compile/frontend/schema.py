@@ -7,7 +7,6 @@ from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..project import data_folder
-from ..startup import patterns
 from ..world import text
 from .certain import Certain
 
@@ -33,8 +32,7 @@ def keys_of(section: str) -> Collection[str]:
 @cache
 def schema(name: str = "description") -> dict[str, Any]:
     """Return one of the schemas that ship with the tool."""
-    with patterns.compiled_later():  # its part in C has no use for them
-        import json
+    import json
 
     made: dict[str, Any] = json.loads(text(data_folder("schemas") / f"{name}.schema.json"))
     return made

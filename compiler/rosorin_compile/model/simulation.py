@@ -5,11 +5,11 @@ Attributes that the language has no word for are kept under the names that MuJoC
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..startup import patterns
 from .geometry import IDENTITY, Pose
 from .simulated import Attribute
 
@@ -21,8 +21,8 @@ _LINKS |= {"slidersite", "cranksite", "objname", "refname", "subtree1", "subtree
 _JOINTS = frozenset(("joint", "joint1", "joint2", "jointinparent"))
 _SHAPES = frozenset(("geom", "geom1", "geom2"))
 # Names that the MJCF makes of that of a joint that moves in several ways, and of that of a link for its shapes.
-_ONE_WAY = patterns.compile(r"(.+)(_TX|_TY|_TZ|_RZ|_R)")
-_SHAPE = patterns.compile(r"(.+)(_(?:collision|visual)_\d+)")
+_ONE_WAY = re.compile(r"(.+)(_TX|_TY|_TZ|_RZ|_R)")
+_SHAPE = re.compile(r"(.+)(_(?:collision|visual)_\d+)")
 
 POSITION, VELOCITY, MOTOR, GENERAL = "position", "velocity", "motor", "general"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 
@@ -10,14 +11,13 @@ from ..diagnostics.registry import FRAMES, rule
 from ..frontend.expression import ExpressionError, evaluate
 from ..frontend.tree import Path, Text, at
 from ..model import Edge, Robot
-from ..startup import patterns
 from .case import Case, suggest
 
 AFTER = "signs"
 
 MAX_MODES = 10
 
-_NAME = patterns.compile(r"[^\W\d]\w*")
+_NAME = re.compile(r"[^\W\d]\w*")
 
 Combination = Mapping[str, bool]
 

@@ -6,6 +6,7 @@ one, and the definition is shown. What only follows from an unknown name is not 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -13,10 +14,9 @@ from ..diagnostics import ERROR, Diagnostic, Related, Span
 from ..diagnostics.misspelt import UNNAMED, Offer, offer, placed, told_once, written
 from ..frontend.tree import Instance, Map, Place, Seq, exists, locate, nearer
 from ..frontend.tree import Path as TreePath
-from ..startup import patterns
 
 # Sections whose keys are names that others are looked up by.
-_WORD = patterns.compile(r"\w+")
+_WORD = re.compile(r"\w+")
 _SECTIONS = ("sensors", "publishers", "servos", "poses", "control", "controllers", "modes", "outputs", "materials")
 # Mappings whose keys name what is defined elsewhere: the section, and the key of the mapping.
 _NAMING = (("control", "joints"), ("poses", "positions"), ("poses", "pulses"), ("outputs", "rename"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -12,7 +13,6 @@ from ..diagnostics.misspelt import Offer, placed
 from ..diagnostics.registry import ARGUMENTS, FRAMES, rule
 from ..frontend.tree import Map, Path, exists
 from ..model import STATIC_TRANSFORM_PUBLISHER
-from ..startup import patterns
 from .case import Case
 from .remarkable import NOT_XML
 
@@ -30,7 +30,7 @@ _SECTIONS = {
     "materials": "material",
     "outputs": "output",
 }
-_WORDS = patterns.compile(r"[^\W\d_]+")
+_WORDS = re.compile(r"[^\W\d_]+")
 # Words of which names of robots, files and packages are made; none is another word with two letters swapped.
 _USUAL_WORDS = """
 amcl back base broadcaster calf camera caster chassis color components contact control controller controllers depth

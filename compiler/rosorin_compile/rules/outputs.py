@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import posixpath
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,6 @@ from ..diagnostics.registry import CONTROL, OUTPUTS, rule
 from ..diagnostics.wording import first_of, listed
 from ..frontend.tree import Path, exists
 from ..model import Output
-from ..startup import patterns
 from .case import Case
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _HOLDS = {
 }
 _ALSO = {("JSON", "YAML"), ("SVG", "XML")}  # readers of the second take the first
 _ANY_XML = ".xml"
-_DRIVE = patterns.compile(r"[A-Za-z]:")
+_DRIVE = re.compile(r"[A-Za-z]:")
 
 
 @rule(

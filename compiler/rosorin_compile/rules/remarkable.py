@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any, NamedTuple
 
 from ..frontend.expression.syntax import NUMERIC
 from ..frontend.tree import Map, Path, Seq
-from ..startup import patterns
 from ..units import has_unit
 
 # A little more than one turn, so that 6.2832 passes for 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad
 
 # https://www.w3.org/TR/xml/#charsets
-NOT_XML = patterns.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 class Remarkable(NamedTuple):

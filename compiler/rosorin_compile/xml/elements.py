@@ -12,8 +12,6 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..startup import patterns
-
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
     from xml.parsers.expat import XMLParserType
@@ -34,8 +32,7 @@ def new_parser() -> XMLParserType:
 
 def tree_of(text: str) -> Element:
     """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
-    with patterns.compiled_later():  # those of what finds elements by paths
-        from xml.etree import ElementTree
+    from xml.etree import ElementTree
     from xml.parsers import expat
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
@@ -114,7 +111,7 @@ def damage(text: str) -> str:
 
 
 _OPENINGS = (("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"))
-_TAG = patterns.compile(r"<[^<>\"']*(?:\"[^\"]*\"[^<>\"']*|'[^']*'[^<>\"']*)*")
+_TAG = re.compile(r"<[^<>\"']*(?:\"[^\"]*\"[^<>\"']*|'[^']*'[^<>\"']*)*")
 _SPELT = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
 _IN_QUOTES = _SPELT | {'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 

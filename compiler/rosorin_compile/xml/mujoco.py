@@ -10,7 +10,6 @@ import posixpath
 import re
 from collections.abc import Callable, Iterator, Mapping
 
-from ..startup import patterns
 from .elements import Found, found_in
 from .references import Reference, renamed
 
@@ -91,7 +90,7 @@ def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
     return _ATTRIBUTES.get(attribute, "")
 
 
-_FILE = patterns.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
+_FILE = re.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
 
 
 def files_in(text: str) -> list[str]:

@@ -5,6 +5,7 @@ What is known of its type is in ``parameters`` beside this folder.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
@@ -13,7 +14,6 @@ from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import listed, quoted
 from ...model import Robot
 from ...model.control import JOINT_WORDS, POSITION, VELOCITY
-from ...startup import patterns
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind
 from .known import COMMANDS, Known
@@ -50,7 +50,7 @@ RULES = (
 
 _TOLERANCE = 0.005  # of a size: people round, and measure wheels that are pressed flat
 _LEAST = 0.0005  # m
-_JOINTS = patterns.compile(r"(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints_names|dof_names|state_names)")
+_JOINTS = re.compile(r"(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints_names|dof_names|state_names)")
 _NOT_OF_URDF = ("extra_joints",)
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _WORLD = ("map", "odom", "world", "earth")

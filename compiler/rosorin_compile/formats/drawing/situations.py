@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from typing import NamedTuple
@@ -9,11 +10,10 @@ from typing import NamedTuple
 from ...model import Robot
 from ...model.frame_tree import Row, rows
 from ...rules.conditions import MAX_MODES, holds
-from ...startup import patterns
 
 MAX_SITUATIONS = 32  # more trees than that are no picture
 
-_NAME = patterns.compile(r"[^\W\d]\w*")
+_NAME = re.compile(r"[^\W\d]\w*")
 
 Cube = tuple[bool | None, ...]  # on, off or either, for each mode
 

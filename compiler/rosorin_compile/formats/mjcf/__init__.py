@@ -18,10 +18,10 @@ MuJoCo's two models is which, ``same`` compares them (``same_fields`` has the fi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...startup import patterns
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def _opens(file: str) -> str:
     return mesh_path(file) or texture_path(file)
 
 
-_FILE = patterns.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
+_FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 # MuJoCo's own word where a file has none: what it does with a URDF too.

@@ -10,10 +10,10 @@ class is called after the words that the names of all its joints have: wrist of 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ...startup import patterns
 from ...xml.escaping import Markup
 from ..templating import attribute, attributes
 from .bodies import (
@@ -37,8 +37,8 @@ _KINDS = ("position", "velocity", "motor", "general")
 _TARGETS = ("name", "class", "joint", "jointinparent", "tendon", "site", "refsite", "body", "slidersite", "cranksite")
 _OF_ACTUATOR = (*_TARGETS, "lengthrange")  # MuJoCo takes it in no class
 
-_WORD = patterns.compile(r"[^\W\d_]+")
-_CLASS = patterns.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
+_WORD = re.compile(r"[^\W\d_]+")
+_CLASS = re.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
 
 Texts = Mapping[str, str]
 

@@ -12,12 +12,12 @@ no link is known of is said by itself: Fact("sensor", name, "clock ...").
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...model import Transform
 from ...model.geometry import rotation_about, transform_of_quaternion, unit
-from ...startup import patterns
 from ..facts import COLLISION, VISUAL, FactSheet, Six, number_of
 from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, TOUCHES, WORLD
@@ -50,7 +50,7 @@ ALIKE = "alike"
 _LARGE = 200_000  # letters; some 200 bodies
 _BODY, _END = '<body name="', "</body>"
 _JOINT = '<joint name="'
-_TAG = patterns.compile(r"<(\w+) ")
+_TAG = re.compile(r"<(\w+) ")
 # What cannot be told of several bodies at once, in a tree of them and beside it.
 _ODD = ("!", "?")
 _OWN = (f"<{ALIKE}", "<pair ", *_ODD)

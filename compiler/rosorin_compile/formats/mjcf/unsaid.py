@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import posixpath
+import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more, first_of
 from ...model import MERGED, SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
-from ...startup import patterns
 from .bodies import WORLD, body_name, is_free
 from .masses import masses
 
@@ -35,7 +35,7 @@ RULES = (
 )
 
 # What names a geom: <pair geom1>, <geom geom> of a tendon, <framepos objtype="geom" objname>.
-_GEOM = patterns.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
+_GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
 _IMAGE_FORMAT = ".png"

@@ -7,12 +7,12 @@ that a distribution lacks is left out for it.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
 from ...model import Output, Robot
-from ...startup import patterns
 from ..distributions import JAZZY, title
 from ..format import Fact, Facts, Value
 from ..templating import Templates
@@ -20,7 +20,7 @@ from .tables import Kind, kinds
 from .values import converted, written
 
 PARAMETERS = "ros__parameters"
-_PLAIN = patterns.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
+_PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
 
 

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 from ... import world
 from ...model import NODE, Publisher
 from ...project import data_folder
-from ...startup import patterns
 from ..distributions import HUMBLE, JAZZY, known
 from .values import refused
 
@@ -26,7 +25,7 @@ MANAGER = "controller_manager"
 # Keys that every node has, and those below which any name may stand.
 _ANY_NODE = ("use_sim_time", "start_type_description_service")
 _ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
-_VARIABLE = patterns.compile(r"(__map_\w+|<[a-z]+>)")
+_VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
 
 
 class Key(NamedTuple):

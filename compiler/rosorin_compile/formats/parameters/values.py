@@ -13,15 +13,14 @@ from typing import Any
 
 from ...diagnostics import did_you_mean
 from ...diagnostics.wording import listed, quoted
-from ...startup import patterns
 
 _WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
 _UNQUOTED = {
-    "bool": patterns.compile("yes|no|true|false|on|off", re.IGNORECASE),
-    "int": patterns.compile(r"[-+]?\d+"),
-    "double": patterns.compile(r"[-+]?\d+\.\d*"),
+    "bool": re.compile("yes|no|true|false|on|off", re.IGNORECASE),
+    "int": re.compile(r"[-+]?\d+"),
+    "double": re.compile(r"[-+]?\d+\.\d*"),
 }
-_NONE = patterns.compile(r"(?!)")
+_NONE = re.compile(r"(?!)")
 _MANY = {"bool": "booleans", "int": "whole numbers", "double": "doubles", "string": "texts"}
 
 

@@ -5,6 +5,7 @@ The edges say whether it publishes, and what: with odom -> base its world is the
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -14,7 +15,6 @@ from ...diagnostics.wording import listed, quoted
 from ...model import Output, Robot
 from ...model.driving import driving_of
 from ...rules.case import Case
-from ...startup import patterns
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..parameters.files import Node, asked, text
@@ -46,7 +46,7 @@ RULES = (
 
 _PACKAGE = "robot_localization"
 _USUAL = "ekf_filter_node"
-_NAME = patterns.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
+_NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
 _POSE, _TWIST, _ACCELERATION = STATES[:6], STATES[6:12], STATES[12:]
 # What the messages have that an input takes (nav_msgs/Odometry, geometry_msgs, sensor_msgs/Imu).
 _HAVE = {

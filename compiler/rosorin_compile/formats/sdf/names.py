@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ...diagnostics import Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import Output, Robot
-from ...startup import patterns
 
 if TYPE_CHECKING:
     from ...rules.case import Case
@@ -25,7 +25,7 @@ RULES = (
 
 
 WORLD = "world"
-RESERVED = patterns.compile(r"__.*__\Z")
+RESERVED = re.compile(r"__.*__\Z")
 
 
 def world_of(robot: Robot) -> str:

@@ -7,6 +7,7 @@ others.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,6 @@ from ...diagnostics import WARNING, Diagnostic, Related, Span
 from ...diagnostics.letters import difference, in_words, look, unseen
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import DESCRIPTIONS, ENDINGS
-from ...startup import patterns
 from ...world import FOLDER, link, names, real, size, text
 from ..expression import pieces
 from ..tree import Map, Place, Seq
@@ -32,7 +32,7 @@ RULES = (
     ),
 )
 
-_WORD = patterns.compile(r"[^\W\d]\w*")
+_WORD = re.compile(r"[^\W\d]\w*")
 _NONE: frozenset[str] = frozenset()
 _OF_PARTS = frozenset(("name", "mirrored"))
 _OF_TYPES = frozenset(("name", "frame", "parent"))

@@ -6,6 +6,7 @@ A part is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in th
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Hashable
 from contextlib import suppress
@@ -16,7 +17,6 @@ from typing import Any, NamedTuple
 from ...diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
-from ...startup import patterns
 from ...units import Quantity
 from ...world import matching
 from ..expression.functions import kind_of
@@ -356,7 +356,7 @@ def _scope(ledger: Ledger, definition: Definition, via: Instance, prefix: str, e
 
 
 # What a part knows of its use: an expression that speaks of it comes to something else each time.
-_OF_USE = patterns.compile(r"\b(name|prefix)\b")
+_OF_USE = re.compile(r"\b(name|prefix)\b")
 _SHARED = frozenset(("help", "params", "let", "links", "joints"))
 
 

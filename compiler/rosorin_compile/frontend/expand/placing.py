@@ -6,12 +6,12 @@ A part speaks of its own links and joints by their short names, and of the frame
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from ...model import Pose, Transform, pose_of
 from ...model.drive import ROLES
-from ...startup import patterns
 from ...units import ANGLE, LENGTH, Dimension, Quantity
 from ...xml.elements import found_in
 from ...xml.mujoco import BODY, SITE, names_given, used, with_names
@@ -40,7 +40,7 @@ _NAMING = frozenset(
     )
 )
 # Names that the MJCF makes of that of a link, and ends of those that it makes of that of a joint.
-_MADE = patterns.compile(r"(.+)_(?:collision|visual)_\d+")
+_MADE = re.compile(r"(.+)_(?:collision|visual)_\d+")
 _SEVERAL = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 
 Rename = Callable[[str], str]

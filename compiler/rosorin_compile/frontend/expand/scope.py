@@ -15,7 +15,6 @@ from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, neare
 from ...diagnostics.progress import step
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import first_of
-from ...startup import patterns
 from ...units import UNITS
 from ...xml.elements import fitted
 from ..expression import Piece, compiled, evaluate, names_in, pieces
@@ -52,7 +51,7 @@ RULES = (
 # The keys of elements of XML: a value that comes to stand in one has to be spelt as XML spells it.
 _XML = ("urdf_elements", "mjcf_elements")
 MAX_NODES = 1_500_000
-_OF_XACRO = patterns.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
+_OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
 _NO_LOOP: Mapping[str, Span] = {}
 # How often a named value that takes values may stand in itself.
 MAX_CALLED = 30

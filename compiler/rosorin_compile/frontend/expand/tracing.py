@@ -8,20 +8,20 @@ for this while a description is expanded; it is looked up once there is somethin
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from types import NoneType
 from typing import Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Span, error
-from ...startup import patterns
 from ..expression import names_in, pieces
 from ..tree import Instance, Map, Path, Place, Seq, at, exists, has, locate, maker, written
 from .placing import MOUNT
 from .scope import Scope, is_like_a_number
 
 # A name alone, or an entry of a table or a list: ${m}, ${wheel.mass}, ${sizes[0]}.
-_ONE = patterns.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
-_STEP = patterns.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
+_ONE = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
+_STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
 _MOUNT = f"={MOUNT}"  # the frame that a part is attached to, among names
 _OF_USE = ("name", "mirrored", "prefix")  # what each part knows of its use: nobody gave it
 MAX_STEPS = 20  # of names that stand alone

@@ -13,14 +13,13 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...diagnostics.wording import printable
-from ...startup import patterns
 from ...units import UNITS, Quantity, parse_quantity
 from .functions import CONSTANTS, ExpressionError
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FACTOR = r"[A-Za-z]+(?:\^-?\d)?(?![\w(])"
 # Texts and names are passed by, so that what is in them is no literal.
-_TOKEN = patterns.compile(
+_TOKEN = re.compile(
     r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[^\W\d]\w*|"""
     rf"(?<![\w.])(?P<number>{_NUMBER})[ ]*(?P<unit>{_FACTOR}(?:[*/]{_FACTOR})*)"
 )

@@ -5,6 +5,7 @@ Exit codes: 0 fine, 1 problems found, 2 wrong usage.
 
 from __future__ import annotations
 
+import argparse
 import errno
 import io
 import os
@@ -12,15 +13,13 @@ import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
 from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system
 
 if TYPE_CHECKING:
-    import argparse
     from types import ModuleType
 
     from .tools.parser import Parser
@@ -146,9 +145,6 @@ MODULES = {
     "completion": "completion.command",
 }
 
-# What is run most and by programs: without an option, argparse is not asked, which takes 4 ms until it knows them all.
-_OFTEN = ("all", "print")
-
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
 ASKED_BY_SHELLS = "complete"
 
@@ -237,13 +233,9 @@ def _stopped(problem: Exception) -> int:
 
 def parse(words: list[str]) -> argparse.Namespace:
     """Return the options of a command line; words may stand before, between and after its options."""
-    options: argparse.Namespace
-    if _called(words[:1]) in _OFTEN and not any(word.startswith("-") for word in words):
-        options = _plain(words)
-        return options
     words = words[1:] if words[:1] == ["--"] else words
-    top = parser(words)
-    options, more = top.parse_known_args(words)
+    options: argparse.Namespace
+    options, more = parser(words).parse_known_args(words)
     unknown = next((word for word in more if word.startswith("-") and word != "-"), "")
     if unknown:
         raise WrongUsage(f"{_called(words)} has no option {unknown}; {_near(unknown, options.known)}")
@@ -254,36 +246,8 @@ def parse(words: list[str]) -> argparse.Namespace:
     return options
 
 
-def _plain(words: Sequence[str]) -> Any:
-    """Return the options of a command line of words alone, as argparse would have them."""
-    module, defaults = _module(words[0]), _Defaults()
-    module.options(defaults)
-    return SimpleNamespace(**{**defaults.values, "words": list(words[1:]), "run": module.run})
-
-
-class _Defaults:
-    """Takes the options of a command as a parser does, and keeps what each is where it is not given."""
-
-    def __init__(self) -> None:
-        self.values: dict[str, Any] = {}
-
-    def add_argument(self, *names: str, **settings: Any) -> None:
-        long = next((name for name in names if name.startswith("--")), names[0])
-        key = settings.get("dest", long.lstrip("-").replace("-", "_"))
-        otherwise = False if settings.get("action") == "store_true" else None
-        self.values.setdefault(key, settings.get("default", otherwise))
-
-    def add_argument_group(self, *_: str) -> _Defaults:
-        return self
-
-    def add_mutually_exclusive_group(self) -> _Defaults:
-        return self
-
-
 def parser(words: Sequence[str]) -> Parser:
     """Return the parser of a command line; of the commands it has only the one that ``words`` call."""
-    import argparse
-
     from .tools.parser import Parser, Version
 
     top = Parser(

@@ -56,7 +56,7 @@ def test_unchanged_run_imports_nothing_heavy(project: Path) -> None:
     assert ran.stdout.splitlines()[-1] == "[]"
 
 
-SPARED = {"argparse", "jsonschema_rs", "numpy"}
+SPARED = {"jsonschema_rs", "numpy"}
 
 
 @pytest.mark.parametrize("words", [["all"], ["print", "urdf"]])

@@ -145,14 +145,6 @@ def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: t
     assert (options.xyz, options.exact, options.words) == wanted
 
 
-@pytest.mark.parametrize(
-    "words", [["all"], ["all", "rover", "wheel:=2"], ["print"], ["print", "urdf", "rover", "a:=b"]]
-)
-def test_words_alone_are_understood_as_argparse_has_them(words: list[str]) -> None:
-    asked = vars(parser(words).parse_args(words))
-    assert vars(parse(words)) == {name: value for name, value in asked.items() if name not in ("known", "version")}
-
-
 def test_every_schema_is_printed(capsys: Shown) -> None:
     assert {f"{name}.schema.json" for name in names()} == {path.name for path in (SCHEMAS).glob("*.schema.json")}
     for name in names():

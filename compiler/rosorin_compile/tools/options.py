@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import MARKDOWN, Console
 
 if TYPE_CHECKING:
-    import argparse
-
     from .parser import Options
 
 FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
@@ -19,8 +18,6 @@ PAGE_MEGABYTES = 40  # of the meshes of a page
 def place(text: str) -> str:
     """Return the name of a file or folder, for argparse; an empty one is a variable of a shell that is not set."""
     if not text:
-        import argparse
-
         raise argparse.ArgumentTypeError("the name is empty")
     return text
 
@@ -28,8 +25,6 @@ def place(text: str) -> str:
 def seconds(text: str) -> int:
     """Return a time of a command line in whole seconds, for argparse."""
     if not (text.isascii() and text.isdigit() and len(text) < 9 and int(text) > 0):
-        import argparse
-
         raise argparse.ArgumentTypeError(f'"{text[:20]}" is no number of whole seconds')
     return int(text)
 

@@ -29,20 +29,13 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, *words: Any, **settings: Any) -> None:
         self.options: list[argparse.Action] = []
         self.within: dict[str, Parser] = {}
-        self._adding = False
         super().__init__(*words, **settings)
 
     def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
         """Add an option or a word, and note it."""
         completes = settings.pop("completes", None)
-        self._adding = True
         self.options.append(super().add_argument(*names, **settings))
-        self._adding = False
         return _completed(self.options[-1], completes)
-
-    def _get_formatter(self) -> argparse.HelpFormatter:
-        # argparse has one look at each new option: that needs no terminal, nor the modules that ask how wide it is
-        return argparse.HelpFormatter(self.prog, width=80) if self._adding else super()._get_formatter()
 
     def add_argument_group(self, *words: Any, **settings: Any) -> Any:
         """Return a new group; what is added to it is noted here."""

@@ -5,9 +5,10 @@ plug-in is made of (docs/extend.md). Each name is imported when it is first aske
 costs nothing.
 """
 
+from typing import TYPE_CHECKING
+
 __version__ = "0.2.0"
 
-TYPE_CHECKING = False  # as typing has it, which costs milliseconds
 if TYPE_CHECKING:
     from .diagnostics import Diagnostic
     from .diagnostics.registry import Rule, rule

@@ -335,8 +335,6 @@ def recover(aside: Path, parent: Path) -> None:
 
 def swap(one: Path, other: Path) -> None:
     """Let two paths change places in one step. Raises OSError, with ENOSYS where the C library has no such call."""
-    if _swapped(one, other):
-        return
     try:
         import ctypes
 
@@ -347,21 +345,6 @@ def swap(one: Path, other: Path) -> None:
     if call(os.fsencode(one), os.fsencode(other)) != 0:
         code = ctypes.get_errno()
         raise OSError(code, os.strerror(code), str(one), None, str(other))
-
-
-def _swapped(one: Path, other: Path) -> bool:
-    """Swap by the part of ctypes in C, without the other, which takes 3 ms to import; say whether that went well."""
-    if sys.platform != "linux":
-        return False
-    try:
-        from _ctypes import call_function, dlopen, dlsym
-
-        call = dlsym(dlopen(None, 0), "renameat2")  # type: ignore[arg-type]
-    except (ImportError, OSError):  # a Python that was built without it, or a C library
-        return False
-    return bool(
-        call_function(call, (_AT_FDCWD, os.fsencode(one), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE)) == 0
-    )
 
 
 def _system_call(libc: ctypes.CDLL) -> Callable[[bytes, bytes], Any]:

@@ -12,19 +12,15 @@ numbers, texts and lists, and the number of steps of a comprehension are bounded
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...startup.remembering import remembered
 from ...units import Quantity
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
 from .literals import Literal, masked, mistake
 from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node, names, nodes
-
-if TYPE_CHECKING:
-    import ast
-else:
-    import _ast as ast  # the part in C, which has all nodes; the rest of ast takes another millisecond
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed", "run"]
 

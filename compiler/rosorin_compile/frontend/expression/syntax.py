@@ -6,21 +6,17 @@ bounds. ``compile_node`` goes through the nodes.
 
 from __future__ import annotations
 
+import ast
 import operator
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...diagnostics import nearest
 from ...units import NUMBER, UNITS, Dimension, Quantity, add
 from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, KindError, common_dimension, functions, kind_of
 from .literals import Literal
-
-if TYPE_CHECKING:
-    import ast
-else:
-    import _ast as ast  # the part in C, which has all nodes
 
 BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,

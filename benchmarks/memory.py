@@ -1,7 +1,7 @@
 """How much memory ``rosorin-compile all`` takes at most: on the reference robot, and on chains of N parts.
 
-Of a chain that is held against the size of its artifacts, so that it means the same on every machine; the chain is a
-loop, then N entries written out, as in ``chain.py``. Run with the environment's Python:
+Of a chain that is held against the size of its artifacts, so that it means the same on every machine; the chain is in
+each of the forms of ``chain.py``. Run with the environment's Python:
 ``python benchmarks/memory.py [N ...]``.
 """
 
@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from chain import BIN, HERE, forget, write
+from chain import BIN, DIFFERENT, EQUAL, HERE, LOOP, forget, ours, write
 from pairs import used
 
 MIB = 2**20
@@ -23,7 +23,7 @@ ALL = [str(BIN / "rosorin-compile"), "all"]
 
 
 def main(sizes: list[int]) -> None:
-    """Print a row for the reference robot, and two for each size of a chain."""
+    """Print a row for the reference robot, and three for each size of a chain."""
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)
         os.environ["ROSORIN_COMPILE_CACHE"] = str(Path(name, "cache"))
@@ -33,8 +33,8 @@ def main(sizes: list[int]) -> None:
         print(f"{'the reference robot':<28} {memory:7.1f} MiB   goal {MOST:g} MiB")
         for n in sizes:
             write(n)
-            for form, words in (("a loop", ["loop.yaml", "-a", f"n={n}"]), ("written out", ["written.yaml"])):
-                memory = used([*ALL, *words], forget).memory
+            for form in (LOOP, EQUAL, DIFFERENT):
+                memory = used(ours(form, n), forget).memory
                 size = sum(file.stat().st_size for file in Path("outputs").rglob("*") if file.is_file()) / MIB
                 row = (
                     f"{f'{n} parts, {form}':<28} {memory:7.1f} MiB   {memory / size:5.1f} x {size:.1f} MiB of artifacts"

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Ratio(NamedTuple):
-    """Wall seconds of both commands (medians) and the ratio A/B, pair by pair: smallest, median, largest."""
+    """Seconds of both commands (medians) and the ratio A/B, pair by pair: smallest, median, largest."""
 
     first: float
     second: float
@@ -37,19 +37,10 @@ class Used(NamedTuple):
 
 
 def used(command: Sequence[str], prepare: Callable[[], None] | None = None) -> Used:
-    """Return what one command used, which has to succeed; other programs on the machine count for little.
-
-    It has one core, where it is one process: what another process uses that nobody waits for would not be counted.
-    """
+    """Return what one command used, which has to succeed; other programs on the machine count for little."""
     if prepare is not None:
         prepare()
-    cores = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {min(cores)})
-    try:
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    finally:
-        os.sched_setaffinity(0, cores)
-    with process:
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
@@ -65,9 +56,8 @@ def compare(first: Callable[[], float], second: Callable[[], float], pairs: int,
     return Ratio(medians[0], medians[1], min(ratios), statistics.median(ratios), max(ratios))
 
 
-def row(name: str, ratio: Ratio, goal: float) -> str:
+def row(name: str, ratio: Ratio, goal: float | None = None) -> str:
     """Return one line of a table of results."""
-    return (
-        f"{name:<42} {ratio.first * 1e3:8.1f} ms {ratio.second * 1e3:8.1f} ms   "
-        f"{ratio.median:6.3f} ({ratio.low:.3f} to {ratio.high:.3f})   goal {goal:g}"
-    )
+    told = f"{ratio.median:6.3f} ({ratio.low:.3f} to {ratio.high:.3f})"
+    told += "" if goal is None else f"   goal {goal:g}"
+    return f"{name:<42} {ratio.first * 1e3:8.1f} ms {ratio.second * 1e3:8.1f} ms   {told}"

@@ -112,3 +112,37 @@ def test_robots_of_two_names_are_one_with_a_note(tmp_path: Path) -> None:
     found = compared(one, other)
     assert (found["differences"], found["notes"]) == ([], ["the robot is called r in A, s in B"])
     assert compared(one, one)["notes"] == []
+
+
+def heavy(mass: float, x: float, *moments: float) -> str:
+    ixx, iyy, izz = moments
+    inertia = f'<inertia ixx="{ixx}" ixy="0" ixz="0" iyy="{iyy}" iyz="0" izz="{izz}"/>'
+    return f'<inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>{inertia}</inertial>'
+
+
+TWO = heavy(1, 0, 1, 1, 1), heavy(1, 0, 1, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "said"),
+    [
+        (*TWO, []),
+        (heavy(2, 0.5, 2, 2.5, 2.5), "", []),
+        (heavy(2, 0.5, 2, 2.5, 2.6), "", ["mass", "centre of mass", "inertia", "mass"]),
+        (heavy(2, 0.5, 2, 2, 2), "", ["mass", "centre of mass", "inertia", "mass"]),
+        (heavy(2, 0.6, 2, 2.5, 2.5), "", ["mass", "centre of mass", "inertia", "mass"]),
+        (heavy(1.5, 0, 1, 1, 1), heavy(0.6, 0, 1, 1, 1), ["mass", "mass"]),
+        ("", "", ["mass", "mass"]),
+    ],
+)
+def test_a_body_is_as_heavy_as_its_links_are_together(tmp_path: Path, first: str, second: str, said: list[str]) -> None:
+    """Two links that are fixed to each other, a metre apart; what one has the other may have, too."""
+    fixed = '<joint name="j" type="fixed"><origin xyz="1 0 0"/><parent link="a"/><child link="b"/></joint>'
+    one, other = (
+        urdf(tmp_path, f"{name}.urdf", own, f'<link name="b">{theirs}</link>{fixed}')
+        for name, (own, theirs) in {"one": TWO, "other": (first, second)}.items()
+    )
+    found = compared(one, other)
+    assert [item["quantity"] for item in found["differences"]] == said
+    shared = "the mass of the body of a is shared out otherwise (a, b); as a whole it is the same"
+    assert found["notes"] == ([shared] if not said and first != TWO[0] else [])

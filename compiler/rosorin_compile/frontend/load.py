@@ -22,7 +22,7 @@ from ..diagnostics import Diagnostic, Related, Source, Span, error, nearest
 from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
 from ..units import parse_quantity
-from ..world import FILE, OTHER, kind, read, size
+from ..world import FILE, OTHER, kind, read, size, spoil
 from .tree import Instance, Map, Seq, Text, first_line
 
 RULES = (
@@ -122,6 +122,7 @@ def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     data = stdin_of(path)
     if _unsaved and data is None:
         data = _unsaved.get(os.path.abspath(path))
+        spoil("what was read may be in no file")
     try:
         if data is None and kind(path) == OTHER:  # a pipe or a device would be waited for
             raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))

@@ -33,7 +33,10 @@ def give_stdin(data: bytes) -> None:
 
 def stdin_of(path: Path) -> bytes | None:
     """Return what was given on standard input, if that is what a path stands for; else None."""
-    return _on_stdin[0] if _on_stdin and path == ON_STDIN else None
+    if not _on_stdin or path != ON_STDIN:
+        return None
+    world.spoil("the robot is given on standard input")
+    return _on_stdin[0]
 
 
 class Description(NamedTuple):

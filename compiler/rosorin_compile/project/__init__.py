@@ -5,6 +5,7 @@ The data that ships with the tool and paths as people read them stand here too; 
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from collections.abc import Iterable, Iterator
@@ -189,7 +190,17 @@ def no_file(path: Path, of: str = "") -> str:
         return f'"{path}" is a folder, not a file{what}'
     if there:
         return f'"{path}" is no regular file{what}: a pipe can be read once only; write it to a file first'
+    refuse_too_long(path)
     return f'there is no file "{path}"{what}'
+
+
+def refuse_too_long(path: Path) -> None:
+    """Raise OSError (ENAMETOOLONG) for a path that nothing can have; the command line says so."""
+    try:
+        world.size(path)
+    except (OSError, ValueError) as problem:
+        if isinstance(problem, OSError) and problem.errno == errno.ENAMETOOLONG:
+            raise
 
 
 def is_file(path: Path) -> bool:

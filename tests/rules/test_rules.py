@@ -18,7 +18,7 @@ from rosorin_compile.model import IDENTITY, Inertial
 from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.rules import check, checks
 from support.paths import ROSORIN
-from support.robots import compiled, robot, rules
+from support.robots import compiled, found, robot, rules
 
 LIMIT = {"lower": -1, "upper": 1, "effort": 1, "velocity": 1}
 
@@ -171,3 +171,53 @@ def test_mimic_of_a_mimic_that_comes_earlier_is_right():
         "c_joint": {**hinge, "child": "c"},
     }
     assert rules(robot(joints)) == []
+
+
+BALL = {"collision": [{"sphere": {"radius": 0.1}}]}
+HEAVY = {**BALL, "inertial": {"mass": 1, "of": "collision"}}
+
+
+@pytest.mark.parametrize(
+    ("links", "told"),
+    [
+        ([HEAVY, HEAVY, BALL], 1),  # most have one
+        ([HEAVY, BALL], 1),
+        ([HEAVY, BALL, BALL], 0),  # most have none: it is told elsewhere, once
+        ([BALL, BALL, BALL], 0),
+    ],
+)
+def test_a_part_without_mass_is_told_where_most_have_one(links, told):
+    joints = {
+        f"j{n}": {"type": "continuous", "parent": f"l{n}", "child": f"l{n + 1}", "axis": [0, 1, 0]}
+        for n in range(len(links))
+    }
+    made = robot(joints)
+    made["links"] |= {f"l{n}": link for n, link in enumerate(links, 1)}
+    assert rules(made).count("inertial-missing") == told
+
+
+@pytest.mark.parametrize(("colliding", "told"), [(0, 0), (1, 0), (2, 1), (3, 1)])
+def test_a_part_that_collides_with_nothing_is_told_beside_two_that_do(colliding, told):
+    seen = {"visual": [{"sphere": {"radius": 0.1}}]}
+    links = [{**seen, **BALL}] * colliding + [seen]
+    joints = {
+        f"j{n}": {"type": "continuous", "parent": f"l{n}", "child": f"l{n + 1}", "axis": [0, 1, 0]}
+        for n in range(len(links))
+    }
+    made = robot(joints)
+    made["links"] |= {f"l{n}": link for n, link in enumerate(links, 1)}
+    assert [one.rule for one in found(made)].count("collision-missing") == told
+
+
+@pytest.mark.parametrize(
+    ("radius", "told"), [(0.1, []), (0.101, []), (0.2, ["drive-radius"]), (0.05, ["drive-radius"])]
+)
+def test_a_radius_is_told_that_the_wheels_have_not(radius, told):
+    wheel = {"collision": [{"cylinder": {"radius": 0.1, "length": 0.02}, "rpy": [math.pi / 2, 0, 0]}]}
+    joints = {
+        side: {"type": "continuous", "parent": "base", "child": f"{side}_wheel", "xyz": [0, y, 0], "axis": [0, 1, 0]}
+        for side, y in (("left", 0.2), ("right", -0.2))
+    }
+    made = robot(joints, drive={"differential": {side: [side] for side in joints}, "radius": radius})
+    made["links"] |= {f"{side}_wheel": wheel for side in joints}
+    assert rules(made) == told

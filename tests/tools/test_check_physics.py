@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rosorin_compile import world
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
@@ -162,9 +163,9 @@ def test_a_robot_in_another_format_is_checked_without_a_comparison(home: Path, c
 
 @pytest.mark.usefixtures("rosorin")
 def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    known = checking.find_spec
+    known = world.package
     absent = ("mujoco", "collada")
-    monkeypatch.setattr(checking, "find_spec", lambda name: None if name in absent else known(name))
+    monkeypatch.setattr(world, "package", lambda name: () if name in absent else known(name))
     assert main(["check", "--physics"]) == 2
     said = "rosorin-compile: check --physics needs what is not installed: pip install 'mujoco>=4' pycollada\n"
     assert capsys.readouterr().err == said

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from .. import world
 from ..output import cleared
 from ..output.staging import staged
 from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
         print(f"{started.schema} written: completion and help in editors")
     elif started.outdated:
         print(f"{started.schema} is of another version; to renew it: rosorin-compile schema > {started.schema}")
-    where = "" if Path(options.folder).samefile(".") else f"cd {options.folder} && "
+    where = "" if world.is_same(options.folder, ".") else f"cd {options.folder} && "
     print(f"next: {where}rosorin-compile all {options.name}, and rosorin-compile view {options.name} to see it")
     return FINE
 
@@ -121,7 +121,7 @@ def check_free(name: str, project: Path) -> None:
     """Raise CannotStart unless a description of that name can be written into a project."""
     check_name(name)
     target = project / DESCRIPTIONS / name
-    if os.path.lexists(target):
+    if world.stands(target):
         raise CannotStart(f"{target} is there already; nothing is overwritten, take another name")
 
 
@@ -129,7 +129,7 @@ def texts_of(template: str, name: str) -> dict[str, str]:
     """Return the files of a template, by their names, for a robot of that name."""
     folder = data_folder("templates") / START
     paths = [folder / file for file in TEMPLATES[template].files]
-    return {path.name: path.read_text("utf-8").replace(PLACEHOLDER, name) for path in paths}
+    return {path.name: world.text(path).replace(PLACEHOLDER, name) for path in paths}
 
 
 def start(name: str, project: Path, template: str = DEFAULT) -> Started:
@@ -153,10 +153,10 @@ def start(name: str, project: Path, template: str = DEFAULT) -> Started:
 
 def _give_schema(folder: Path, stage: Path) -> tuple[bool, bool]:
     """Write the schema for editors unless there is one; say whether it was written, or is of another version."""
-    data = (data_folder("schemas") / "authoring.schema.json").read_bytes()
+    data = world.read(data_folder("schemas") / "authoring.schema.json")
     target = folder / SCHEMA
     with suppress(FileNotFoundError):
-        return False, target.read_bytes() != data
+        return False, world.read(target) != data
     target.parent.mkdir(exist_ok=True)
     new = stage / SCHEMA.name
     new.write_bytes(data)

@@ -205,7 +205,8 @@ def _printed(text: str, console: Console) -> bool:
         raise
     except OSError as problem:
         console.warn(f"cannot write to standard output: {problem.strerror or problem}")
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno() if sys.__stdout__ else 1)
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), sys.__stdout__.fileno() if sys.__stdout__ else 1)
         return False
     return True
 

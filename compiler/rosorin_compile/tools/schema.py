@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from .. import world
 from ..diagnostics import did_you_mean
 from ..diagnostics.console import give
 from ..formats import FORMATS
@@ -40,5 +41,5 @@ def run(options: argparse.Namespace) -> int:
     known = names()
     if options.name not in known:
         raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, known)}')
-    give((data_folder("schemas") / f"{options.name}.schema.json").read_text("utf-8"))
+    give(world.text(data_folder("schemas") / f"{options.name}.schema.json"))
     return FINE

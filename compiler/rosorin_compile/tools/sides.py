@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from .. import world
 from ..diagnostics import ERROR, Diagnostic, error, has_errors
 from ..formats import FORMATS, endings
 from ..frontend import asked
@@ -17,7 +18,7 @@ from ..meaning.tolerance import printing_of
 from ..meaning.wording import several
 from ..model import Robot
 from ..plugins import PluginFailed
-from ..project import STDIN, NoDescription, find, first_file, is_file, stdin_of
+from ..project import STDIN, NoDescription, find, first_file, stdin_of
 
 # What a person is to know before a foreign file is opened.
 _TOLD = ("xacro-runs-code",)
@@ -117,7 +118,7 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
 
         read = _foreign if is_foreign(path) else _description
         return read(path, str(path), arguments, packages, trust)
-    if is_file(path) and path.suffix.lower() not in YAML.endings:
+    if world.kind(path) == world.FILE and path.suffix.lower() not in YAML.endings:
         return _foreign(path, word, arguments, packages, trust)
     if path.suffix.lower() in endings():
         raise NoDescription(f'there is no file "{word}"')

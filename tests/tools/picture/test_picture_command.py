@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from rosorin_compile import world
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.tools.picture.frames import AXES, HIGH, drawn
@@ -313,7 +314,7 @@ def test_what_is_not_installed_is_named(capsys, monkeypatch, package, what):
     folder = Path("descriptions/meshes")
     folder.mkdir()
     (folder / "robot.yaml").write_text(MESHES, "utf-8")
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == package else object())
+    monkeypatch.setattr(world, "package", lambda name: () if name == package else (name,))
     assert main(["picture", "meshes", "-o", "a.png"]) == 1
     said = capsys.readouterr().err
     assert f"error[extra-missing]: {what} needs the package {package}, which is not installed" in said

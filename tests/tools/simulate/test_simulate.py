@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile import world
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
@@ -187,7 +188,7 @@ def test_what_mujoco_refuses_is_told(home: Path, capsys: Shown) -> None:
 
 
 def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
-    monkeypatch.setattr(command, "find_spec", lambda name: None if name == "mujoco" else object())
+    monkeypatch.setattr(world, "package", lambda name: () if name == "mujoco" else (name,))
     assert main(["simulate", str(ARM)]) == 2
     said = f"rosorin-compile: simulate needs what is not installed (mujoco): {pip_install('simulate')}\n"
     assert capsys.readouterr().err == said

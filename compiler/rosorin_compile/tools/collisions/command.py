@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from ... import world
 from ...diagnostics import error
 from ...diagnostics.console import Console, log_progress
 from ...diagnostics.progress import step
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     if urdf is None:
         return _refused(console, f"{known.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
     path = Path(options.output) if options.output else description.path.parent / FILE
-    if os.path.lexists(path) and not path.is_file():
+    if world.stands(path) and world.kind(path) != world.FILE:
         raise WrongUsage(f"{path} cannot be written: it is no regular file")
     if not _is_ours(path):
         help = "name another file with -o, or remove it"
@@ -101,7 +101,7 @@ def _compute(
 
     files: Mapping[str, Path] = {}
     if meshes_of(planning):
-        places = Places(description.path, description.outputs, given.packages, os.environ)
+        places = Places(description.path, description.outputs, given.packages, world.environment())
         files = files_of(known.case.tree, known.robot.outputs, places)
     meshes, matrix, of = digests(meshes_of(planning), files), planning.said.matrix, digest(planning)
     if matrix is not None and matrix.of == of and dict(matrix.meshes) == meshes and not options.force:

@@ -16,6 +16,7 @@ from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
+from ... import world
 from ..parser import Parser
 from . import known
 
@@ -315,21 +316,20 @@ def files(current: str, endings: Sequence[str] | None = None) -> list[str]:
     folder = os.path.expanduser(before + slash) or "."
     found = []
     try:
-        with os.scandir(folder) as entries:
-            for entry in entries:
-                name = entry.name
-                if not name.startswith(start or tuple(set(name[:1]) - set("."))) or not name.isprintable():
-                    continue
-                if name.startswith("-") and not slash:
-                    continue
-                if entry.is_dir():
-                    found.append(f"{before}{slash}{name}/")
-                elif endings is None or name.lower().endswith(tuple(endings)):
-                    found.append(f"{before}{slash}{name}")
-                if len(found) > MAX_FILES:
-                    break
-    except (OSError, ValueError):  # no folder, or a name that none can have
+        inside = world.names(folder)
+    except OSError:  # no folder, or a name that none can have
         return []
+    for name, kind in inside.items():
+        if not name.startswith(start or tuple(set(name[:1]) - set("."))) or not name.isprintable():
+            continue
+        if name.startswith("-") and not slash:
+            continue
+        if kind == world.FOLDER:
+            found.append(f"{before}{slash}{name}/")
+        elif endings is None or name.lower().endswith(tuple(endings)):
+            found.append(f"{before}{slash}{name}")
+        if len(found) > MAX_FILES:
+            break
     return sorted(found)
 
 

@@ -10,11 +10,11 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ... import world
 from ...project import ENDINGS, all_here, find, here
 from ..robots import is_foreign
 
@@ -127,14 +127,14 @@ def _default(argument: Argument) -> str:
     return "required" if argument.required else f"default: {argument.default}"
 
 
-@cache
+@world.remembered
 def _arguments(path: Path) -> list[Argument]:
     """Return the arguments that a description or a xacro declares."""
     from ...diagnostics import Source, Span
     from ...frontend.arguments import Argument, declared
 
     if is_foreign(path):
-        text = path.read_text("utf-8", "replace")
+        text = world.text(path, errors="replace")
         span = Span(Source(str(path), ""), 1, 1, 1)
         return [
             Argument(name, "any", (), False, "", "argument of the xacro", span) for name in _XACRO_ARG.findall(text)
@@ -144,7 +144,7 @@ def _arguments(path: Path) -> list[Argument]:
     return []
 
 
-@cache
+@world.remembered
 def _robot(path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[tuple[str, Path], ...]) -> Robot | None:
     """Return the robot of a description, or of a file that can be read without running anything; else None."""
     from ...diagnostics import has_errors
@@ -271,15 +271,15 @@ def _in_text(path: Path, of: str) -> dict[str, str]:
     return found
 
 
-@cache
+@world.remembered
 def _sections(path: Path) -> dict[str, list[str]]:
     """Return the keys of each section, line by line: of a file that is no YAML just now, too."""
-    files = [path] if path.name.count(".") and path.parent == Path() else sorted(path.parent.glob("*.y*ml"))
+    files = [path] if path.name.count(".") and path.parent == Path() else world.matching(path.parent, "*.y*ml")
     found: dict[str, list[str]] = {"frames": []}
     for file in files[:50]:
         with suppress(OSError):
             section, depth = "", 0
-            for line in file.read_bytes()[:1_000_000].decode("utf-8", "replace").splitlines():
+            for line in world.head(file, 1_000_000).decode("utf-8", "replace").splitlines():
                 top, entry = _SECTION.match(line), _ENTRY.match(line)
                 if top:
                     section, depth = top[1], 0

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ... import world
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.progress import step
 from ...diagnostics.registry import MESHES, Rule
@@ -76,10 +77,10 @@ def robot_file(package: Path, asked: str | None) -> Path:
     A file is that of a robot if its root names one, and no other file of the package includes it.
     Raises NotThere if there is no such package or file, else ExtractProblem.
     """
-    if not package.is_dir():
+    if world.kind(package) != world.FOLDER:
         raise missing("factory-robot", f"{package} is not a folder", "name the folder of a description package")
     if asked is not None:
-        path = next((path for path in (package / asked, Path(asked)) if path.is_file()), None)
+        path = next((path for path in (package / asked, Path(asked)) if world.kind(path) == world.FILE), None)
         if path is None:
             help = did_you_mean(asked, [str(path.relative_to(package)) for path in _candidates(package)])
             raise missing("factory-robot", f'{package} has no file "{asked}"', help)
@@ -95,16 +96,16 @@ def robot_file(package: Path, asked: str | None) -> Path:
 def _candidates(package: Path) -> list[Path]:
     format, texts = published(), dict[Path, str]()
     endings = [ending for one in FORMATS.values() if format.name in (one.name, one.becomes) for ending in one.endings]
-    for path in sorted(package.rglob("*")):
-        if path.suffix.lower() in endings and path.is_file():
-            texts[path] = path.read_bytes()[:5_000_000].decode("utf-8", "replace")
+    for path in world.matching(package, "**/*"):
+        if path.suffix.lower() in endings and world.kind(path) == world.FILE:
+            texts[path] = world.head(path, 5_000_000).decode("utf-8", "replace")
     included = {address.rpartition("/")[2] for text in texts.values() for address in _INCLUDES.findall(text)}
     return [path for path, text in texts.items() if _ROBOT.search(text) and path.name not in included]
 
 
 def name_of(package: Path) -> str:
     """Return the name of a package: what its package.xml says, else that of its folder."""
-    return package_name(package) or package.resolve().name
+    return package_name(package) or world.real(package).name
 
 
 def extract(source: RobotSource, package: str, asked: Asked) -> Factory:

@@ -16,6 +16,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ... import world
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import MESHES, Rule
@@ -158,12 +159,12 @@ def _format(path: Path) -> str:
 
 def _read(path: Path) -> bytes:
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # reading a pipe or a device may never end
+        if world.kind(path) == world.OTHER:
             raise fail("mesh-unreadable", f"{path} is no regular file", "name a mesh file")
-        if path.is_file() and path.stat().st_size > MAX_BYTES:
+        if world.kind(path) == world.FILE and world.size(path) > MAX_BYTES:
             help = "reduce the number of triangles"
             raise fail("mesh-unreadable", f"{path} is larger than {MAX_BYTES:,} bytes", help)
-        data = path.read_bytes()
+        data = world.read(path)
     except (FileNotFoundError, NotADirectoryError):
         raise missing("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
     except (OSError, ValueError) as problem:
@@ -312,9 +313,9 @@ class _Materials:
     def get(self, name: str) -> bytes:
         """Return a file of materials. Raises FileNotFoundError for what is none."""
         file = self.folder / name
-        if not name.lower().endswith(".mtl") or Path(name).is_absolute() or not file.is_file():
+        if not name.lower().endswith(".mtl") or Path(name).is_absolute() or world.kind(file) != world.FILE:
             raise FileNotFoundError(f"{name} is not beside it")
-        blocks = re.split(rb"(?mi)^(?=[ \t]*newmtl\b)", file.read_bytes()[:_MOST_MATERIALS])
+        blocks = re.split(rb"(?mi)^(?=[ \t]*newmtl\b)", world.head(file, _MOST_MATERIALS))
         return b"".join(_WHITE.sub(b"Kd 1 1 1", _MAP.sub(b"", one)) if _MAP.search(one) else one for one in blocks)
 
     def __getitem__(self, name: str) -> bytes:
@@ -329,10 +330,10 @@ class _Beside:
 
     def get(self, name: str) -> bytes:
         """Return the bytes of a side file. Raises FileNotFoundError for one that is elsewhere."""
-        inside = (self.folder / name).resolve()
-        if not inside.is_relative_to(self.folder.resolve()) or not inside.is_file():
+        inside = world.real(self.folder / name)
+        if not inside.is_relative_to(world.real(self.folder)) or world.kind(inside) != world.FILE:
             raise FileNotFoundError(f'the buffer "{name}" is not beside it')
-        return inside.read_bytes()
+        return world.read(inside)
 
     def __getitem__(self, name: str) -> bytes:
         return self.get(name)

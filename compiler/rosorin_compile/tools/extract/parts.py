@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ... import world
 from ...diagnostics import NOTE, WARNING, Diagnostic, Span, did_you_mean, has_errors
 from ...diagnostics.registry import MESHES, Rule
 from ...formats.imported import ReadOptions
@@ -75,7 +75,7 @@ def read_source(word: str, options: ReadOptions) -> RobotSource:
     Raises NotThere if there is none, else ExtractProblem; other problems are among the diagnostics of what is returned.
     """
     path = Path(word)
-    if path.suffix.lower() in (".yaml", ".yml") or not path.is_file():
+    if path.suffix.lower() in (".yaml", ".yml") or world.kind(path) != world.FILE:
         return _described(word, options)
     from ...frontend.lower import lower
 
@@ -83,7 +83,7 @@ def read_source(word: str, options: ReadOptions) -> RobotSource:
     lowered = None if imported.tree is None else lower(imported.tree)
     if imported.tree is None or lowered is None or lowered.robot is None:
         raise SourceProblem([*imported.diagnostics, *(lowered.diagnostics if lowered else [])])
-    environment = os.environ if options.environment is None else options.environment
+    environment = world.environment() if options.environment is None else options.environment
     packages = Packages(options.packages, environment, path)
     remarks = [one for one in imported.diagnostics if one.severity != NOTE and one.rule not in _NOT_FOR_NUMBERS]
     return RobotSource(lowered.robot, imported.tree, path.parent, packages, imported.files, remarks)
@@ -111,7 +111,7 @@ def _described(word: str, options: ReadOptions) -> RobotSource:
         raise SourceProblem(understood.diagnostics)
     tree = understood.expanded.tree
     assert tree is not None  # a model is made of a tree  # noqa: S101
-    environment = os.environ if options.environment is None else options.environment
+    environment = world.environment() if options.environment is None else options.environment
     folder = description.path.parent
     packages = Packages(options.packages, environment, description.path)
     return RobotSource(understood.lowered.robot, tree, folder, packages, understood.expanded.files)
@@ -131,7 +131,7 @@ def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | 
         assert isinstance(geometry, MeshShape)  # noqa: S101
         span = locate(source.tree, ("links", link, *place, "mesh", "file")).span
         path = source.packages.resolve(geometry.file, source.folder)
-        if path is None or not path.is_file():
+        if path is None or world.kind(path) != world.FILE:
             source.diagnostics.append(_missing(link, place[0], geometry.file, path, span))
             continue
         try:

@@ -6,11 +6,11 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from ... import world
 from ...diagnostics.registry import MESHES, Rule
 from ...frontend.yaml_text import escaped, quoted, scalar
 from ...model import Box, Capsule, Cylinder, HeightMap, Shape
@@ -138,7 +138,7 @@ MARK = "# rosorin-compile extract"
 
 def save(path: Path, text: str, force: bool = False) -> None:
     """Write a file; one that extract did not make is overwritten only with ``force``. Raises ExtractProblem."""
-    if not force and os.path.lexists(path) and not _is_ours(path):
+    if not force and world.stands(path) and not _is_ours(path):
         message = f"{path} is there, and extract did not make it"
         raise fail("extract-file", message, "name another file, or add --force")
     replace(path, text)
@@ -149,13 +149,13 @@ def replace(path: Path, text: str) -> None:
 
     A link stays a link, and permissions stay as they are.
     """
-    target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():  # a device would be gone
+    target = world.real(path)
+    if world.kind(target) and world.kind(target) != world.FILE:  # a device would be gone
         raise fail("extract-file", f"cannot write {path}: it is no regular file", "name another file")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with cleared(target.parent), staged_file(target.parent) as (stage, handle):
-            mode = target.stat().st_mode & 0o7777 if target.exists() else None
+            mode = world.mode(target) & 0o7777 if world.kind(target) else None
             write_staged(stage, handle, text.encode("utf-8"), mode, sync=True)
             stage.replace(target)
     except (OSError, ValueError) as problem:
@@ -171,8 +171,6 @@ def whose(_: str, old: bytes, __: bytes) -> str:
 
 def _is_ours(path: Path) -> bool:
     try:
-        with path.open("rb") as file:
-            head = file.read(len(MARK) + 1)
+        return world.head(path, len(MARK)) == MARK.encode()
     except OSError:
         return False
-    return head.startswith(MARK.encode())

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from ... import world
 from ...diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
 from ...diagnostics.console import Console
 from ...diagnostics.progress import step
@@ -198,7 +199,7 @@ class Fleet:
     def _look(self, variant: Variant, texts: Texts) -> None:
         missing, changed = texts.look(variant)
         help = "run rosorin-compile sweep again: it does only what is missing"
-        if missing and not variant.folder.is_dir():
+        if missing and world.kind(variant.folder) != world.FOLDER:
             message = f"{variant.name}: there is no folder {variant.folder}"
             self.missing.add(error("fleet-missing", message, variant.span("folder"), help))
         elif missing:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from ... import world
 from ...diagnostics import ERROR, NOTE, Diagnostic
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted
@@ -107,7 +108,9 @@ def _shown(fleet: Fleet, variant: Variant) -> Shown | None:
     paths = [Path(fleet.file.head.description)] if fleet.file.head.description else []
     paths = [fleet.file.path.parent / path for path in paths]
     given = Given(cast("dict[str, str]", {**fleet.file.head.arguments, **variant.arguments}), ())
-    tried = [(Description(variant.name, path, variant.folder), given) for path in paths if path.is_file()]
+    tried = [
+        (Description(variant.name, path, variant.folder), given) for path in paths if world.kind(path) == world.FILE
+    ]
     tried += [(Description(variant.name, path, variant.folder), Given({}, ())) for path in _readable(variant)]
     for description, arguments in tried:
         try:
@@ -125,7 +128,7 @@ def _readable(variant: Variant) -> list[Path]:
     for name in variant.artifacts:
         path = variant.folder / name
         try:
-            format, facts = recognised(name, path.read_text(encoding="utf-8"))
+            format, facts = recognised(name, world.text(path))
         except (OSError, ValueError):
             continue
         if format is not None and format.read is not None:

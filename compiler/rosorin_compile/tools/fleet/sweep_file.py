@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping
+from io import TextIOWrapper
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics import Diagnostic, Source, Span, error
 from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import FLEETS, Rule
@@ -83,13 +85,13 @@ class SweepFile:
     """The variants of a ``sweep.json``. Raises WrongUsage where there is none; ``problem`` is what is wrong in it."""
 
     def __init__(self, path: Path) -> None:
-        self.path = path / "sweep.json" if path.is_dir() else path
+        self.path = path / "sweep.json" if world.kind(path) == world.FOLDER else path
         self.problem: Diagnostic | None = None
         self.head = Head("", {})
-        if not self.path.is_file():
+        if world.kind(self.path) != world.FILE:
             way = "rosorin-compile sweep -o FOLDER writes FOLDER/sweep.json"
             raise WrongUsage(f'there is no file "{self.path}"; {way}')
-        self.size = self.path.stat().st_size
+        self.size = world.size(self.path)
 
     def variants(self) -> Iterator[Variant]:
         """Yield the variants, in their order; ``problem`` is set where the file ends early, or is something else."""
@@ -108,7 +110,7 @@ class SweepFile:
     def _by_line(self) -> Iterator[Variant]:
         begun = ended = False
         number, line = 0, ""
-        with self.path.open(encoding="utf-8") as file:
+        with TextIOWrapper(world.stream(self.path), encoding="utf-8") as file:
             for number, line in enumerate(iter(lambda: file.readline(_MAX_LINE), ""), 1):
                 text = line.strip()
                 if not begun:
@@ -136,7 +138,7 @@ class SweepFile:
 
     def _whole(self) -> Iterator[Variant]:
         """Yield the variants of a file that another program has laid out otherwise."""
-        text = self.path.read_text(encoding="utf-8")
+        text = world.text(self.path)
         try:
             said = json_of(text)
         except ValueError as problem:

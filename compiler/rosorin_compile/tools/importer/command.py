@@ -5,15 +5,15 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-import stat
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from ... import world
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
-from ...project import DESCRIPTIONS, ON_STDIN, ROOT_FILE, STDIN, around, is_file, nearest_file
+from ...project import DESCRIPTIONS, ON_STDIN, ROOT_FILE, STDIN, around, nearest_file
 from ..given import given_arguments, packages_of
 from ..options import argument_options, console_of, format_options, package_option, place
 from ..robots import take_stdin
@@ -171,10 +171,8 @@ def _can_begin(folder: str) -> bool:
 
 def _kind(path: Path) -> str:
     """Return whether a path is a folder or another file; empty if it is not there, or no file can be called so."""
-    try:
-        return "folder" if stat.S_ISDIR(path.stat().st_mode) else "file"
-    except (OSError, ValueError):
-        return ""
+    found = world.kind(path)
+    return "folder" if found == world.FOLDER else "file" if found else ""
 
 
 def _alike(path: Path) -> str:
@@ -412,10 +410,10 @@ def _check_folder(folder: Path, force: bool) -> None:
     if _kind(folder) == "file":
         raise WrongUsage(f"{folder} is no folder; name a new one with -o")
     with suppress(OSError):  # a folder that nobody may look into is no place to write either: that is said there
-        if force or not any(folder.iterdir()):
+        if force or not world.names(folder):
             return
         message = f"{folder} is not empty; name a new folder with -o, or write into this one with --force"
-        if is_file(folder / ROOT_FILE):
+        if world.kind(folder / ROOT_FILE) == world.FILE:
             message += f" (no {ROOT_FILE}{ENDING} there says what was imported, against which changes could be told)"
         raise WrongUsage(message)
 

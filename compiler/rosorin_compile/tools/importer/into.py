@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from ... import world
 from ...diagnostics import Diagnostic, error
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import listed
@@ -104,10 +105,10 @@ class Said(NamedTuple):
 
 def package_at(folder: Path) -> Package:
     """Return the package in a folder. Raises WrongUsage where there is none."""
-    if not folder.is_dir():
+    if world.kind(folder) != world.FOLDER:
         raise WrongUsage(f"{folder} is no folder; --into names the folder of a ROS package")
     found = package_of(folder)
-    if found is None or found[0] != folder.resolve():
+    if found is None or found[0] != world.real(folder):
         way = (
             f"; did you mean {found[0]}?" if found else "; to write a package of its own: rosorin-compile package ROBOT"
         )
@@ -124,9 +125,9 @@ def package_at(folder: Path) -> Package:
 def inside(source: Path, package: Package) -> str:
     """Return a source as seen from the package that it is in. Raises WrongUsage for one that is elsewhere."""
     try:
-        return source.resolve().relative_to(package.folder.resolve()).as_posix()
+        return world.real(source).relative_to(world.real(package.folder)).as_posix()
     except ValueError:
-        own = package_of(source.resolve().parent)
+        own = package_of(world.real(source).parent)
         way = f"; it is in package {own[1]}: --into {own[0]}" if own else "; copy it there, or name its package"
         message = f"{source} is not in {package.folder}: the test that is written holds both against each other"
         raise WrongUsage(f"{message}{way}") from None
@@ -145,7 +146,7 @@ def _taken(package: Package, wanted: Said, name: str, files: Mapping[str, str], 
         return None
     own = Path(wanted.source).name.partition(".")[0]
     own = own if _NAME.fullmatch(own) and own != name else "NAME"
-    there = " and ".join(one for one in (description, test) if os.path.lexists(package.folder / one))
+    there = " and ".join(one for one in (description, test) if world.stands(package.folder / one))
     help = f"give this robot a name of its own, such as --name {own}; to import it under this one, remove {there}"
     span = tree.value_spans.get("robot", tree.span)
     return error("import-name-taken", f'"{name}" is taken in {package.name}: {why}', span, help)
@@ -161,9 +162,9 @@ def _why_taken(folder: Path, wanted: Said, test: str, files: Mapping[str, str], 
     description = f"{DESCRIPTIONS}/{root.parent.name}"
     if said is not None and said != wanted:
         return f"{test} says that {said.description} was imported from {said.words}, and this is {wanted.words}"
-    if not root.parent.is_dir() or not any(root.parent.iterdir()):
+    if not _has_files(root.parent):
         return ""
-    if not root.is_file():
+    if world.kind(root) != world.FILE:
         return f"{description} is there, without a {root.name}"
     if said is not None or not any(_differs(root.parent / file, text.encode()) for file, text in files.items()):
         return ""
@@ -255,7 +256,7 @@ def put_into(
 
 
 def _has_files(folder: Path) -> bool:
-    return folder.is_dir() and any(folder.iterdir())
+    return world.kind(folder) == world.FOLDER and bool(world.names(folder))
 
 
 def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], asked: Wanted) -> dict[str, str]:
@@ -263,7 +264,7 @@ def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], as
     made = record_of(files, asked.words)
     for file in files:
         record = Path(os.path.normpath(there / f"{file}{ENDING}"))
-        if file.startswith("../") and record.is_file():
+        if file.startswith("../") and world.kind(record) == world.FILE:
             before = text_of(record)
             made[f"{file}{ENDING}"] = with_more(before, grown[file], files[file]) if file in grown else before
     return made
@@ -289,17 +290,17 @@ def _again(package: Package, description: str, files: Mapping[str, str], asked: 
 def _others(package: Path, name: str, written: Sequence[str]) -> list[str]:
     """Return the other descriptions of a package that include what was written for one of them, too."""
     names = [f"../{file.removeprefix(f'{DESCRIPTIONS}/')}" for file in written if file.startswith(f"{DESCRIPTIONS}/")]
-    found = (path for path in sorted((package / DESCRIPTIONS).glob(f"*/{ROOT_FILE}")) if path.parent.name != name)
+    found = (path for path in world.matching(package / DESCRIPTIONS, f"*/{ROOT_FILE}") if path.parent.name != name)
     return [path.parent.name for path in found if any(one in _text(path) for one in names)]
 
 
 def _differs(path: Path, data: bytes) -> bool:
     """Say whether another file stands at a path."""
-    return os.path.lexists(path) and not (path.is_file() and path.read_bytes() == data)
+    return world.stands(path) and not (world.kind(path) == world.FILE and world.read(path) == data)
 
 
 def _text(path: Path) -> str:
-    return path.read_text("utf-8", "replace") if path.is_file() else ""
+    return world.text(path, errors="replace") if world.kind(path) == world.FILE else ""
 
 
 def _test(package: Package, source: str, description: str, given: Mapping[str, str]) -> str:
@@ -356,7 +357,7 @@ def _place(file: str) -> str:
 
 def told(package: Package, put: Put) -> Iterator[str]:
     """Yield the lines about what was put into a package."""
-    name = package.folder.resolve().name
+    name = world.real(package.folder).name
     if put.written:
         places = dict.fromkeys(_place(file) for file in put.written)
         yield f"{name}: written: {', '.join(places)}"

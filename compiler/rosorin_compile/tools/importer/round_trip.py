@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import random
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -11,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
 from ...diagnostics.progress import step
 from ...diagnostics.registry import READING, Rule
@@ -124,7 +124,7 @@ def _round_trip(
 
 def schema_beside(folder: Path) -> str:
     """Return where editors find the schema of a description in a folder; empty if there is none."""
-    return (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
+    return (Path("..") / SCHEMA).as_posix() if world.kind(folder.parent / SCHEMA) == world.FILE else ""
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
@@ -215,7 +215,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
         return Proof()
     step("proving the import in its engine")
     outputs = described_at(folder / ROOT_FILE).outputs.absolute()
-    places = Places(folder / ROOT_FILE, outputs, packages, os.environ)
+    places = Places(folder / ROOT_FILE, outputs, packages, world.environment())
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         for file, text in write(seen_from(shown, folder), wanted).items():
             Path(name, file).write_text(text, "utf-8")

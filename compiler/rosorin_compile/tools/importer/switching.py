@@ -11,6 +11,7 @@ from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import NamedTuple
 
+from ... import world
 from ...diagnostics.wording import listed
 from ...project import ROOT_FILE
 from ..package.finding import files_below
@@ -58,9 +59,9 @@ def lines_to_change(package: Path, source: str, description: str, arguments: Set
     found: list[Line] = []
     for path in _files(package):
         try:
-            if path.stat().st_size > _LARGEST:
+            if world.size(path) > _LARGEST:
                 continue
-            text = path.read_text("utf-8", "replace")
+            text = world.text(path, errors="replace")
         except OSError:
             continue
         if Path(source).name in text:
@@ -73,8 +74,9 @@ def _files(package: Path) -> Iterator[Path]:
     """Yield the launch files and CMakeLists.txt of a package, then those of the packages beside it."""
     others: list[Path] = []
     try:
-        beside = sorted(package.resolve().parent.iterdir())
-        others = [one for one in beside if (one / "package.xml").is_file() and one != package.resolve()]
+        own = world.real(package)
+        beside = [own.parent / name for name in world.names(own.parent)]
+        others = [one for one in beside if world.kind(one / "package.xml") == world.FILE and one != own]
     except OSError:
         pass
     for folder in [package, *others[:_MOST_PACKAGES]]:

@@ -16,6 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics import WARNING, Diagnostic, Span
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, first_of
@@ -26,7 +27,7 @@ from ...formats.mesh_files import files_named
 from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
 from ...frontend.packages import Packages, package_name
 from ...frontend.tree import Map, Seq
-from ...project import DESCRIPTIONS, OUTPUTS, ROOT_FILE, is_file
+from ...project import DESCRIPTIONS, OUTPUTS, ROOT_FILE
 
 RULES = (
     Rule(
@@ -117,14 +118,14 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
 
 def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:
     """Yield the packages that files were found in, with their folders, but for those that are found from ``here``."""
-    near, seen = Packages({}, os.environ, here / ROOT_FILE), set()
+    near, seen = Packages({}, world.environment(), here / ROOT_FILE), set()
     for name, file in files.items():
         package, _, path = name.partition("://")[2].lstrip("/").partition("/")
         if _is_of_package(name) and package not in seen:
             seen.add(package)
             folder = Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1]
             known = near.find(package)
-            if known is None or known.resolve() != folder.resolve():
+            if known is None or world.real(known) != world.real(folder):
                 yield package, folder
 
 
@@ -136,14 +137,14 @@ def _package_of(meshes: str, relative: Sequence[str], base: Path, here: Path) ->
     package, _, path = meshes.partition("://")[2].strip("/").partition("/")
     parts = Path(path).parts
     above = len(base.parts) - len(parts)
-    found = Packages({}, os.environ, here / ROOT_FILE).find(package) if _is_of_package(meshes) else base
+    found = Packages({}, world.environment(), here / ROOT_FILE).find(package) if _is_of_package(meshes) else base
     if base.parts[above:] != parts or (found is not None and _has_one(found / path, relative)):
         return {}
     return {package: _seen(Path(*base.parts[:above]), here)} if _has_one(base, relative) else {}
 
 
 def _has_one(folder: Path, relative: Sequence[str]) -> bool:
-    return any(is_file(folder / name) for name in relative)
+    return any(world.kind(folder / name) == world.FILE for name in relative)
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:

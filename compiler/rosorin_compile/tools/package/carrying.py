@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ... import world
 from ...diagnostics import Diagnostic, Source, Span, error
 from ...diagnostics.bounded import yaml_of
 from ...diagnostics.console import Console
@@ -114,7 +115,7 @@ def carry(
     problems += _unfindable(main, package, places)
     if problems:
         return None, problems
-    files = {place: file.read_bytes() for file, place in places.items()}
+    files = {place: world.read(file) for file, place in places.items()}
     taken = [*(argument.name for argument in ARGUMENTS), *modes, WORDS]
     passed = tuple(_passed(declared(path, values)[0], values, taken))
     read = [
@@ -166,7 +167,7 @@ def _named_in(name: str, files: Iterable[Path]) -> Span | None:
     """Return where one of the YAML files names something; None if none does in so many words."""
     for file in files:
         if file.suffix in ENDINGS:
-            source = Source(str(file), file.read_bytes().decode("utf-8", "replace"))
+            source = Source(str(file), world.read(file).decode("utf-8", "replace"))
             for number, line in enumerate(source.text.splitlines(), 1):
                 if name in line:
                     return Span(source, number, line.index(name) + 1, len(name))
@@ -246,8 +247,8 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
         message = f"the description says something else from the package: {carried.urdf} is another one"
         return [error("package-not-carried", message, None, "what it reads may depend on where it stands")]
     python = [Path(one.answer) for one in again.resolved if one.kind == PYTHON_PACKAGE and one.answer]
-    allowed = [one.resolve() for one in (data_folder("parts_library"), *packages.values(), *python)]
-    strays = [one for one in again.inputs if not any(map(one.resolve().is_relative_to, allowed))]
+    allowed = [world.real(one) for one in (data_folder("parts_library"), *packages.values(), *python)]
+    strays = [one for one in again.inputs if not any(map(world.real(one).is_relative_to, allowed))]
     if strays:
         message = f"from the package the description still reads {first_of([str(one) for one in strays], 3)}"
         span = _named_in(strays[0].name, [_spelled(one) for one in compiled.inputs])
@@ -259,8 +260,8 @@ def _moved(span: Span | None, carried: Carried, compiled: Compiled, there: Path)
     """Return a place in a copy as the place in the file that it is a copy of."""
     if span is None:
         return None
-    name = os.path.relpath(os.path.realpath(span.source.path), there.resolve())
+    name = os.path.relpath(world.real(span.source.path), world.real(there))
     data = carried.files.get(name)
     known = {_spelled(one): one for one in compiled.inputs}
-    file = next((shown for full, shown in known.items() if data is not None and full.read_bytes() == data), None)
+    file = next((shown for full, shown in known.items() if data is not None and world.read(full) == data), None)
     return None if file is None else span._replace(source=Source(str(file), span.source.text))

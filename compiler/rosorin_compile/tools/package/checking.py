@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from ... import world
 from ...diagnostics import NOTE, WARNING, Diagnostic, Source, error
 from ...diagnostics.registry import PACKAGES, Rule
 from ...formats import Artifact, feeds, names_meshes
@@ -103,7 +104,7 @@ def check(
     for place, those in sorted(by_place.items()):
         package = package_of((folder / place).parent)
         right = [form for one in those for form in forms(robot, one, place, urdfs, package[1] if package else "")]
-        old = (folder / place).read_bytes()
+        old = world.read(folder / place)
         if any(old == form.text.encode() for form in right):
             same.append(place)
             continue
@@ -111,7 +112,7 @@ def check(
         unlike.append((place, other))
         lines += other.told(place, full) if other else []
     for place, data, what in _generated(robot, artifacts, folder, files, carry):
-        there = (folder / place).read_bytes() if place in files else None
+        there = world.read(folder / place) if place in files else None
         if there == data:
             same.append(place)
         else:
@@ -145,7 +146,7 @@ def _generated(
     for name in files:
         last = name.rpartition("/")[2]
         is_one = last.startswith(f"{LAUNCH}.") or last in (STARTS_URDF, STATICS)
-        if not is_one or _STAMP not in (folder / name).read_bytes()[:1000]:
+        if not is_one or _STAMP not in world.head(folder / name, 1000):
             continue
         package = package_of((folder / name).parent)
         if package is None:
@@ -188,9 +189,9 @@ def launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequenc
     published: dict[str, str] = {}
     whole, seen = True, bool(ours)
     for name in files:
-        if name in ours or not is_launch_file(name) or (folder / name).stat().st_size > _MAX_LAUNCH:
+        if name in ours or not is_launch_file(name) or world.size(folder / name) > _MAX_LAUNCH:
             continue
-        data = (folder / name).read_bytes()
+        data = world.read(folder / name)
         if name.endswith(f"/{STATICS}") and _STAMP in data[:1000]:
             continue  # it has the numbers from the description itself
         source = Source(str(folder / name), data.decode("utf-8", "replace"))

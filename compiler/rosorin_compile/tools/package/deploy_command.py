@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ... import world
 from ...diagnostics.console import Console
 from ...diagnostics.registry import PACKAGES, Rule
 from ..compiling import compiled_one
@@ -62,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
     from ...output.placing import alone
 
     folder = Path(options.to)
-    if not folder.is_dir():
+    if world.kind(folder) != world.FOLDER:
         raise WrongUsage(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
     console, _, compiled = compiled_one(options, "one robot is deployed at a time", _HOW)
     code = PROBLEMS
@@ -100,7 +101,7 @@ def _deploy(
     if has_errors(planned.diagnostics):
         return PROBLEMS
     for copy in planned.copies:
-        check_way(folder.resolve(), copy.place)
+        check_way(world.real(folder), copy.place)
     there = list(held(folder, _files(planned), {**_written(robot, planned, folder), **alone.finished.before}))
     found = list(not_ours(planned, there))
     console.show(found)

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from ... import world
 from .plain_values import Unknown, constants, value
 
 _AUTO = re.compile(r"\bINSTALL_TO_SHARE\s+([^()]*)\)")
@@ -30,17 +31,17 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
     Where a package has both, its build type says which of them counts.
     """
     setup, cmake = package / "setup.py", package / "CMakeLists.txt"
-    in_python = setup.is_file() and "<build_type>ament_python<" in _text(package / "package.xml")
-    if cmake.is_file() and not in_python:
-        text = re.sub(r"#[^\n]*", "", cmake.read_text("utf-8", "replace"))
+    in_python = world.kind(setup) == world.FILE and "<build_type>ament_python<" in _text(package / "package.xml")
+    if world.kind(cmake) == world.FILE and not in_python:
+        text = re.sub(r"#[^\n]*", "", world.text(cmake, errors="replace"))
         for file in files:
             folder = file.rpartition("/")[0]
             if not _cmake_installs(text, file):
                 line = f"install(DIRECTORY {folder} DESTINATION share/${{PROJECT_NAME}})"
                 whole = f"install(FILES {file} DESTINATION share/${{PROJECT_NAME}})"
                 yield file, Missing("CMakeLists.txt", line if folder else whole)
-    elif setup.is_file():
-        text = setup.read_text("utf-8", "replace")
+    elif world.kind(setup) == world.FILE:
+        text = world.text(setup, errors="replace")
         for file in files:
             if not _setup_installs(text, file):
                 folder = file.rpartition("/")[0]
@@ -49,7 +50,7 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
 
 
 def _text(path: Path) -> str:
-    return path.read_text("utf-8", "replace") if path.is_file() else ""
+    return world.text(path, errors="replace") if world.kind(path) == world.FILE else ""
 
 
 def _cmake_installs(text: str, file: str) -> bool:
@@ -101,9 +102,9 @@ def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
 
 def install_space(package: Path, name: str) -> Path | None:
     """Return share/NAME of the install space beside the sources, as colcon makes it; None if there is none."""
-    for parent in list(package.resolve().parents)[:4]:
+    for parent in list(world.real(package).parents)[:4]:
         for share in (parent / "install" / name / "share" / name, parent / "install" / "share" / name):
-            if share.is_dir():
+            if world.kind(share) == world.FOLDER:
                 return share
     return None
 
@@ -111,6 +112,6 @@ def install_space(package: Path, name: str) -> Path | None:
 def share_folder(install: Path, name: str) -> Path | None:
     """Return share/NAME of a folder that is an install space, the prefix of a package, or share/NAME itself."""
     for share in (install / name / "share" / name, install / "share" / name, install):
-        if (share / "package.xml").is_file():
+        if world.kind(share / "package.xml") == world.FILE:
             return share
     return None

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import unescape
 
+from ... import world
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import PACKAGES, Rule
 from ...diagnostics.wording import first_of
@@ -79,7 +80,7 @@ def settle(urdf: str, package: str, folders: Sequence[Path], target: Path, searc
             source = known.get(name) or _existing(name, folders)
             if source is not None:
                 files[place] = source
-            elif not (target / place).is_file() and name not in told_before:
+            elif world.kind(target / place) != world.FILE and name not in told_before:
                 help = f"put the file into {MESHES}/ of the package"
                 missing.setdefault((_nowhere(folders), help), []).append(name)
             addresses[name] = f"package://{package}/{place}"
@@ -94,7 +95,7 @@ def _own(inside: str, known: Path | None, folders: Sequence[Path], target: Path,
     if source is not None:
         files[inside] = source
         return True
-    return ".." not in inside.split("/") and (target / inside).is_file()
+    return ".." not in inside.split("/") and world.kind(target / inside) == world.FILE
 
 
 def _nowhere(folders: Sequence[Path]) -> str:
@@ -108,7 +109,7 @@ def _inside(name: str) -> str:
 
 
 def _existing(name: str, folders: Sequence[Path]) -> Path | None:
-    return next((folder / name for folder in folders if (folder / name).is_file()), None)
+    return next((folder / name for folder in folders if world.kind(folder / name) == world.FILE), None)
 
 
 def _renamed(match: re.Match[str], addresses: dict[str, str]) -> str:
@@ -124,7 +125,7 @@ def not_placed(place: str, names: Sequence[str], places: Container[str]) -> list
 def beside(place: str, names: Sequence[str], folder: Path) -> Iterator[Diagnostic]:
     """Yield what an artifact at a place in a folder names beside it, and what is not there."""
     inside = place.rpartition("/")[0]
-    missing = [name for name in names if not (folder / inside / name).is_file()]
+    missing = [name for name in names if world.kind(folder / inside / name) != world.FILE]
     if missing:
         what = f"named by {place}, but not in the package"
         yield told(missing, what, f"put the file into {inside}/ of the package")

@@ -10,6 +10,7 @@ import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
 
+from ... import world
 from ...diagnostics import error
 from ...diagnostics.registry import PACKAGES, Rule
 from ...frontend.load import LoadError, load_mapping
@@ -68,7 +69,7 @@ def read(folder: Path, robot: str) -> dict[str, str]:
     Raises LoadError for a file that is damaged.
     """
     path = folder / FILE
-    if not path.is_file():
+    if world.kind(path) != world.FILE:
         return {}
     robots = load_mapping(path, str(path)).get("robots")
     mapping = robots.get(robot) if isinstance(robots, dict) else None
@@ -88,7 +89,7 @@ def text(folder: Path, robot: str, places: Mapping[str, str]) -> str:
     Raises LoadError for a file that is damaged.
     """
     path = folder / FILE
-    robots = dict(load_mapping(path, str(path)).get("robots") or {}) if path.is_file() else {}
+    robots = dict(load_mapping(path, str(path)).get("robots") or {}) if world.kind(path) == world.FILE else {}
     robots[robot] = dict(places)
     lines = [f"# Where rosorin-compile deploy puts artifacts in this folder ({NOWHERE}: not here).", "robots:"]
     for name in sorted(robots):

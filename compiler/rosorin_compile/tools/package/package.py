@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ... import world
 from ...diagnostics import Diagnostic, error
 from ...diagnostics.registry import PACKAGES, Rule
 from ...formats import FORMATS, Artifact, feeds, is_built_in, names_meshes, published
@@ -105,7 +106,7 @@ def make(
             artifact = artifact._replace(text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
-            files.update({name: path.read_bytes() for name, path in settled.files.items()})
+            files.update({name: world.read(path) for name, path in settled.files.items()})
         elif beside is not None:
             left = _left(place, artifact, beside, searched, sources, files)
             diagnostics += meshes.beside(place, meshes.not_placed(place, left, placed), target)
@@ -177,8 +178,8 @@ def _copied(
         return False
     data = found.get(posixpath.normpath(name))
     if data is None:
-        source = next((folder / name for folder in sources if (folder / name).is_file()), None)
-        data = None if source is None else source.read_bytes()
+        source = next((folder / name for folder in sources if world.kind(folder / name) == world.FILE), None)
+        data = None if source is None else world.read(source)
     if data is not None:
         files[posixpath.join(posixpath.dirname(place), posixpath.normpath(name))] = data
     return data is not None

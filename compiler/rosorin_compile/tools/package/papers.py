@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ... import world
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import PACKAGES, Rule
 from ...output.ours import digest
@@ -46,7 +47,7 @@ def templates(options: Options) -> dict[str, str]:
 def values(options: Options, target: Path) -> dict[str, Any]:
     """Return what their templates need to know."""
     holder = f"the authors of {options.name}" if options.maintainer == NOBODY else options.maintainer
-    has_license = options.license in LICENSES or (target / LICENSE).is_file()
+    has_license = options.license in LICENSES or world.kind(target / LICENSE) == world.FILE
     return {"holder": holder, "license_file": LICENSE if has_license else ""}
 
 
@@ -55,8 +56,8 @@ def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, st
 
     Raises OSError.
     """
-    papers = [name for name in (CHANGELOG, LICENSE) if name in files and (target / name).is_file()]
-    return {name for name in papers if digest((target / name).read_bytes()) != record.get(name)}
+    papers = [name for name in (CHANGELOG, LICENSE) if name in files and world.kind(target / name) == world.FILE]
+    return {name for name in papers if digest(world.read(target / name)) != record.get(name)}
 
 
 def remarks(options: Options, target: Path) -> list[Diagnostic]:
@@ -70,7 +71,7 @@ def remarks(options: Options, target: Path) -> list[Diagnostic]:
         )
         help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
         found.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
-    if options.license not in (*LICENSES, NO_LICENSE) and not (target / LICENSE).is_file():
+    if options.license not in (*LICENSES, NO_LICENSE) and world.kind(target / LICENSE) != world.FILE:
         message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
         help = f"put the text of the licence into {target / LICENSE}; it stays there"
         found.append(Diagnostic("package-license", NOTE, message, None, (), help))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics.bounded import yaml_of
 from ...model import Robot
 
@@ -75,9 +76,9 @@ def round_number(value: float) -> float:
 def topics_of(target: Path, sensors: set[str]) -> dict[str, str]:
     """Return the topics by sensor of the view that was made for RViz; none if it cannot be read."""
     topics: dict[str, str] = {}
-    for path in sorted(target.glob("rviz/*.rviz")):
+    for path in world.matching(target, "rviz/*.rviz"):
         try:
-            view = yaml_of(path.read_bytes().decode("utf-8", "replace"))
+            view = yaml_of(world.read(path).decode("utf-8", "replace"))
             for display in view["Visualization Manager"]["Displays"]:
                 topic = display.get("Topic", {}).get("Value")
                 if display.get("Name") in sensors and isinstance(topic, str) and topic:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from ... import world
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, arrange, error, has_errors
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...diagnostics.wording import counted, listed
@@ -74,7 +75,7 @@ def asked(options: argparse.Namespace) -> Asked:
             raise WrongUsage(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
         remaps.append(remap)
     for path in (*options.parameters, *options.controllers, *options.launch):
-        if not Path(path).is_file():
+        if world.kind(path) != world.FILE:
             raise WrongUsage(no_file(Path(path)))
     own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
     return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")

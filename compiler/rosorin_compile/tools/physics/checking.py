@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
+from ... import world
 from ...diagnostics import Diagnostic, arrange
 from ...diagnostics.progress import step
 from ...diagnostics.wording import counted, listed
@@ -35,7 +34,7 @@ class Looked(NamedTuple):
 
 def lacking() -> str:
     """Return what has to be installed for this, as pip has it; empty if nothing is missing."""
-    return " ".join(_NAMES.get(name, name) for name in NEEDED if find_spec(name) is None)
+    return " ".join(_NAMES.get(name, name) for name in NEEDED if not world.package(name))
 
 
 def look(case: Case, description: Description, packages: Mapping[str, Path]) -> Looked:
@@ -61,7 +60,7 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
         done += 1
         step("checking the physics", done, total)
 
-    places = Places(description.path, description.outputs, packages, os.environ)
+    places = Places(description.path, description.outputs, packages, world.environment())
     meshes = Meshes(case, files_of(case.tree, case.robot.outputs, places))
     for one in named:
         meshes.read(one)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 from collections.abc import Mapping, Sequence
 from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from ... import world
 from ...diagnostics import WARNING, error
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
@@ -256,15 +256,13 @@ def _meshes(shown: Shown, console: Console) -> Surfaces:
 
 def _lacking(robot: Robot) -> tuple[str, str] | None:
     """Return a package that is not installed and what it is needed for; None if all are there."""
-    from importlib.util import find_spec
-
     from ...formats.page.data import mesh_names
 
-    if find_spec("numpy") is None:
+    if not world.package("numpy"):
         return "numpy", ""
     if any(mesh_names(robot)):
         for name in ("trimesh", "scipy"):
-            if find_spec(name) is None:
+            if not world.package(name):
                 return name, " of meshes"
     return None
 
@@ -300,19 +298,18 @@ def _check(target: Path, force: bool) -> None:
     """Raise WrongUsage where a picture cannot or may not go."""
     if target.suffix.lower() not in SUFFIXES:
         raise WrongUsage(f"{target} is no picture: name one that ends in {' or '.join(SUFFIXES)}")
-    if os.path.lexists(target) and not target.is_file():
+    if world.stands(target) and world.kind(target) != world.FILE:
         raise WrongUsage(f"{target} cannot be written: it is no regular file")
-    if os.path.lexists(target) and not force and not _is_ours(target):
+    if world.stands(target) and not force and not _is_ours(target):
         raise WrongUsage(f"{target} is there, and picture did not make it; name another file, or add --force")
 
 
 def _is_ours(path: Path) -> bool:
     try:
-        with path.open("rb") as file:
-            head = file.read(4096)
-            return _MARK in head or not head
+        head = world.head(path, 4096)
     except OSError:
         return False
+    return _MARK in head or not head
 
 
 def _frames(robot: Robot, options: argparse.Namespace) -> list[str]:

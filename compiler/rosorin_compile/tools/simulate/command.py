@@ -6,10 +6,10 @@ import argparse
 import json
 from collections import Counter
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ... import world
 from ...diagnostics import Diagnostic, arrange, error
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
@@ -78,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
     limits = _limits(options.limits)
     if not _LEAST_SECONDS <= options.seconds <= _MOST_SECONDS:
         raise WrongUsage(f"--seconds takes {_LEAST_SECONDS:g} to {_MOST_SECONDS:g}")
-    lacking = [name for name in ("mujoco", "numpy") if find_spec(name) is None]
+    lacking = [name for name in ("mujoco", "numpy") if not world.package(name)]
     if lacking:
         raise WrongUsage(f"simulate needs what is not installed ({listed(lacking)}): {pip_install('simulate')}")
     description = one(words[0] if words else "", _HOW)

@@ -19,6 +19,7 @@ from operator import length_hint
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ... import world
 from ...diagnostics import Diagnostic, error
 from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import WRITING, Rule
@@ -79,11 +80,11 @@ def bundle(first: Path, compiled: Compiled, packages: Mapping[str, Path]) -> Bun
     for path in wanted:
         if not any(map(path.is_relative_to, own)):
             with suppress(OSError):
-                files[str(path)] = path.read_bytes()
+                files[str(path)] = world.read(path)
     folders = {one.name: one.answer for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
     folders |= {name: os.path.abspath(folder) for name, folder in packages.items()}
     here = os.path.abspath(first.parent)
-    named = ((f"{here}/", f"{first.parent}/" if str(first.parent) != "." else ""), (f"{Path.cwd()}/", ""))
+    named = ((f"{here}/", f"{first.parent}/" if str(first.parent) != "." else ""), (f"{world.here()}/", ""))
     told = json.dumps([{name: digest(data) for name, data in files.items()}, folders, named], sort_keys=True)
     return Bundle(files, os.path.abspath(first), folders, named, digest(told.encode()))
 
@@ -91,16 +92,19 @@ def bundle(first: Path, compiled: Compiled, packages: Mapping[str, Path]) -> Bun
 def _below(folder: Path) -> Iterator[Path]:
     """Yield the files below a folder, as many as a description may have with it; hidden ones aside."""
     count = size = 0
-    for top, folders, names in os.walk(folder):
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
-        for name in sorted(names):
-            path = Path(top, name)
-            if name.startswith(".") or not path.is_file():
-                continue
-            count, size = count + 1, size + path.stat().st_size
+    waiting = [folder]
+    while waiting:
+        top = waiting.pop()
+        inside: dict[str, str] = {}
+        with suppress(OSError):
+            inside = {name: kind for name, kind in world.names(top).items() if not name.startswith(".")}
+        for path in (top / name for name, kind in inside.items() if kind == world.FILE):
+            count, size = count + 1, size + world.size(path)
             if count > MAX_FILES or size > MAX_BYTES:
                 return
             yield path
+        folders = [top / name for name, kind in inside.items() if kind == world.FOLDER]
+        waiting += [path for path in reversed(folders) if not world.link(path)]
 
 
 class _Flight:
@@ -151,13 +155,17 @@ class _Flight:
                 path = Path(os.path.normpath(self.home / value))
                 with suppress(OSError):
                     if str(path) not in self.files and self._may_read(path):
-                        found[str(path)] = path.read_bytes()
+                        found[str(path)] = world.read(path)
         return found
 
     def _may_read(self, path: Path) -> bool:
         """Say whether a description may read a file: it is of its project. Raises OSError."""
-        real = Path(os.path.realpath(path))
-        return any(map(real.is_relative_to, self.projects)) and real.is_file() and real.stat().st_size <= MAX_BYTES
+        real = world.real(path)
+        return (
+            any(map(real.is_relative_to, self.projects))
+            and world.kind(real) == world.FILE
+            and world.size(real) <= MAX_BYTES
+        )
 
     def send(self, batch: Batch) -> None:
         """Give a batch to the cluster."""

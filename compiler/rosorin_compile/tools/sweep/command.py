@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.console import Console
 from ...diagnostics.registry import WRITING, Rule
@@ -176,7 +177,7 @@ def _listed(
     arguments, wrong = declared(description.path, shared, given.packages)
     types = {argument.name: argument.type for argument in arguments}
     path = Path(options.over)
-    if options.whole and not path.is_dir():
+    if options.whole and world.kind(path) != world.FOLDER:
         raise WrongUsage("--as goes with a folder of files, one a variant")
     wrong = [problem for problem in wrong if problem.severity == "error"]
     if options.whole and options.whole not in types and not wrong:

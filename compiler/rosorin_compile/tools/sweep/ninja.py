@@ -20,6 +20,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import TABLES, Variant, Variants
@@ -92,7 +93,7 @@ def write(asked: Asked) -> int:
             raise OutputError(first.rule, f"{variant.name}: {first.message}", first.help)
         lines += _edge(words, asked, variant)
         count += 1
-    inputs = [asked.description.path] + ([asked.variants.path] if asked.variants.path.is_file() else [])
+    inputs = [asked.description.path] + ([asked.variants.path] if world.kind(asked.variants.path) == world.FILE else [])
     write_file(asked.file, "".join(f"{line}\n" for line in lines).encode(), inputs)
     return count
 
@@ -128,7 +129,8 @@ def _head(words: Words, asked: Asked) -> list[str]:
 def _sources(words: Words, asked: Asked) -> list[str]:
     """Return what the build file is made of: a folder is newer when a file comes or goes."""
     path = asked.variants.path
-    files = sorted(path.iterdir()) if path.is_dir() and asked.whole and not asked.variants.by_path else []
+    is_listed = asked.whole and not asked.variants.by_path and world.kind(path) == world.FOLDER
+    files = [path / name for name in world.names(path)] if is_listed else []
     return [escaped(words.path(file)) for file in (path, *files)]
 
 
@@ -151,7 +153,7 @@ def _edge(words: Words, asked: Asked, variant: Variant) -> list[str]:
 def _arguments(words: Words, asked: Asked, variant: Variant) -> tuple[list[str], str]:
     """Return the words that give a variant its arguments, and the file that has them, if there is one."""
     path = asked.variants.path
-    if path.is_dir() and not asked.whole:
+    if world.kind(path) == world.FOLDER and not asked.whole:
         file = words.path(Path(variant.span.source.path) if variant.span else path)
         return ["--args", file], file
     if path.suffix.lower() in TABLES or asked.variants.by_path:
@@ -166,7 +168,7 @@ def _arguments(words: Words, asked: Asked, variant: Variant) -> tuple[list[str],
 def _keep(file: Path, text: str) -> None:
     """Write a file of arguments unless it is as it was: a newer one is a variant that is made anew."""
     try:
-        if file.is_file() and file.read_text(encoding="utf-8") == text:
+        if world.kind(file) == world.FILE and world.text(file) == text:
             return
     except (OSError, UnicodeDecodeError):
         pass
@@ -197,7 +199,7 @@ def _program() -> list[str]:
     if called.name != NAME_OF_PROGRAM:
         return [sys.executable, "-m", "rosorin_compile"]
     found = shutil.which(NAME_OF_PROGRAM)
-    is_found = found is not None and os.path.realpath(found) == os.path.realpath(called)
+    is_found = found is not None and world.real(found) == world.real(called)
     return [NAME_OF_PROGRAM if is_found else os.path.abspath(called)]
 
 

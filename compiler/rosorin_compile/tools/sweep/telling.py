@@ -8,10 +8,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
+from io import TextIOWrapper
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics import ERROR as WRONG
 from ...diagnostics import Diagnostic, Related, Source, Span
 from ...diagnostics.console import Console
@@ -135,7 +137,7 @@ def _line(path: str, number: int, mark: Mark | None) -> Source:  # noqa: ARG001 
     """Return one line of a file; an empty one of a file that is not there any more."""
     text = ""
     try:
-        with Path(path).open(encoding="utf-8-sig", errors="replace") as file:
+        with TextIOWrapper(world.stream(path), encoding="utf-8-sig", errors="replace") as file:
             text = next(islice(file, number - 1, None), "")
     except (OSError, ValueError):
         pass

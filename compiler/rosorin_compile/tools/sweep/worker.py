@@ -22,7 +22,7 @@ from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ... import __version__
+from ... import __version__, world
 from ...diagnostics import Diagnostic, has_errors
 from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
@@ -182,23 +182,22 @@ def tool() -> str:
     """Return what tells this tool from another: its version and the contents of its sources."""
     known = hashlib.sha256()
     for top in (Path(__file__).parents[2], *map(data_folder, DATA)):
-        for folder, inner, names in os.walk(top):
-            inner[:] = sorted(name for name in inner if name != "__pycache__")
-            for name in sorted(names):
-                known.update(name.encode() + hashlib.sha256(Path(folder, name).read_bytes()).digest())
+        for path in world.matching(top, "**/*"):
+            if world.kind(path) == world.FILE and "__pycache__" not in path.parts:
+                known.update(path.name.encode() + hashlib.sha256(world.read(path)).digest())
     return f"{__version__} ({known.hexdigest()[:12]})"
 
 
 def _unpack(bundle: Bundle) -> Path:
     """Return the folder below which the files of a bundle stand in this process."""
-    if bundle.key in _unpacked and _unpacked[bundle.key].is_dir():
+    if bundle.key in _unpacked and world.kind(_unpacked[bundle.key]) == world.FOLDER:
         return _unpacked[bundle.key]
     place = None
     with suppress(ImportError, ValueError):
         from distributed import get_worker
 
         place = get_worker().local_directory  # goes with the worker
-    root = Path(os.path.realpath(tempfile.mkdtemp(prefix="rosorin-compile-", dir=place)))
+    root = world.real(tempfile.mkdtemp(prefix="rosorin-compile-", dir=place))
     for name, data in bundle.files.items():
         _unpack_one(root, name, data)
     _unpacked[bundle.key] = root
@@ -217,8 +216,10 @@ def _within(root: Path, name: str) -> Path:
 
 def _read(root: Path, compiled: Compiled) -> dict[str, str]:
     """Return the digests of the files that a variant was made of, by their paths where the sweep was asked for."""
-    inputs = [path for path in dict.fromkeys(compiled.inputs) if path.is_relative_to(root) and path.is_file()]
-    return {f"/{path.relative_to(root)}": digest(path.read_bytes()) for path in inputs}
+    inputs = [
+        path for path in dict.fromkeys(compiled.inputs) if path.is_relative_to(root) and world.kind(path) == world.FILE
+    ]
+    return {f"/{path.relative_to(root)}": digest(world.read(path)) for path in inputs}
 
 
 def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer:
@@ -235,7 +236,7 @@ def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer
 
 def _lacking(root: Path, compiled: Compiled, said: Iterable[Diagnostic]) -> bool:
     """Say whether a file was looked for that is not here."""
-    if any(path.is_relative_to(root) and not path.exists() for path in compiled.inputs):
+    if any(path.is_relative_to(root) and not world.kind(path) for path in compiled.inputs):
         return True
     if compiled.meshes is not None and compiled.meshes.missing:
         return True

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ... import world
 from ...diagnostics.console import Console
 from ...project import Description, no_file
 from ..given import given_arguments
@@ -267,10 +268,10 @@ def _same_model(robot: Robot, name: str, console: Console) -> int:
     from ...model.pulses import NoModel, against_model
 
     path = Path(name)
-    if not path.is_file():
+    if world.kind(path) != world.FILE:
         raise WrongUsage(no_file(path))
     try:
-        compared = against_model(robot, path.read_bytes())
+        compared = against_model(robot, world.read(path))
     except NoModel as problem:
         console.warn(f"{name}: {problem}")
         return PROBLEMS

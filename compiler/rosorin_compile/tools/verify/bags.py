@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ... import world
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.installing import pip_install
 from ...diagnostics.registry import RECORDINGS, Rule
@@ -94,11 +95,12 @@ def _opened(path: Path, recording: Recording, stack: ExitStack) -> Part:
     except ImportError:
         help = pip_install("verify")
         raise Unreadable("reading a recording needs the package rosbags, which is not installed", help) from None
-    left = cut_bags.opened(path) if path.is_file() and cut_bags.is_cut(path) else None
+    left = cut_bags.opened(path) if world.kind(path) == world.FILE and cut_bags.is_cut(path) else None
     if left is not None:
         stack.callback(left.close)
         recording.troubles.append(_cut_off(path, left))
         return _part(left, path)
+    world.spoil(f"rosbags reads {path}")
     try:
         reader = Reader(path)
         reader.open()
@@ -120,7 +122,7 @@ def _agree(reader: Any) -> None:
 
 def _part(reader: Any, path: Path) -> Part:
     """Return a part with what its files say of themselves: what metadata.yaml says may be of others."""
-    files = getattr(getattr(reader, "storage", None), "storages", None) if path.is_dir() else None
+    files = getattr(getattr(reader, "storage", None), "storages", None) if world.kind(path) == world.FOLDER else None
     said = [file.metadata for file in files] if files else [reader]
     number = sum(int(one.message_count) for one in said)
     start, end = min(int(one.start_time) for one in said), max(int(one.end_time) for one in said)
@@ -151,7 +153,7 @@ def _reason(problem: BaseException) -> str:
 
 
 def _help(path: Path) -> str:
-    if path.suffix == ".mcap" or any(path.glob("*.mcap")):
+    if path.suffix == ".mcap" or world.matching(path, "*.mcap"):
         return "if the recorder was stopped hard, mcap recover writes what can be saved"
     return "if the recorder was stopped hard, ros2 bag reindex FOLDER may help"
 

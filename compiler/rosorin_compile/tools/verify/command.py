@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import re
 import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ... import world
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
 from ...diagnostics.progress import step
@@ -140,9 +142,10 @@ def _asked(words: list[str]) -> tuple[str, Description]:
 def _is_there(source: str) -> bool:
     """Say whether there is a source; one that cannot be looked at is, and reading it says why."""
     try:
-        return Path(source).exists()
-    except OSError:
-        return True
+        world.mode(source)
+    except OSError as problem:
+        return problem.errno not in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)
+    return True
 
 
 def _is_robot(source: str) -> bool:
@@ -151,10 +154,10 @@ def _is_robot(source: str) -> bool:
 
     path = Path(source)
     try:
-        if path.is_dir():
-            files = {file.name for file in path.iterdir()}
+        if world.kind(path) == world.FOLDER:
+            files = world.names(path)
             return ROOT_FILE in files and not any(_RECORDED.search(file) for file in files)
-        found = path if path.is_file() else find([source], None)[0].path
+        found = path if world.kind(path) == world.FILE else find([source], None)[0].path
     except (NoDescription, OSError, ValueError):
         return False
     # Messages may be pasted as JSON or as YAML of any name.
@@ -275,9 +278,10 @@ def _save(name: str, text: str, kind: str) -> None:
     from ...output.one_file import write_file
 
     try:
-        if Path(name).exists() and not Path(name).is_file():
+        kind = world.kind(name)
+        if kind and kind != world.FILE:
             raise WrongUsage(f"{name} cannot be written: it is no regular file")
-        there = Path(name).read_bytes()[:1000] if Path(name).is_file() else b""
+        there = world.head(name, 1000) if kind else b""
         if there and kind.encode() not in there:
             raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")
         write_file(Path(name), text.encode(), ours=None)

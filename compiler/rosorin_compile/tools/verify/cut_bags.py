@@ -14,6 +14,8 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+from ... import world
+
 FAR = 2**63 - 1  # ns
 ROWS_OF_A_PAGE = 64
 
@@ -53,7 +55,7 @@ class CutReader(Protocol):
 def is_cut(path: Path) -> bool:
     """Say whether the end of a bag file is missing: an .mcap ends as it begins, a .db3 says how many pages it has."""
     try:
-        with path.open("rb") as file:
+        with world.stream(path) as file:
             head = file.read(100)
             size = file.seek(0, 2)
             if head.startswith(MAGIC):
@@ -169,7 +171,7 @@ class CutMcap:
     def __init__(self, path: Path) -> None:
         self.channels: dict[int, Channel] = {}
         self._schemas: dict[int, tuple[str, str]] = {}
-        self._file = path.open("rb")
+        self._file = world.stream(path)
         if self._file.read(len(MAGIC)) != MAGIC:
             self.close()
             raise NoMcap("it does not begin as an .mcap")

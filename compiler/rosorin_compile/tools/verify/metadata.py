@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from ... import world
 from ...diagnostics.bounded import yaml_of
 from ...diagnostics.wording import printable
 
@@ -38,8 +39,7 @@ def read_metadata(folder: Path) -> Metadata:
     """Return what metadata.yaml says of a folder. Raises Unreadable with the line of what is wrong in it."""
     path = folder / FILE
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        data = world.head(path, MAX_BYTES + 1)
     except OSError as wrong:
         raise _wrong(path, str(wrong.strerror)) from None
     if len(data) > MAX_BYTES:
@@ -117,11 +117,7 @@ class _Checked:
             if not isinstance(name, str):
                 raise self.not_a((*way, at), name, str)
             file = self.path.parent / PurePosixPath(name).name
-            try:
-                there = file.is_file() and file != self.path.parent
-            except (OSError, ValueError):
-                there = False
-            if not there:
+            if world.kind(file) != world.FILE:
                 where = self.line((*way, at))
                 raise _wrong(self.path, f"{where}there is no file {printable(name)[:200]} beside it")
             found.append(file)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
+from ... import world
 from ...formats import Artifact
 from ...model import Robot
 from . import cut_bags, metadata
@@ -46,11 +48,11 @@ def verify(
 
 def _file_or_folder(description: Description, path: Path, progress: Progress) -> Recording:
     try:
-        if path.is_dir():
+        if world.kind(path) == world.FOLDER:
             return _bag(description, _parts(path), f"rosbag2 folder {path}", progress)
-        if path.exists() and not path.is_file() and not path.is_relative_to("/dev/fd"):
+        if world.kind(path) == world.OTHER and not path.is_relative_to("/dev/fd"):
             raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
-        with path.open("rb") as file:
+        with _opened(path) as file:
             head = file.read(16)
             if head.startswith((_MCAP, _SQLITE)) or path.suffix in _FORMS:
                 return _bag(description, [_named(path, head)], f"{path}", progress)
@@ -62,6 +64,14 @@ def _file_or_folder(description: Description, path: Path, progress: Progress) ->
     except OSError as wrong:
         raise Unreadable(f"{path} cannot be read: {wrong.strerror}") from None
     return _text(description, data, str(path))
+
+
+def _opened(path: Path) -> BinaryIO:
+    """Return a source to read from: a file, or a pipe of the shell as ``<(...)`` makes it. Raises OSError."""
+    if world.kind(path) == world.OTHER:
+        world.spoil(f"{path} can be read once only")
+        return path.open("rb")
+    return world.stream(path)
 
 
 def _named(path: Path, head: bytes) -> Path:
@@ -81,8 +91,12 @@ def _parts(folder: Path) -> list[Path]:
 
     Where a file is cut, or metadata.yaml is missing, that is all files there are. What is no regular file is none.
     """
-    files = sorted(path for path in folder.iterdir() if path.suffix in _FORMS and path.is_file())
-    if (folder / metadata.FILE).is_file() and not any(map(cut_bags.is_cut, files)):
+    files = [
+        folder / name
+        for name, kind in world.names(folder).items()
+        if kind == world.FILE and Path(name).suffix in _FORMS
+    ]
+    if world.kind(folder / metadata.FILE) == world.FILE and not any(map(cut_bags.is_cut, files)):
         said = metadata.read_metadata(folder)
         if said.packed or any(path.suffix not in _FORMS for path in said.files):
             return [folder]
@@ -91,7 +105,7 @@ def _parts(folder: Path) -> list[Path]:
         heads = [(path, _head(path)) for path in files]
         # The recorder had just begun the last one; if there is nothing else, that is the finding.
         return [_named(path, head) for path, head in heads if head] or [_named(*heads[0])]
-    inner = sorted(path.parent.name for path in folder.glob("*/metadata.yaml"))
+    inner = [path.parent.name for path in world.matching(folder, "*/metadata.yaml")]
     if inner:
         raise Unreadable(f"{folder} holds several recordings: {', '.join(inner[:5])}", "name one of them")
     raise Unreadable(
@@ -100,8 +114,7 @@ def _parts(folder: Path) -> list[Path]:
 
 
 def _head(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(16)
+    return world.head(path, 16)
 
 
 def _bag(description: Description, paths: Sequence[Path], form: str, progress: Progress) -> Recording:

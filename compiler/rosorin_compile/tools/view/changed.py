@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from ... import world
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted
 from ...formats.page import MAX_MEGABYTES, Embedding, data_of, html, left_out
@@ -113,7 +114,7 @@ class Pictures:
 def _removed(page: Path) -> bool:
     """Remove a page of changes that an earlier run has written: it shows what is no more. Say whether there was one."""
     try:
-        if not page.is_file() or "changes" not in data_of(page.read_text("utf-8")):  # an artifact is not ours
+        if world.kind(page) != world.FILE or "changes" not in data_of(world.text(page)):  # an artifact is not ours
             return False
         page.unlink()
     except (OSError, ValueError):

@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from ... import world
+
 Data = dict[str, Any]
 
 LOOPBACK = "127.0.0.1"
@@ -218,7 +220,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _mesh(self, number: str) -> None:
         file, kind = self.server.page.files.get(number, (None, ""))
         try:
-            content = None if file is None else file.read_bytes()
+            content = None if file is None else world.read(file)
         except OSError:
             content = None
         if content is None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ... import world
 from ...diagnostics import WARNING, Diagnostic, Span, has_errors
 from ...diagnostics.console import Console
 from ...diagnostics.wording import printable
@@ -84,7 +85,7 @@ def look(given: Given, description: Description, console: Console) -> Looked:
     expanded, lowered, diagnostics, _ = understood
     if lowered is None or lowered.robot is None or expanded.tree is None or has_errors(diagnostics):
         return Looked(None, diagnostics, expanded.files)
-    places = Places(description.path, description.outputs, given.packages, os.environ)
+    places = Places(description.path, description.outputs, given.packages, world.environment())
     meshes, images = files_of(expanded.tree, (), places), textures_of(expanded.tree, places)
     data = robot_data(lowered.robot)
     foreign = is_foreign(description.path)
@@ -106,7 +107,7 @@ def _sides(name: str, mesh: Path) -> list[Side]:
     if mesh.suffix.lower() not in (".obj", ".dae"):
         return []
     try:
-        return beside(mesh, mesh.read_bytes(), name)[0]
+        return beside(mesh, world.read(mesh), name)[0]
     except OSError:
         return []
 
@@ -208,7 +209,8 @@ def _said(path: Path) -> str:
     """Return how a page that is sent names a file: from here, or by its name alone."""
     if not path.is_absolute():
         return str(path)
-    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else path.name
+    here = world.here()
+    return str(path.relative_to(here)) if path.is_relative_to(here) else path.name
 
 
 def _without(line: str, files: Mapping[str, str]) -> str:

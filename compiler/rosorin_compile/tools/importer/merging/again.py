@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
+from .... import world
 from ....diagnostics import Diagnostic, has_errors
 from ....diagnostics.wording import listed
 from ....frontend.load import LoadError
@@ -53,7 +53,7 @@ def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> 
         record = records.read(folder, others)
     except OSError as problem:
         raise WrongUsage(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
-    if record is None or not os.path.lexists(folder / ROOT_FILE):
+    if record is None or not world.stands(folder / ROOT_FILE):
         return None
     before, now = (_said(one) for one in (record.words, words))
     if before.of != now.of:
@@ -85,7 +85,11 @@ def imported_again(folder: Path, record: Record, files: Mapping[str, str], wante
     """
     source = wanted.words[0]
     try:
-        ours = {name: text_of(folder / name) for name in {**record.files, **files} if (folder / name).is_file()}
+        ours = {
+            name: text_of(folder / name)
+            for name in {**record.files, **files}
+            if world.kind(folder / name) == world.FILE
+        }
         together = put_together(record.files, ours, files, folder, wanted.keep_ours)
     except LoadError as problem:
         return Again({}, {}, [], [problem.diagnostic], [], refused=True)

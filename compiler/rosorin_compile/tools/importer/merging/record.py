@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from .... import world
 from ....project import ROOT_FILE
 
 ENDING = ".imported"
@@ -48,9 +49,13 @@ def read(folder: Path, others: Iterable[str] = ()) -> Record | None:
         first, end, root = text_of(folder / f"{ROOT_FILE}{ENDING}").partition("\n")
         line = first.removeprefix(_PROGRAM)
         words = json.loads(line) if line.startswith("[") else shlex.split(line)
-        names = [path.relative_to(folder).as_posix() for path in sorted(folder.rglob(f"*{ENDING}")) if path.is_file()]
+        names = [
+            path.relative_to(folder).as_posix()
+            for path in world.matching(folder, f"**/*{ENDING}")
+            if world.kind(path) == world.FILE
+        ]
         names += [f"{name}{ENDING}" for name in others if name.startswith("../")]
-        texts = {name: text_of(folder / name) for name in names if (folder / name).is_file()}
+        texts = {name: text_of(folder / name) for name in names if world.kind(folder / name) == world.FILE}
     except (ValueError, FileNotFoundError, NotADirectoryError):
         return None
     files = {name.removesuffix(ENDING): text for name, text in texts.items()}
@@ -59,4 +64,4 @@ def read(folder: Path, others: Iterable[str] = ()) -> Record | None:
 
 def text_of(path: Path) -> str:
     """Return a text with the line ends that it has. Raises OSError, ValueError."""
-    return path.read_bytes().decode()
+    return world.read(path).decode()

@@ -8,10 +8,10 @@ another one, or from beside the xacro, is copied into the folder of the descript
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 
+from .... import world
 from ....frontend.packages import Packages, package_name
 from ....project import DESCRIPTIONS
 from .pieces import File
@@ -27,7 +27,7 @@ class Data:
 
     def __init__(self, program: Program, folder: Path) -> None:
         self.program = program
-        self.named = Packages({}, os.environ, folder / "robot.yaml")
+        self.named = Packages({}, world.environment(), folder / "robot.yaml")
         self.files: dict[str, str] = {}
         self.used: dict[str, Path] = {}
 
@@ -41,7 +41,7 @@ class Data:
     def finds(self, package: str) -> bool:
         """Say whether the description finds the package that the xacro finds by a name; then it is used."""
         folder, own = self.program.packages.find(package), self.named.find(package)
-        if folder is None or own is None or own.resolve() != folder.resolve():
+        if folder is None or own is None or world.real(own) != world.real(folder):
             return False
         self.used[package] = folder
         return True
@@ -52,7 +52,7 @@ class Data:
         if not folders or Path(self.program.root.path).is_relative_to(folders[0]):
             return ""
         package = package_name(folders[0])
-        there = sorted((folders[0] / DESCRIPTIONS).rglob(Path(file.name).name))
+        there = world.matching(folders[0] / DESCRIPTIONS, f"**/{Path(file.name).name}")
         same = next((one for one in there if is_text(one, text)), None)
         if same is None or not self.finds(package):
             return ""
@@ -72,7 +72,7 @@ class Data:
             raise Unsupported(f"{text} is a file of this machine")
         folders = [Path(path).parent for path in self.program.files]
         folder = next(
-            (one for one in folders if (one / text.rpartition("/")[0]).exists() and self._has(one, text)), None
+            (one for one in folders if world.kind(one / text.rpartition("/")[0]) and self._has(one, text)), None
         )
         if folder is None or ".." in Path(text).parts:
             raise Unsupported(f"{text} is not found")
@@ -80,20 +80,20 @@ class Data:
         return text
 
     def _has(self, folder: Path, text: str) -> bool:
-        return (folder / text).exists() or "/" in text
+        return bool(world.kind(folder / text)) or "/" in text
 
     def _copy(self, folder: Path, file: str, rest: bool) -> None:
         """Take down a file; of a name that goes on, all tables that it may be."""
-        if not rest and not (folder / file).is_dir():
+        if not rest and world.kind(folder / file) != world.FOLDER:
             found = [folder / file]
         else:
             above = folder / file.rpartition("/")[0] if rest else folder / file
-            found = sorted(one for one in above.rglob("*") if one.suffix in (".yaml", ".yml"))[:_MOST]
+            found = [one for one in world.matching(above, "**/*") if one.suffix in (".yaml", ".yml")][:_MOST]
         for one in found:
             try:
-                if one.stat().st_size <= _BYTES:
+                if world.size(one) <= _BYTES:
                     name = one.relative_to(folder).as_posix()
-                    self.files[name] = one.read_text("utf-8")
+                    self.files[name] = world.text(one)
             except (OSError, ValueError) as problem:
                 raise Unsupported(f"{one.name} cannot be read: {problem}") from None
 
@@ -101,7 +101,7 @@ class Data:
 def is_text(path: Path, text: str) -> bool:
     """Say whether a file has a text, to the letter."""
     try:
-        return path.stat().st_size <= _BYTES and path.read_text("utf-8") == text
+        return world.size(path) <= _BYTES and world.text(path) == text
     except (OSError, ValueError):
         return False
 

@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from .... import world
 from ....diagnostics import ERROR, Diagnostic, Span
 from ....diagnostics.progress import step
 from ....formats import published
@@ -279,7 +280,7 @@ def _told(diagnostic: Diagnostic, stage: Path) -> str:
     """Return what an error says, with files as the description calls them: where they stand now is gone soon."""
     span = diagnostic.span
     where = f" ({Path(span.source.path).name}:{span.line})" if span else ""
-    said = diagnostic.message.replace(f"{stage}/", "").replace(f"{stage.resolve()}/", "")
+    said = diagnostic.message.replace(f"{stage}/", "").replace(f"{world.real(stage)}/", "")
     return f"{said}{where}"
 
 
@@ -299,7 +300,7 @@ def _parts_at(diagnostic: Diagnostic, stage: Path, files: Mapping[str, str]) -> 
 
 def _name_of(span: Span, stage: Path) -> str:
     """Return the name of the file of a span as seen from the folder of the robot."""
-    return Path(os.path.relpath(Path(span.source.path).resolve(), stage.resolve())).as_posix()
+    return Path(os.path.relpath(world.real(span.source.path), world.real(stage))).as_posix()
 
 
 def _elements_at(

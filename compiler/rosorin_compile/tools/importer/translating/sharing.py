@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
+from .... import world
 from ....diagnostics import ERROR, Diagnostic, Span, has_errors
 from ....diagnostics.wording import listed
 from ....frontend.packages import package_name
@@ -65,10 +66,10 @@ class Sharing:
             return file.name, text
         place = self._place(file)
         self.apart.pop(file.name, None)
-        same = self.folder.parent.glob(f"*/**/{Path(file.name).name}")
-        others = [os.path.relpath(one, self.folder) for one in sorted(same)]
+        same = world.matching(self.folder.parent, f"*/**/{Path(file.name).name}")
+        others = [os.path.relpath(one, self.folder) for one in same]
         address, found = self._found(program, file, text, theirs, list(dict.fromkeys((file.name, place, *others))))
-        if not address and os.path.lexists(self._at(place)):
+        if not address and world.stands(self._at(place)):
             return file.name, text
         self.shared[file.name] = address or place
         return (address, found) if address else (place, text)
@@ -78,14 +79,14 @@ class Sharing:
 
         What somebody has edited since is put together with that later: here it is what the import wrote that counts.
         """
-        record = read(self.folder) if self.folder.is_dir() else None
+        record = read(self.folder) if world.kind(self.folder) == world.FOLDER else None
         if record is None:
             return None
         if name in record.files:
             own = f"../{self.folder.name}/{name}"
-            others = (_text(one) or "" for one in sorted(self.folder.parent.glob(f"*/{ROOT_FILE}")))
+            others = (_text(one) or "" for one in world.matching(self.folder.parent, f"*/{ROOT_FILE}"))
             return name, renewed(record.files[name], text) if any(own in one for one in others) else text
-        same = sorted(self.folder.parent.glob(f"*/**/{Path(name).name}{ENDING}"))
+        same = world.matching(self.folder.parent, f"*/**/{Path(name).name}{ENDING}")
         for address in (os.path.relpath(one, self.folder).removesuffix(ENDING) for one in same):
             if any(address in one for one in record.files.values()):
                 self.shared[name] = address
@@ -158,7 +159,7 @@ class Sharing:
 
     def _is_shared(self, program: Program, file: File) -> bool:
         common = self.folder.parent / COMMON
-        if common == self.folder or (common / ROOT_FILE).exists() or not Path(file.path).is_relative_to(self.package):
+        if common == self.folder or world.kind(common / ROOT_FILE) or not Path(file.path).is_relative_to(self.package):
             return False
         includes = self._graph()
         reached: set[str] = set()
@@ -174,13 +175,13 @@ class Sharing:
         """Return what each xacro of the package includes of it, as far as the names are said."""
         if self._includes is None:
             paths = [
-                os.path.abspath(one) for one in sorted(self.package.rglob("*.xacro"))[:_MOST] if _is_text_file(one)
+                os.path.abspath(one) for one in world.matching(self.package, "**/*.xacro")[:_MOST] if _is_text_file(one)
             ]
             self._includes = {path: set(self._included(Path(path), paths)) for path in paths}
         return self._includes
 
     def _included(self, path: Path, paths: list[str]) -> Iterator[str]:
-        for name in _INCLUDE.findall(re.sub(r"<!--.*?-->", "", path.read_text("utf-8", "replace"), flags=re.S)):
+        for name in _INCLUDE.findall(re.sub(r"<!--.*?-->", "", world.text(path, errors="replace"), flags=re.S)):
             package = _FIND.match(name)
             rest = _FIND.sub("", name)
             if "$" in rest:  # of a name that is not known by now, its end
@@ -192,13 +193,13 @@ class Sharing:
 
 
 def _is_text_file(path: Path) -> bool:
-    return path.is_file() and path.stat().st_size <= _BYTES
+    return world.kind(path) == world.FILE and world.size(path) <= _BYTES
 
 
 def _text(path: Path) -> str | None:
     """Return the text of a file; None if there is none that a description can be."""
     try:
-        return path.read_text("utf-8") if path.stat().st_size <= _BYTES else None
+        return world.text(path) if world.size(path) <= _BYTES else None
     except (OSError, ValueError):
         return None
 
@@ -237,7 +238,7 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
         shutil.copytree(package / DESCRIPTIONS, stage, symlinks=True)
         changed = stage / file.relative_to(package / DESCRIPTIONS)
         packages = {found: package} if (found := package_name(package)) else {}
-        roots = [one for one in sorted(stage.glob(f"*/{ROOT_FILE}")) if one.parent.name != besides.name]
+        roots = [one for one in world.matching(stage, f"*/{ROOT_FILE}") if one.parent.name != besides.name]
         before = {root: _made(root, packages) for root in roots}
         changed.write_text(text, "utf-8")
         for root in roots:

@@ -11,6 +11,7 @@ import pytest
 
 from rosorin_compile.cli import COMMANDS, main, parser
 from rosorin_compile.frontend.arguments import declared
+from rosorin_compile.startup.remembering import forget
 from rosorin_compile.tools.completion import known
 from rosorin_compile.tools.completion.candidates import KINDS, CommandLine, candidates, kind, slots
 from rosorin_compile.tools.completion.line import split
@@ -52,8 +53,7 @@ FREE |= {"PULSE", "VALUE", "PLACE", "TOPIC", "SPDX", "URL", "ADDRESS", "VIEW", "
 
 def words(line: str, *more: str) -> list[str]:
     """Return what may stand at the end of a line."""
-    for kept in (known._robot, known._arguments, known._sections):  # a process answers once
-        kept.cache_clear()
+    forget()  # a process answers once
     known._spent.clear()
     *before, current = [*line.split(" "), *more]
     return [one.word for one in candidates(before, current, OURS)]
@@ -308,7 +308,7 @@ def test_several_slow_robots_take_the_patience_of_one(project: Path, monkeypatch
     monkeypatch.setattr(known.signal, "setitimer", lambda _, limit: limits.append(limit))
     for spent in (0, known.PATIENCE - 0.5, known.PATIENCE):
         known._spent[:] = [spent]
-        known._robot.cache_clear()
+        forget()
         assert "odom" in known.names(known.Subject((), {}, {}), "frames")
     assert [limit > 0 for limit in limits] == [True, False] * 3
     assert limits[0] == known.PATIENCE

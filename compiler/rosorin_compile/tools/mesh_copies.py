@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -137,7 +136,7 @@ def _there(path: Path) -> bytes:
         return b""
 
 
-@lru_cache(maxsize=64)
+@world.remembered
 def _converted(path: Path, ending: str, mark: str) -> bytes:
     """Return a mesh in another format, whose bytes the mark stands for. Raises NotSound."""
     from .extract.meshes import load_mesh

@@ -19,6 +19,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ... import world
 from ...formats import FORMATS, Fact, Facts, Format
 from ...formats.facts import ANGLES
 from ...model import Transform
@@ -436,7 +437,7 @@ class Texts:
     def read(self, variant: Variant, name: str) -> str:
         """Return the text of an artifact; empty for one that is no text."""
         try:
-            return (variant.folder / name).read_text(encoding="utf-8")
+            return world.text(variant.folder / name)
         except (OSError, ValueError):
             return ""
 

@@ -19,14 +19,18 @@ def main() -> int:
     if before is signal.default_int_handler:  # else somebody has said what it means
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.disable()  # nearly all that is made stays until the end
-    from .startup.again import said_again
+    from .world import memory
 
-    if said_again(sys.argv[1:]):
-        return 0
+    words = sys.argv[1:]
+    done = memory.say_again(words)
+    if done is not None:
+        return done.code
     from .cli import main as run
 
     signal.signal(signal.SIGINT, before)
-    return run()
+    if not memory.is_asked_often(words):
+        return run()
+    return memory.once(memory.line(words), run)[0].code
 
 
 def program() -> int:

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
-from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system
+from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system, tell_which_tool
+from .world import spoil
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -160,6 +161,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
+    tell_which_tool()
     with guarded():
         return _run(words)
 
@@ -208,6 +210,7 @@ def _shown(options: argparse.Namespace) -> bool:
 
 def _say_no_more() -> None:
     """Let standard output lead nowhere, so that Python does not try it again at the end."""
+    spoil("nobody reads what is said")
     with Path(os.devnull).open("wb") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 

@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from .diagnostics.registry import PLUGINS, Rule
-from .startup.cache import digest
-from .world import FILE, kind, matching, names, package, read, remembered
+from .world import names, read, remembered
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -170,27 +169,14 @@ def are_installed(group: str) -> bool:
     return any(plugin.group == group for plugin in installed())
 
 
-def mark() -> list[str]:
-    """Return what tells the plug-ins of this run from others: versions, and what is in each of their files."""
-    marks = [repr(plugin) for plugin in installed()]
-    for top in sorted({plugin.value.partition(":")[0].partition(".")[0].strip() for plugin in installed()}):
-        marks += [f"{path} {digest(read(path))}" for path in _sources(top)]
-    return marks
-
-
-def _sources(module: str) -> list[Path]:
-    """Return the files of a module or a package that is not imported for that; none if there is no such module.
-
-    Templates and other data are among them; what is compiled follows from these.
-    """
-    places = [Path(place) for place in package(module)]
-    inner = [path for place in places for path in matching(place, "**/*") if path.suffix != ".pyc"]
-    return sorted(path for path in (*places, *inner) if kind(path) == FILE)
-
-
 def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
     folders = _metadata_folders(tuple(sys.path))
-    return _read(folders) if folders else ()
+    if not folders:
+        return ()
+    from .world.listening import listen
+
+    listen()  # a plug-in may open anything from now on
+    return _read(folders)
 
 
 @remembered

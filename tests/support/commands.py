@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.startup.again import now
+from rosorin_compile.world import now
 
 CALIBRATION = """\
 arm:

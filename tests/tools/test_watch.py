@@ -15,8 +15,9 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile import world
 from rosorin_compile.diagnostics import Diagnostic, Source, Span, error
-from rosorin_compile.output.watch import Inputs, Said, mark
+from rosorin_compile.output.watch import Inputs, Said
 from rosorin_compile.tools.init import start
 from support.robots import copy_of_rosorin
 
@@ -258,32 +259,27 @@ def test_a_file_that_changes_while_it_is_read_is_read_again(tmp_path: Path) -> N
     path, other = tmp_path / "a.yaml", tmp_path / "b.yaml"
     path.write_text("1", "utf-8")
     inputs = Inputs()
-    inputs.read(lambda: [path, other])
-    assert mark(other) is None
-    os.utime(path, ns=(0, 10**18))
-    inputs.read(lambda: [path, other])
+    inputs.read(lambda: [world.read(path), world.kind(other)])
     assert not inputs.changed()
+    os.utime(path, ns=(0, 10**18))
+    assert not inputs.changed(), "a time is none of what is in it"
 
-    def read() -> list[Path]:
+    def read() -> None:
+        world.read(path)
         path.write_text("22", "utf-8")
-        return [path, other]
 
     inputs.read(read)
-    assert inputs.changed(), "known before: changed since the reading began"
-    fresh = Inputs()
-    fresh.read(read)
-    assert fresh.changed(), "not known before, but as young as the reading"
-    inputs.read(lambda: [path, other])
+    assert inputs.changed()
+    inputs.read(lambda: [world.read(path), world.kind(other)])
     other.write_text("", "utf-8")
     assert inputs.changed(), "a file that was missing is there now"
 
 
-def test_a_file_of_the_future_is_not_read_for_ever(tmp_path: Path) -> None:
-    path = tmp_path / "a.yaml"
-    path.write_text("1", "utf-8")
-    os.utime(path, ns=(4 * 10**18, 4 * 10**18))
-    inputs = Inputs()
-    inputs.read(lambda: [path])
+def test_the_artifacts_of_a_robot_are_none_of_its_inputs(tmp_path: Path) -> None:
+    inputs = Inputs(tmp_path / "outputs")
+    inputs.read(lambda: [world.kind(tmp_path / "outputs"), world.kind(tmp_path / "outputs" / "a.stl")])
+    (tmp_path / "outputs").mkdir()
+    (tmp_path / "outputs" / "a.stl").write_text("", "utf-8")
     assert not inputs.changed()
 
 
@@ -291,7 +287,7 @@ def test_settling_waits_for_the_last_write(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("", "utf-8")
     inputs = Inputs()
-    inputs.read(lambda: [path])
+    inputs.read(lambda: world.read(path))
     waits: list[float] = []
 
     def sleep(seconds: float) -> None:

@@ -94,7 +94,7 @@ def test_folders_above(home: Path, monkeypatch: pytest.MonkeyPatch, mode: int, t
     top.chmod(mode)
     for chosen in (top / "inner" / "cache", top / "cache"):
         monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(chosen))
-        assert (cache_folder("stamps") is not None) == taken
+        assert (cache_folder("runs") is not None) == taken
 
 
 def test_a_shared_folder_itself(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,10 +102,10 @@ def test_a_shared_folder_itself(home: Path, monkeypatch: pytest.MonkeyPatch) -> 
     shared.mkdir()
     shared.chmod(0o1777)
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(shared))
-    assert cache_folder("stamps") is None
+    assert cache_folder("runs") is None
     (home / "link").symlink_to(shared)
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(home / "link"))
-    assert cache_folder("stamps") is None
+    assert cache_folder("runs") is None
 
 
 def belongs_to(monkeypatch: pytest.MonkeyPatch, user: int) -> None:
@@ -152,16 +152,16 @@ def test_the_base_folder_is_absolute(home: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.delenv("ROSORIN_COMPILE_CACHE")
     monkeypatch.setenv("HOME", str(home / "me"))
     monkeypatch.setenv("XDG_CACHE_HOME", "cache")
-    assert cache_folder("stamps") == home.resolve() / "me/.cache/rosorin-compile/stamps"
+    assert cache_folder("runs") == home.resolve() / "me/.cache/rosorin-compile/runs"
     monkeypatch.setenv("XDG_CACHE_HOME", str(home / "xdg"))
-    assert cache_folder("stamps") == home.resolve() / "xdg/rosorin-compile/stamps"
+    assert cache_folder("runs") == home.resolve() / "xdg/rosorin-compile/runs"
     monkeypatch.setenv("XDG_CACHE_HOME", "")
-    assert cache_folder("stamps") == home.resolve() / "me/.cache/rosorin-compile/stamps"
+    assert cache_folder("runs") == home.resolve() / "me/.cache/rosorin-compile/runs"
     monkeypatch.setenv("HOME", "")
-    assert cache_folder("stamps") is None
+    assert cache_folder("runs") is None
     monkeypatch.setenv("HOME", str(home / "me"))
     monkeypatch.setattr(cache.os.path, "expanduser", lambda text: text)
-    assert cache_folder("stamps") is None
+    assert cache_folder("runs") is None
     assert not (home / "~").exists()
 
 
@@ -204,7 +204,7 @@ def test_the_code_of_templates_is_found_again(home: Path, monkeypatch: pytest.Mo
     assert asked == ["a.txt", "a.txt", "a.xml", "\udcff.txt"]
 
 
-@pytest.mark.parametrize("kind", ["stamps", "templates"])
+@pytest.mark.parametrize("kind", ["runs", "templates"])
 def test_any_damage_is_a_miss(robot: Path, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     files = sorted((robot / "cache" / kind).glob("*"))
     assert files
@@ -223,16 +223,6 @@ def test_any_damage_is_a_miss(robot: Path, kind: str, capsys: pytest.CaptureFixt
         path.unlink(missing_ok=True)
         path.mkdir()
     assert main(["all"]) == 0
-
-
-@pytest.mark.parametrize("messages", [[1, 2, 3], ["a"], [1, "a"], {}, None, ["a", "b", "c"]])
-def test_messages_of_another_form(robot: Path, messages: object, capsys: pytest.CaptureFixture[str]) -> None:
-    [path] = (robot / "cache" / "stamps").iterdir()
-    stamp = json.loads(recalled(path) or b"")
-    keep(path, json.dumps({**stamp, "messages": messages}).encode())
-    capsys.readouterr()
-    assert main(["all"]) == 0
-    assert capsys.readouterr().out == "plain: 3 artifacts in outputs/plain, unchanged\n"
 
 
 def test_a_pipe_and_a_link_are_no_entries(home: Path) -> None:

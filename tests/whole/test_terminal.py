@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import console, progress
-from rosorin_compile.output import stamp
+from rosorin_compile.world import memory
 
 # Escape sequences of 7 and 8 bits, what turns the order of letters round, what nobody sees, and a line that is wiped.
 EVIL = "\x1b[2J\x1b]0;owned\x07\x9b31m\u202e\u2066\u200b\rgone\x08"
@@ -107,14 +107,14 @@ def test_what_another_program_says(home: Path, capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize("coloured", [False, True])
-def test_a_stamp_that_somebody_changed(
+def test_a_record_that_somebody_changed(
     home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, coloured: bool
 ) -> None:
     write(home / "descriptions" / "plain")
-    monkeypatch.setattr("rosorin_compile.tools.all.colour", lambda: coloured)
     monkeypatch.setattr(console, "colour", lambda: coloured)
     said(["all"], capsys)
-    monkeypatch.setattr(stamp, "recall", lambda *_: [f"{EVIL}\n", f"plain{EVIL}", 0, [], [], True])
+    told = [(memory.ERR, f"{EVIL}\n"), (memory.OUT, f"plain{EVIL}, unchanged\n")]
+    monkeypatch.setattr(memory, "recall", lambda _: memory.Done(0, told, {"stand-ins": 0}))
     out = said(["all"], capsys)
     assert out.count(r"\x1b[2J\x1b]0;owned\x07\x9b31m\u202e") == 2
     assert ", unchanged\n" in out
@@ -133,7 +133,7 @@ def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatc
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.setenv("TERM", "xterm")
     with console.guarded():
-        console.Console("text").again("\x1b[31merror\x1b[0m \x1b[2J\n")
+        console.Console("text").repeat([(memory.ERR, "\x1b[31merror\x1b[0m \x1b[2J\n")])
         console.show_progress()
         monkeypatch.setattr(progress._line, "due", 0.0)
         progress.step("measuring", 1, 2)

@@ -33,9 +33,7 @@ LISTED = {
     "tools.verify.sources": "reads what is pasted by a pipe, once: such a run is spoiled",
 }
 NOT_YET = (
-    "output.stamp",
     "output.watch",
-    "startup.again",
     "tools.fleet.columns",
     "tools.sweep.making",
 )

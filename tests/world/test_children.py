@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import time
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ def test_a_mesh_that_mujoco_reads_is_noted(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
     (tmp_path / "m.obj").write_text(TETRAHEDRON, "utf-8")
     (tmp_path / "m.xml").write_text(MJCF, "utf-8")
+    time.sleep(0.02)  # what was written just now may have been written while it was read
     with noting() as notes:
         imported = read_mjcf(tmp_path / "m.xml", ReadOptions())
     assert imported.tree is not None

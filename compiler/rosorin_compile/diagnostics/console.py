@@ -16,8 +16,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from ..startup.again import ERR, OUT
 from ..world import is_set, variable
+from ..world.memory import ERR, OUT, RAW, hear, otherwise
 from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered, progress
 from .wording import and_more, counted, printable
 
@@ -36,8 +36,9 @@ _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the mids
 class _Guard:
     """A stream that makes control characters, and those that turn the order of letters round, visible."""
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO, kind: str) -> None:
         self.stream = stream
+        self.kind = kind
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.stream, name)
@@ -45,7 +46,9 @@ class _Guard:
     def write(self, text: str) -> int:
         """Write a text; lines and tabs stay."""
         progress.wipe()
-        self.stream.write(printable(text, _LAYOUT))
+        shown = printable(text, _LAYOUT)
+        self.stream.write(shown)
+        hear(self.kind, shown)
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:
@@ -61,7 +64,7 @@ def guarded() -> Iterator[None]:
         if getattr(sys, name) is None:  # whoever called has closed it
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
     before = sys.stdout, sys.stderr
-    guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
+    guards: tuple[Any, Any] = _Guard(sys.stdout, OUT), _Guard(sys.stderr, ERR)
     sys.stdout, sys.stderr = guards
     try:
         yield
@@ -90,6 +93,7 @@ def paint(text: str, stream: TextIO) -> None:
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     progress.wipe()
     _unguarded(stream).write("".join(pieces))
+    hear(ERR if stream is sys.stderr else OUT, "".join(pieces))
 
 
 def give(text: str) -> None:
@@ -106,6 +110,7 @@ def give(text: str) -> None:
     rest = memoryview(text.encode())
     while rest:  # unbuffered, as PYTHONUNBUFFERED has it, a write may end early
         rest = rest[raw.write(rest) or 0 :]
+    hear(RAW, text)
 
 
 class Console:
@@ -122,8 +127,6 @@ class Console:
         self.keeps = summary or form == MARKDOWN
         self.sections: list[Section] = []
         self.collected: list[Diagnostic] = []
-        self.ran = 0
-        self.printed: list[tuple[str, str]] = []  # as ``again`` keeps it
         self.stand_ins = 0
 
     @property
@@ -165,8 +168,8 @@ class Console:
             self.section.blocks += blocks()
             self.section.said += [told.help] if told.help else []
 
-    def show(self, diagnostics: Sequence[Diagnostic]) -> str:
-        """Print diagnostics, or keep them for the end; return what was printed."""
+    def show(self, diagnostics: Sequence[Diagnostic]) -> None:
+        """Print diagnostics, or keep them for the end."""
         if self.quiet:
             stand_ins = [diagnostic for diagnostic in diagnostics if diagnostic.rule == "stand-in"]
             self.stand_ins += len(stand_ins)
@@ -178,27 +181,31 @@ class Console:
         if not self.for_people:
             self.collected += diagnostics
         if not self.for_people or not diagnostics:
-            return ""
+            return
         from . import report
 
         diagnostics = gathered(diagnostics, [WARNING, NOTE])
         text = report.text(diagnostics[:MAX_SHOWN], colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
-        self.again(text)
-        return text
+        self._show(text)
 
-    def again(self, shown: str) -> None:
-        """Print what was printed before; it may come from a cache that somebody else has written."""
-        self.printed.append((ERR, shown if colour() else printable(shown, _LAYOUT)))
+    def repeat(self, said: Iterable[tuple[str, str]]) -> None:
+        """Print what a run printed before."""
+        for kind, shown in said:
+            if kind == ERR:
+                self._show(shown)
+            else:
+                sys.stdout.write(shown)
+
+    def _show(self, shown: str) -> None:
         if colour():
             paint(shown, sys.stderr)
         else:
             sys.stderr.write(printable(shown, _LAYOUT))
 
     def ahead(self, diagnostic: Diagnostic) -> None:
-        """Print what has to be said before anything is run, and count it: what was run may do else the next time."""
-        self.ran += 1
+        """Print what has to be said before anything is run."""
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
@@ -209,8 +216,9 @@ class Console:
         """
         if self.quiet and not needed:
             return
-        print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
-        self.printed.append((OUT, printable(f"{next_time or line}\n", _LAYOUT)))
+        kind, stream = (OUT, sys.stdout) if self.for_people else (ERR, sys.stderr)
+        with otherwise(kind, printable(f"{self._inert(next_time or line)}\n", _LAYOUT)):
+            print(self._inert(line), file=stream)
         if self.keeps:
             self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
@@ -223,7 +231,6 @@ class Console:
     def warn(self, line: str) -> None:
         """Print a line about what keeps a run from its end."""
         sys.stderr.write(f"{self._inert(line)}\n")
-        self.printed.append((ERR, printable(f"{line}\n", _LAYOUT)))
 
     def _inert(self, line: str) -> str:
         """Return a line in which a job on GitHub finds no command, whatever a robot is called."""

@@ -22,6 +22,7 @@ from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import printable
 from ..startup import system
+from ..world import spoil
 from . import staging
 from .staging import There, is_stage, replace, tidy
 
@@ -95,6 +96,7 @@ class OutputError(Exception):
 
     def __init__(self, rule: str, message: str, help: str) -> None:
         super().__init__(message)
+        spoil("what stands in the way of a file is looked at by who writes it")
         self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
 

@@ -14,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ..diagnostics.registry import WRITING, Rule
+from ..world import spoil
 from . import OutputError, explained
 from .ours import wrote
 from .staging import staged_file, tidy, write_staged
@@ -45,6 +46,7 @@ def write_file(
     An equal file gets the time of now. What is no regular file, such as a pipe, is written into; a link stays. Raises
     OutputError, also where the file is one of ``inputs``, or not one of ``ours``: it does not say that we wrote it.
     """
+    spoil(f"{path} is written")
     try:
         status = _status(path)
         if status is not None and stat.S_ISDIR(status.st_mode):
@@ -87,6 +89,7 @@ def write_depfile(path: Path, target: str, inputs: Sequence[Path], made: Iterabl
 
     ``made`` are the artifacts. Raises OutputError, also where the depfile would be one of them, or of the inputs.
     """
+    spoil(f"{path} is written")
     names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
     text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
     if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *made)):

@@ -1,16 +1,18 @@
-"""Watch: knowing that one of the files that a description was made from is not as it was when it was read.
+"""Watch: knowing that what a description was made from is not as it was when it was read.
 
 ``Said`` knows what a run before has said already.
 """
 
 from __future__ import annotations
 
+import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from ..diagnostics import ERROR, Diagnostic, has_errors
+from ..world import Notes, memory, noting
 
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
@@ -29,45 +31,35 @@ def mark(path: Path) -> Mark:
 
 
 class Inputs:
-    """The files that one description was made from, each with its mark from before it was read."""
+    """What one robot was made from: what was asked for it, but of its own artifacts, and what was answered."""
 
-    def __init__(self) -> None:
-        self.marks: dict[Path, Mark] = {}
+    def __init__(self, artifacts: Path | None = None) -> None:
+        self.artifacts = None if artifacts is None else os.path.abspath(artifacts)
+        self.notes = Notes()
 
     def changed(self) -> bool:
-        """Say whether any of the files is not as it was."""
-        return any(mark(path) != known for path, known in self.marks.items())
+        """Say whether any of it would be answered otherwise."""
+        return not memory.holds(self.notes)
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
         """Wait until the files stop changing, for a second at most."""
-        before = self._now(self.marks)
+        before = memory.answers_now(self.notes)
         for _ in range(_PATIENCE):
             sleep(SETTLE)
-            after = self._now(self.marks)
+            after = memory.answers_now(self.notes)
             if after == before:
                 return
             before = after
 
-    def read(self, used: Callable[[], Iterable[Path]]) -> None:
-        """Take down the files that ``used`` says it has read, as they were before it did.
-
-        A file that was not known before has no mark from then. If it has changed since the reading began, nobody knows
-        which version was read: it counts as changed, and is read once more.
-        """
-        begun = time.time_ns()
-        before = self._now(self.marks)
-        paths = list(dict.fromkeys(used()))
-        now = time.time_ns()
-        for path in paths:
-            if path not in before:
-                seen = mark(path)
-                doubtful = seen is not None and begun <= seen[0] <= now
-                before[path] = None if doubtful else seen
-        self.marks = {path: before[path] for path in paths}
-
-    @staticmethod
-    def _now(paths: Iterable[Path]) -> dict[Path, Mark]:
-        return {path: mark(path) for path in paths}
+    def read(self, used: Callable[[], object]) -> None:
+        """Take down what ``used`` asks; what has changed in the meantime is read once more."""
+        with noting() as notes:
+            used()
+        own = self.artifacts
+        if own is not None:
+            inside = own + os.sep
+            notes.answers = {q: a for q, a in notes.answers.items() if q[1] != own and not q[1].startswith(inside)}
+        self.notes = notes
 
 
 class Said:

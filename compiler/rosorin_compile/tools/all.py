@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .. import world
-from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
-from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
-from ..startup.again import contents, now
+from ..project import Description
 from .given import given_arguments
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
-from .robots import Run, Settled, check_depfile, descriptions, for_each, no_stdin
+from .robots import Run, check_depfile, descriptions, for_each, no_stdin, once
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
     import argparse
 
     from ..diagnostics import Diagnostic
-    from ..frontend.packages import Packages
     from ..output import Written
     from ..pipeline import Compiled
 
@@ -101,27 +96,16 @@ def _check_options(options: argparse.Namespace) -> None:
 
 def _write_one(run: Run, description: Description) -> int:
     """Compile one robot and write its artifacts, or see that nothing has changed since that was done last."""
-    if run.options.only:
-        return _write_some(run, description)
-    from ..output import stamp
+    write = _write_some if run.options.only else _write_all
+    return once(run, description, lambda: write(run, description))
 
-    key = _key(run, description)
-    remembered = stamp.recall(key, description.outputs, partial(leads, {})) if run.console.for_people else None
-    match remembered:
-        case [str(said), str(summary), int(stand_ins), list(names), list(inputs), bool(plain)]:
-            run.console.again(said)
-            run.console.stand_ins += stand_ins
-            run.console.tell_read([*inputs, *run.given.files])
-            run.console.say(f"{summary}, unchanged")
-            if plain:
-                made = contents(os.fspath(description.outputs))
-                run.settled.append(Settled(description.outputs, made, dict.fromkeys(inputs, "")))
-            return _tell_build(run, description, names, [*map(Path, inputs), *run.given.files])
-    from .compiling import compile_proven, count, lacks_meshes, mesh_files, nothing_written, read_by
 
-    begun, ran, before = now(), run.console.ran, run.console.stand_ins
+def _write_all(run: Run, description: Description) -> int:
+    """Compile one robot and write its artifacts."""
+    from .compiling import compile_proven, count, mesh_files, nothing_written, read_by
+
     compiled = compile_proven(run.given, description, run.console)
-    said = run.console.show(compiled.diagnostics)
+    run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)
     files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
@@ -132,34 +116,15 @@ def _write_one(run: Run, description: Description) -> int:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
     run.console.say(f"{summary}, {what_changed(written, meshes)}", next_time=f"{summary}, unchanged")
-    # What a xacro says depends on more than its files, and what can be made of a mesh on what is installed.
-    if not written.kept and run.console.ran == ran and not lacks_meshes(compiled):
-        written_too = {description.outputs / name for name in meshes}  # what stands there already, and is its own copy
-        inputs = [*(set(compiled.inputs) - written_too), *run.given.files]
-        plain = not compiled.resolved
-        told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs)), plain]
-        files |= meshes
-        kept = stamp.remember(key, inputs, files, told, begun=begun, resolved=compiled.resolved)
-        if kept is not None and plain:
-            run.settled.append(Settled(description.outputs, kept.outputs, kept.inputs))
     return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
 
 
 def _ended(run: Run, written: Written, code: int) -> int:
     """Return the exit code of a run that wrote something, or nothing: a hook fails where it had to change files."""
-    return PROBLEMS if run.options.hook and (written.written or written.removed) else code
-
-
-def _key(run: Run, description: Description) -> dict[str, Any]:
-    """Return what tells one call from another of which a stamp knows."""
-    return {
-        "description": os.path.abspath(description.path),
-        "outputs": os.path.abspath(description.outputs),
-        "arguments": run.given.texts,
-        "argument files": [os.path.abspath(file) for file in run.given.files],
-        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
-        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
-    }
+    changed = bool(written.written or written.removed)
+    if run.options.hook and changed:
+        world.spoil("a hook fails once")
+    return PROBLEMS if run.options.hook and changed else code
 
 
 def _write_some(run: Run, description: Description) -> int:
@@ -178,7 +143,7 @@ def _write_some(run: Run, description: Description) -> int:
     if written is None:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
-    run.console.say(f"{summary}, {what_changed(written, meshes)}")
+    run.console.say(f"{summary}, {what_changed(written, meshes)}", next_time=f"{summary}, unchanged")
     return _ended(run, written, _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled)))
 
 
@@ -210,18 +175,6 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
 
 
-def leads(finders: dict[str, Packages], asked: Resolved) -> str:
-    """Return where the name of a package or a mesh file leads now; ``finders`` are kept from one to the next."""
-    if asked.kind == PYTHON_PACKAGE:
-        return resolved(asked.kind, asked.name, asked.by, python_folder(asked.name)).answer
-    if asked.kind == MESH_FILE:
-        return asked.name if is_file(Path(asked.name)) else ""
-    from ..frontend.packages import Packages
-
-    finder = finders.setdefault(asked.by, Packages({}, world.environment(), Path(asked.by)))
-    return resolved(asked.kind, asked.name, asked.by, finder.find(asked.name)).answer
-
-
 def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> Written | None:
     from ..diagnostics import NOTE, Diagnostic
     from ..output import OutputError, write_outputs
@@ -231,6 +184,8 @@ def _write(run: Run, description: Description, files: Mapping[str, str | bytes])
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return None
+    if written.aside:
+        world.spoil("what was there before is told once")
     run.console.show(put_aside(description.outputs, written))
     for name in written.kept if not run.options.only else ():
         message = f"{description.outputs}/{name} is no artifact of this robot; it is kept"

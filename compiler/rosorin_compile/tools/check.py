@@ -23,7 +23,7 @@ from ..diagnostics.progress import about
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
 from ..project import ON_STDIN, Description, refuse_too_long
-from ..world import FOLDER, kind
+from ..world import FOLDER, kind, spoil
 from .compiling import (
     compile_proven,
     count,
@@ -46,7 +46,7 @@ from .options import (
     place,
     robot_options,
 )
-from .robots import Run, check_depfile, check_summary, for_each, is_foreign, one
+from .robots import Run, check_depfile, check_summary, for_each, is_foreign, once, one
 from .understanding import understood
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -148,6 +148,7 @@ def run(options: argparse.Namespace) -> int:
     if options.summary is not None:
         check_summary(Path(options.summary))
     if options.fleet is not None:
+        spoil("what a fleet reads is not noted yet")
         from .fleet.command import check_fleet
 
         return check_fleet(options)
@@ -155,6 +156,8 @@ def run(options: argparse.Namespace) -> int:
     for words in (options.parameters, options.controllers, options.launch):
         options.words += [word for word in words if MARK in word]
         words[:] = [word for word in words if MARK not in word]
+    if options.parameters or options.controllers or options.deployed or options.physics:
+        spoil("what these options read is not noted yet")
     if options.parameters or options.controllers:
         return _check_parameters(options)
     if options.launch or options.remap or options.namespace or options.distribution:
@@ -162,6 +165,7 @@ def run(options: argparse.Namespace) -> int:
     _check_depfile(options)
     if options.html is None:
         return _run(options, check_one)
+    spoil("a page is written")
     if options.every_argument or options.deployed is not None:
         raise WrongUsage("--html shows a comparison with what is committed; it does not go with this option")
     from .view.changed import Pictures
@@ -215,6 +219,11 @@ def _check_depfile(options: argparse.Namespace) -> None:
 
 def check_one(run: Run, description: Description, pictures: Pictures | None = None) -> int:
     """Compile one robot in memory and compare with its outputs folder; ``pictures`` take what a page shows of that."""
+    return once(run, description, lambda: _compared(run, description, pictures))
+
+
+def _compared(run: Run, description: Description, pictures: Pictures | None) -> int:
+    """Do the same, whether or not it was done before."""
     from ..diagnostics import has_errors
     from ..meaning.golden import compare
     from ..output import OutputError, read_set

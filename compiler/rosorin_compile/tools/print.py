@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
-from ..project import ON_STDIN, Description, NoDescription, first_file, stdin_of
-from ..startup.again import RAW
-from .compiling import compile_proven, lacks_meshes, proven, read_by, search_meshes, telling
+from ..project import Description, NoDescription, first_file
+from ..world import spoil
+from .compiling import compile_proven, proven, read_by, search_meshes, telling
 from .given import Given, given_arguments, no_half_mark, texts
 from .options import argument_options, depfile_options, package_option, place
-from .robots import is_foreign, keep_run, one
+from .robots import is_foreign, one
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
@@ -93,19 +93,7 @@ def run(options: argparse.Namespace) -> int:
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
-    code = _put(options, console, compiled, read_by(given, compiled), target)
-    if code == FINE and target is None and not is_foreign(description.path):
-        _keep(console, compiled, read_by(given, compiled))
-    return code
-
-
-def _keep(console: Console, compiled: Compiled, inputs: list[Path]) -> None:
-    """Keep what was printed, unless it depends on more than the files that were read."""
-    from_stdin = stdin_of(ON_STDIN) is not None
-    if console.ran or compiled.resolved or lacks_meshes(compiled) or from_stdin or sys.stdout.isatty():
-        return
-    console.printed.append((RAW, compiled.artifacts[0].text))
-    keep_run(dict.fromkeys(map(str, inputs), ""), {}, console)
+    return _put(options, console, compiled, read_by(given, compiled), target)
 
 
 def _robot(words: list[str]) -> Description:
@@ -204,6 +192,7 @@ def _printed(text: str, console: Console) -> bool:
     except BrokenPipeError:
         raise
     except OSError as problem:
+        spoil("nobody reads what is said")
         console.warn(f"cannot write to standard output: {problem.strerror or problem}")
         with Path(os.devnull).open("wb") as nowhere:
             os.dup2(nowhere.fileno(), sys.__stdout__.fileno() if sys.__stdout__ else 1)

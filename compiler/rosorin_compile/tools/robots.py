@@ -6,9 +6,8 @@
 from __future__ import annotations
 
 import codecs
-import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,10 +23,9 @@ from ..project import (
     find,
     give_stdin,
     here,
-    looked_in,
     stdin_of,
-    tool_folders,
 )
+from ..world import memory
 from .given import Given, given_arguments, no_half_mark
 from .options import console_of
 from .usage import FINE, WrongUsage
@@ -39,24 +37,12 @@ _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
 _taken: list[Any] = []  # standard input, once it was read
 
 
-class Settled(NamedTuple):
-    """A robot with which a run would do the same again: the folder of its artifacts, and what was made of what.
-
-    ``made`` and ``read`` are the digests of artifacts and files by name; "" for a file that is to be read once more.
-    """
-
-    outputs: Path
-    made: Mapping[str, str]
-    read: Mapping[str, str]
-
-
 class Run(NamedTuple):
-    """One run of a command: its options, where it prints, the arguments for the descriptions, and what is settled."""
+    """One run of a command: its options, where it prints, the arguments for the descriptions."""
 
     options: argparse.Namespace
     console: Console
     given: Given
-    settled: list[Settled]
 
 
 def take_stdin(names: Sequence[str]) -> None:
@@ -72,6 +58,7 @@ def take_stdin(names: Sequence[str]) -> None:
     if sys.stdin.isatty():
         sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
         sys.stderr.flush()
+    world.spoil("standard input is read")
     give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _taken[:] = [sys.stdin]
     begin()  # who typed it did not wait for us
@@ -117,7 +104,7 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     hook = getattr(options, "hook", False)
     given, found = _of_changed(options) if hook and options.words else _asked_for(options)
     summary = getattr(options, "summary", None)
-    run = Run(options, console_of(options), given, [])
+    run = Run(options, console_of(options), given)
     code = FINE
     if not found:
         run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
@@ -130,27 +117,33 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     run.console.finish()
     if summary is not None:
         append_summary(Path(summary), run.console.summary())
-    if run.settled and len(run.settled) == len(found) and code == FINE and _is_plain(run):
-        made = {os.fspath(one.outputs): one.made for one in run.settled}
-        read = dict.fromkeys(map(str, given.files), "")
-        for one_robot in run.settled:
-            read.update(one_robot.read)
-        keep_run(read, made, run.console)
     return code
 
 
-def keep_run(read: Mapping[str, str], made: Mapping[str, Mapping[str, str]], console: Console) -> None:
-    """Keep what a run said, so that it is said again without one if nothing changes (see ``again.remember``)."""
-    from ..plugins import installed
-    from ..startup.again import remember
+def once(run: Run, description: Description, work: Callable[[], int]) -> int:
+    """Do with a robot what a run before has done, if that would only be the same again; return the exit code.
 
-    if not installed():  # what a plug-in does may depend on anything
-        remember(read, made, looked_in(), console.printed, tool_folders())
+    Where the messages are one document for a program, each run is made.
+    """
+    console = run.console
+    if not console.for_people or console.keeps:
+        return work()
+    before = console.stand_ins
+    done, was_known = memory.once(
+        _key(run, description), work, [description.outputs], lambda: {"stand-ins": console.stand_ins - before}
+    )
+    if was_known:
+        console.repeat(done.said)
+        console.stand_ins += done.numbers["stand-ins"]
+    return done.code
 
 
-def _is_plain(run: Run) -> bool:
-    """Say whether a run does nothing but write artifacts, and talks to people."""
-    return run.console.for_people and not run.options.hook and run.options.depfile is None
+def _key(run: Run, description: Description) -> list[str]:
+    """Return what tells one call from another: the options, the arguments, what is seen and how it is shown."""
+    options = {name: value for name, value in vars(run.options).items() if name not in ("words", "run", "known")}
+    told = [options, sorted(run.given.texts.items()), list(map(str, run.given.files))]
+    told += [[str(part) for part in description], sorted((n, str(f)) for n, f in run.given.packages.items())]
+    return ["robot", run.options.run.__module__, *map(repr, told), *memory.surroundings()]
 
 
 def _asked_for(options: argparse.Namespace) -> tuple[Given, list[Description]]:
@@ -191,6 +184,7 @@ def check_summary(file: Path) -> None:
 def append_summary(file: Path, text: str) -> None:
     """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
     check_summary(file)
+    world.spoil(f"{file} is written")
     try:
         with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
             opened.write(text)

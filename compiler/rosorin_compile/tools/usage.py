@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from ..diagnostics.console import Console
 from ..diagnostics.registry import WRITING, Rule
+from ..project import tool_folders
 from ..startup.cache import cache_refused
 from ..startup.system import missed
+from ..world import tool_is
 
 RULES = (
     Rule(
@@ -27,6 +29,11 @@ FINE, PROBLEMS, USAGE = 0, 1, 2
 
 class WrongUsage(Exception):
     """The command line cannot be followed; the message says why."""
+
+
+def tell_which_tool() -> None:
+    """Say in which folders the files of the tool are, for the notes of the run."""
+    tool_is(tool_folders())
 
 
 def tell_of_system() -> None:

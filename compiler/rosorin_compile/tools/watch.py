@@ -6,7 +6,6 @@ import argparse
 import signal
 import sys
 import time
-from collections.abc import Iterable
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -15,7 +14,7 @@ from ..diagnostics.console import Console
 from ..diagnostics.progress import begin
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs, Said
-from ..project import MESH_FILE, Description, NoDescription, find
+from ..project import Description, NoDescription, find
 from .compiling import compile_proven, count, mesh_files
 from .given import Given, given_arguments
 from .options import output_options, quiet_option, robot_options
@@ -91,7 +90,7 @@ class _Robot:
     def __init__(self, description: Description, given: Given, quiet: bool = False) -> None:
         self.description = description
         self.given = given
-        self.inputs = Inputs()
+        self.inputs = Inputs(description.outputs)
         self.console = Console("text", quiet)
         self.said = Said()
 
@@ -100,8 +99,8 @@ class _Robot:
         begin()
         self.inputs.read(self._compile)
 
-    def _compile(self) -> Iterable[Path]:
-        """Compile, and return the files that were read; after an error also those that were read before it."""
+    def _compile(self) -> None:
+        """Compile, and write what came of it; after an error nothing."""
         compiled = compile_proven(self.given, self.description, self.console)
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         new = self.said.new(compiled.diagnostics)
@@ -115,11 +114,6 @@ class _Robot:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
         else:
             self._write(compiled)
-        before = self.inputs.marks if errors else ()
-        meshes = [
-            Path(one.name) for one in compiled.resolved if one.kind == MESH_FILE
-        ]  # one that is not there may come
-        return [self.description.path, *self.given.files, *compiled.inputs, *meshes, *before]
 
     def _write(self, compiled: Compiled) -> None:
         from ..meaning.golden import compare

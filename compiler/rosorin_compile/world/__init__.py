@@ -30,8 +30,9 @@ A name that no file can have (with a NUL, too long) is absent: ``kind`` and the 
 Times are told by nobody. What belongs to the tool itself (``data_folder``) needs no note, and is read in the same way.
 
 What a process has worked out of files, and uses again for the next robot, carries its notes along: ``remembered`` here
-instead of ``lru_cache``. What another process asked is noted by ``note_all``. Whatever cannot be noted (a pipe, the
-file of somebody else, an answer that has changed meanwhile) goes to ``spoil``: the notes are good for no answer.
+instead of ``lru_cache``. What another process asked is noted by ``note_all`` or ``note_read``; what code of others
+opens, by ``listening``. Whatever cannot be noted (a pipe, the file of somebody else, an answer that has changed
+meanwhile) goes to ``spoil``: the notes are good for no answer.
 """
 
 from __future__ import annotations
@@ -47,6 +48,9 @@ from .asking import (
     matching,
     mode,
     names,
+    note_contents,
+    note_read,
+    now,
     own_text,
     package,
     read,
@@ -55,10 +59,12 @@ from .asking import (
     stands,
     stream,
     text,
+    tool_is,
     variable,
 )
 from .disk import ABSENT, FILE, FOLDER, OTHER
-from .notes import Notes, note_all, noting, remembered, spoil
+from .memory import remembered
+from .notes import Notes, note_all, noting, spoil
 
 __all__ = [
     "ABSENT",
@@ -77,7 +83,10 @@ __all__ = [
     "mode",
     "names",
     "note_all",
+    "note_contents",
+    "note_read",
     "noting",
+    "now",
     "own_text",
     "package",
     "read",
@@ -88,5 +97,6 @@ __all__ = [
     "stands",
     "stream",
     "text",
+    "tool_is",
     "variable",
 ]

@@ -8,21 +8,22 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from ..startup.cache import digest
-from .disk import ABSENCES, ABSENT, FOLDER, Status, disk
+from .disk import ABSENCES, ABSENT, FILE, FOLDER, Status, disk
 from .notes import are_open, note, note_seen, spoil
+from .tool import signature
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     Name = str | os.PathLike[str]
 
-_BYTES, _HEAD, _KIND, _LINK, _SIZE, _MODE, _NAMES, _REAL = (
+BYTES, _HEAD, _KIND, _LINK, _SIZE, _MODE, _NAMES, _REAL = (
     "bytes",
     "head",
     "kind",
@@ -33,15 +34,30 @@ _BYTES, _HEAD, _KIND, _LINK, _SIZE, _MODE, _NAMES, _REAL = (
     "real",
 )
 _SAME, _VARIABLE, _ALL, _HERE, _PACKAGE = "same", "variable", "environment", "here", "package"
+_CONTENTS, _TOOL = "contents", "tool"
+OF_ENVIRONMENT = (_VARIABLE, _ALL)
 _END = "\0"
 _SET, _UNSET = "=", ""
+_tools: list[str] = []  # the question which tool this is, and its answer
 # Variables that tell nothing of a run.
 PASSING = ("_", "SHLVL", "OLDPWD")
 
 
 def read(path: Name) -> bytes:
     """Return what is in a regular file. Raises OSError, for a pipe and the like too."""
-    return _read(_BYTES, os.fspath(path), -1)
+    return _read(BYTES, os.fspath(path), -1)
+
+
+def now() -> int:
+    """Return the time (ns), by the clock from which the system takes the times of files."""
+    return disk().now()
+
+
+def note_read(path: Name, since: int) -> None:
+    """Note a file that another process has read ``since`` then (``now``). Raises OSError."""
+    read(path)
+    if disk().status(os.fspath(path)).changed >= since:
+        spoil(f"{os.fspath(path)} has changed while it was read")
 
 
 def head(path: Name, most: int) -> bytes:
@@ -161,7 +177,7 @@ def real(path: Name) -> Path:
 def is_same(path: Name, other: Name) -> bool:
     """Say whether two paths lead to the same file or folder; not if one is absent."""
     one, two = os.fspath(path), os.fspath(other)
-    return _asked(_SAME, f"{_whole(one)}{_END}{_whole(two)}", lambda: _same(one, two)) == "1"
+    return _told(_SAME, f"{_whole(one)}{_END}{_whole(two)}", lambda: _same(one, two)) == "1"
 
 
 def _same(one: str, two: str) -> str:
@@ -225,6 +241,48 @@ def package(name: str) -> tuple[str, ...]:
     found = disk().package(name)
     note(_PACKAGE, name, _END.join(found))
     return found
+
+
+def note_contents(folder: Name) -> None:
+    """Note the names, kinds and contents of all that is below a folder, as it stands now."""
+    place = _whole(os.fspath(folder))
+    try:
+        note(_CONTENTS, place, _contents(place))
+    except OSError as problem:
+        spoil(f"{place}: {problem.strerror}")
+
+
+def note_tool() -> None:
+    """Note which tool this is, if the program has said so (``tool_is``)."""
+    if _tools:
+        note(*_tools)
+
+
+def tool_is(folders: Iterable[str]) -> None:
+    """Say in which folders the files of the tool are; which they are is worked out once for a process."""
+    if not _tools:
+        since, whole = disk().now(), _END.join(folders)
+        _tools[:] = [f"{_TOOL} {since}", whole, signature(whole, since)]
+
+
+def _contents(folder: str) -> str:
+    rows, waiting, seen = [], [folder], set()
+    while waiting:
+        here = waiting.pop()
+        place = disk().real(here)
+        if place in seen:  # links that lead round
+            continue
+        seen.add(place)
+        try:
+            inside = disk().names(here)
+        except (FileNotFoundError, NotADirectoryError) as problem:
+            rows.append(f"{_absence(problem)} {here}")
+            continue
+        for name, what in inside.items():
+            path = f"{here}/{name}"
+            rows.append(f"{path} {what} {disk().link(path)} {_digest_of(path, -1) if what == FILE else ''}")
+            waiting += [path] if what == FOLDER else []
+    return digest(_END.join(rows).encode("utf-8", "surrogateescape"))
 
 
 def _whole(path: str) -> str:
@@ -321,7 +379,7 @@ def _value_of(name: str) -> str:
 
 
 _ANSWERS: dict[str, Callable[[str, int], str]] = {
-    _BYTES: _digest_of,
+    BYTES: _digest_of,
     _HEAD: _digest_of,
     _KIND: lambda path, _: disk().status(path).kind,
     _LINK: lambda path, _: disk().link(path),
@@ -334,4 +392,6 @@ _ANSWERS: dict[str, Callable[[str, int], str]] = {
     _ALL: lambda _, __: _all(),
     _HERE: lambda _, __: disk().here(),
     _PACKAGE: lambda name, _: _END.join(disk().package(name)),
+    _CONTENTS: lambda folder, _: _contents(folder),
+    _TOOL: signature,
 }

@@ -7,14 +7,9 @@ answer; why is kept for whoever wants to know.
 
 from __future__ import annotations
 
-from functools import cache, wraps
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
-
-from ..startup.remembering import forget_too
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     Given = ParamSpec("Given")
     Found = TypeVar("Found")
 
@@ -47,6 +42,7 @@ class Notes:
 
 
 _open: list[Notes] = []
+_heard = Notes()  # what code of others has asked since the process began: it may remember anything
 
 
 class noting:  # noqa: N801 - it is used as a function
@@ -82,6 +78,17 @@ def note_all(notes: Notes) -> None:
         _open[-1].take_all(notes)
 
 
+def note_heard(notes: Notes) -> None:
+    """Take down what code of others has asked, for this run and all that come after it in this process."""
+    _heard.take_all(notes)
+    note_all(notes)
+
+
+def note_all_heard() -> None:
+    """Take down what code of others has asked so far."""
+    note_all(_heard)
+
+
 def spoil(why: str) -> None:
     """Say that the run depends on something that cannot be noted: it will not be remembered."""
     if _open and not _open[-1].spoiled:
@@ -93,20 +100,6 @@ def are_open() -> bool:
     return bool(_open)
 
 
-def remembered(work: Callable[Given, Found]) -> Callable[Given, Found]:
-    """Return a function that works out each of its results once, and notes each time what it had asked for it."""
-
-    @cache
-    def noted(*given: Any, **named: Any) -> tuple[Found, Notes]:
-        with noting() as notes:
-            found = work(*given, **named)
-        return found, notes
-
-    @wraps(work)
-    def remembering(*given: Given.args, **named: Given.kwargs) -> Found:
-        found, notes = noted(*given, **named)  # type: ignore[arg-type]  # what is given can be hashed, as for lru_cache
-        note_all(notes)
-        return found
-
-    forget_too(noted.cache_clear)
-    return remembering
+def rows(notes: Notes) -> list[tuple[str, str, str]]:
+    """Return what was asked, of what, and the answer, in plain rows; none of notes that are good for no answer."""
+    return [] if notes.spoiled else [(*question, said) for question, said in notes.answers.items()]

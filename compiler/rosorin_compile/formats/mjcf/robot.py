@@ -7,15 +7,13 @@ each goes with the entry of the tree that it stands before or in.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from contextlib import suppress
 from pathlib import Path
 
 from ...diagnostics import Diagnostic, arrange, error
 from ...diagnostics.registry import READING, Rule
 from ...frontend.tree import Map
 from ...frontend.tree import Path as TreePath
-from ...world import FILE, kind, read
+from ...world import FILE, kind, note_read, now, spoil
 from ...xml.markup import COMMENT, Document, Element, MarkupError, Remark
 from ..checked import accept
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
@@ -51,11 +49,16 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     wrong = list(before(markup))
     if wrong:
         return Imported(None, wrong, files=files)
+    begun = now()
     answer = ask(path)
     if answer.facts is None:
+        spoil("nobody says which files MuJoCo did not find")
         return Imported(None, [refusal(markup, answer)], files=files)
     named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
-    files += _noted(file for file in named if kind(file) == FILE)
+    assets = tuple(file for file in named if kind(file) == FILE)
+    for file in assets:
+        note_read(file, begun)
+    files += assets
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:
         reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
@@ -123,15 +126,6 @@ def _names(reading: Reading) -> dict[str, dict[int, str]]:
         | {"actuator": dict(reading.actuator_of)}
         | {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
     )
-
-
-def _noted(files: Iterable[Path]) -> tuple[Path, ...]:
-    """Return files that MuJoCo itself has read, noted as read: what is in a mesh says what its body weighs."""
-    every = tuple(files)
-    for file in every:
-        with suppress(OSError):
-            read(file)
-    return every
 
 
 def _outputs(reading: Reading) -> Map:

@@ -22,8 +22,10 @@ from typing import Any
 from urllib.parse import unquote
 
 from ...frontend.packages import Packages, package_name
-from ...world import environment, matching
+from ...world import environment, matching, noting
 from ...world import text as text_of
+from ...world.listening import listening
+from ...world.notes import rows
 from ...xml.files import read_source
 from ...xml.markup import MarkupError, parse
 from .tracing import Traces, elements, places, where
@@ -94,7 +96,10 @@ def main() -> None:
     if request["environment"] is not None:
         os.environ.clear()
         os.environ.update(request["environment"])
-    answer = expand(request)
+    with noting() as notes, listening():
+        answer = expand(request)
+    answer["asked"] = rows(notes)
+    answer["spoiled"] = notes.spoiled
     with answer_to:
         json.dump(answer, answer_to)
     # Threads or exit handlers of the file are not waited for.

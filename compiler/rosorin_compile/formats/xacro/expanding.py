@@ -21,8 +21,8 @@ from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more, counted
 from ...project import shown
 from ...startup import system
-from ...world import environment as variables
-from ...world import variable
+from ...world import Notes, environment, note_all, variable
+from ...world.asking import OF_ENVIRONMENT
 from ...xml.files import read_source
 from ...xml.markup import Document, MarkupError, parse
 from ..imported import Imported, ReadOptions
@@ -128,6 +128,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         diagnostics = []
     system.needs("resource", system.NO_LIMITS)
     answer = _expand(path, options)
+    _note(answer)
     files = _files(path, answer)
     sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)
@@ -179,13 +180,13 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
         "seconds": seconds,
         "environment": None if options.environment is None else dict(options.environment),
     }
-    environment = {**variables(), "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
+    variables = {**environment(), "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     try:
         child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
             [sys.executable, "-c", _CHILD],
             input=json.dumps(request).encode(),
             capture_output=True,
-            env=environment,
+            env=variables,
             timeout=wait,
             check=False,
         )
@@ -209,6 +210,15 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
     if answer.get("error") == out_of_time(seconds):
         answer["help"] = _MORE_TIME
     return answer
+
+
+def _note(answer: dict[str, Any]) -> None:
+    """Note what the child process has asked; its environment was noted as a whole when it was begun."""
+    notes = Notes()
+    asked = [row for row in answer.get("asked", ()) if row[0] not in OF_ENVIRONMENT]
+    notes.answers = {(kind, subject): said for kind, subject, said in asked}
+    notes.spoiled = answer.get("spoiled", "it did not say what it has read")
+    note_all(notes)
 
 
 def _seconds() -> float:

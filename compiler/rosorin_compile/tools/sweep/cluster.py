@@ -28,7 +28,8 @@ from ...frontend.variants import Variant
 from ...output.ours import digest
 from ...output.variants import VariantsFolder
 from ...project import DATA, ROS_PACKAGE, data_folder, projects_of
-from ...startup.again import now
+from ...world import noting
+from ...world.asking import BYTES, note_tool
 from .engines import Result, death, died
 from .making import Folder, Job, Made, Maker, compiled_here
 from .running import Stopped
@@ -254,7 +255,7 @@ class Cluster:
         self.maker = Maker(job, folder)
         self.client, self.total = client, total
         self.flight: _Flight | None = None
-        self.resolved: list[list[str]] = []
+        self.asked: list[tuple[str, str, str]] = []
         self.done: list[Result] = []
 
     @property
@@ -267,15 +268,17 @@ class Cluster:
         if self.flight is not None:
             self.flight.submit(index, variant)
             return
-        begun, job, folder = now(), self.maker.job, self.maker.folder
-        compiled = self.maker.compiled(variant)
+        job, folder = self.maker.job, self.maker.folder
+        with noting() as notes:
+            note_tool()
+            compiled = self.maker.compiled(variant)
         made = bundle(job.description.path, compiled, job.packages)
-        self.resolved = [list(one) for one in compiled.resolved]
-        task = Task(job.shared, job.trust, tool(), out=folder.address, key=job.key)
+        self.asked = self.maker.asked(variant, notes)
+        task = Task(job.shared, job.trust, tool(), out=folder.address, key=job.key, asked=tuple(self.asked))
         if isinstance(folder, VariantsFolder):
             task = task._replace(out=os.path.abspath(folder.path), run=folder.announced())
         self.flight = _Flight(self.client, made, task, self.total)
-        self.done.append((index, self.maker.finished(variant, compiled, begun)))
+        self.done.append((index, self.maker.finished(variant, compiled, notes)))
 
     def results(self) -> list[Result]:
         """Return what became of some variants. Raises Stopped."""
@@ -292,7 +295,8 @@ class Cluster:
         if answer.made is not None:
             return answer.made
         artifacts = {name: zlib.decompress(data) for name, data in answer.files.items()}
-        return self.maker.take(variant, answer.line, artifacts, answer.read, self.resolved)
+        read = [(BYTES, path, known) for path, known in answer.read.items()]
+        return self.maker.take(variant, answer.line, artifacts, [*self.asked, *read] if read and self.asked else [])
 
     def close(self) -> None:
         """Ask for nothing more, and leave the cluster."""

@@ -23,13 +23,15 @@ from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
 from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import Variant
-from ...output import OutputError, check_names, encoded, stamp
+from ...output import OutputError, check_names, encoded
 from ...output.ours import digest
 from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
-from ...project import Description, Resolved, shown
-from ...startup.again import changed, now
+from ...project import Description, shown
 from ...units import Quantity
+from ...world import Notes, noting
+from ...world.asking import answer, note_tool
+from ...world.notes import rows
 
 if TYPE_CHECKING:
     from ...pipeline import Compiled
@@ -41,7 +43,7 @@ MADE, UNCHANGED, ERROR = "made", "unchanged", "error"
 class Job(NamedTuple):
     """What is the same for all variants: the description, arguments that hold for all, packages, and whom to trust.
 
-    ``key`` tells this job from others, and this tool from others.
+    ``key`` tells this job from others.
     """
 
     description: Description
@@ -69,7 +71,6 @@ class Made(NamedTuple):
 def job(description: Description, shared: dict[str, Any], packages: Mapping[str, Path], trust: bool, out: Path) -> Job:
     """Return what is the same for all variants of a sweep into the folder ``out``."""
     told = {
-        "tool": stamp.tool_mark(),
         "description": [os.path.relpath(description.path, out), shown(description.path)],
         "arguments": typed(shared),
         "packages": {name: os.path.abspath(folder) for name, folder in packages.items()},
@@ -87,6 +88,7 @@ class Maker:
         self.folder = folder
         self.kept = Kept()
         self.fresh = lru_cache(maxsize=10_000)(self._fresh)
+        self.answer = lru_cache(maxsize=100_000)(answer)  # what is asked for many variants is asked once
 
     def known(self, variant: Variant) -> Made | None:
         """Return what is known of a variant that is made already, by this job, and whole; else None."""
@@ -104,13 +106,13 @@ class Maker:
 
     def make(self, variant: Variant) -> Made:
         """Make a variant; what is wrong with it is told in its line."""
-        begun = now()
-        with progress.within():
+        with progress.within(), noting() as notes:
+            note_tool()
             compiled = self.compiled(variant)
-        return self.finished(variant, compiled, begun)
+        return self.finished(variant, compiled, notes)
 
-    def finished(self, variant: Variant, compiled: Compiled, begun: int) -> Made:
-        """Write what became of a variant, of files as they were when that was ``begun``."""
+    def finished(self, variant: Variant, compiled: Compiled, notes: Notes) -> Made:
+        """Write what became of a variant; ``notes`` are what was asked for it."""
         files: dict[str, bytes] = {}
         said = [*variant.diagnostics, *compiled.diagnostics]
         try:
@@ -119,20 +121,23 @@ class Maker:
         except OutputError as problem:
             said.append(problem.diagnostic)
         line = line_of(variant, {name: digest(data) for name, data in files.items()}, said)
-        read = self._read(variant, compiled, begun) if files else {}
-        return self.take(variant, line, files, read, compiled.resolved)
+        return self.take(variant, line, files, self.asked(variant, notes) if files else [])
+
+    def asked(self, variant: Variant, notes: Notes) -> list[tuple[str, str, str]]:
+        """Return what was asked for a variant, but of its own folder, which is held against what was written there."""
+        own = os.path.abspath(self.folder.place(variant.name))
+        return [row for row in rows(notes) if row[1] != own and not row[1].startswith(own + os.sep)]
 
     def take(
         self,
         variant: Variant,
         line: str,
         files: Mapping[str, bytes],
-        read: Mapping[str, str],
-        resolved: Iterable[Sequence[str]],
+        asked: Sequence[Sequence[str]],
     ) -> Made:
-        """Write the artifacts of a variant. ``read`` are the digests of what it was made of; none if nobody knows."""
+        """Write the artifacts of a variant. ``asked`` is what was asked for it, and answered; none if nobody knows."""
         try:
-            return self._put(variant, line, files, read, resolved)
+            return self._put(variant, line, files, asked)
         except OutputError as problem:
             entry = {**json.loads(line), "status": ERROR, "artifacts": {}}
             entry["diagnostics"].append(as_object(problem.diagnostic))
@@ -160,8 +165,7 @@ class Maker:
         variant: Variant,
         line: str,
         files: Mapping[str, bytes],
-        read: Mapping[str, str],
-        resolved: Iterable[Sequence[str]],
+        asked: Sequence[Sequence[str]],
     ) -> Made:
         """Write the artifacts of a variant, as ``take``. Raises OutputError, OSError."""
         entry, before = json.loads(line), self.folder.record(variant.name)
@@ -169,10 +173,7 @@ class Maker:
             if before is not None:
                 self.folder.drop(variant.name)
             return Made(line, ERROR)
-        names = {os.path.relpath(path, self.folder.base): known for path, known in read.items()}
-        made_of = (
-            self.folder.keep_made_of({"inputs": names, "resolved": [list(one) for one in resolved]}) if read else ""
-        )
+        made_of = self.folder.keep_made_of({"asked": [list(one) for one in asked]}) if asked else ""
         at = _places(variant) if _names_list(variant, entry["diagnostics"]) else 0
         record = Record(self._key(variant), made_of, at, line)
         edited = (
@@ -188,29 +189,11 @@ class Maker:
         told = json.dumps([self.job.key, variant.name, typed(variant.arguments)], sort_keys=True)
         return digest(told.encode("utf-8", "surrogatepass"))
 
-    def _read(self, variant: Variant, compiled: Compiled, begun: int) -> dict[str, str]:
-        """Return the digests of what a variant was made of; none if nobody can know, so that it will be made anew."""
-        from ..compiling import lacks_meshes
-
-        own = self.folder.place(variant.name)
-        inputs = [path for path in dict.fromkeys(compiled.inputs) if not path.is_relative_to(own)]
-        try:
-            if lacks_meshes(compiled) or any(changed(str(path)) >= begun for path in inputs):
-                return {}
-            return {str(path): _digest_of(path, mark_of(path)) for path in inputs}
-        except OSError:
-            return {}
-
     def _fresh(self, made_of: str) -> bool:
-        """Say whether the files that a variant was made of are as they were, and names lead where they led."""
-        from ..all import leads
-
+        """Say whether what was asked for a variant is answered as it was."""
         known = self.folder.made_of(made_of)
         try:
-            if known is None or any(leads({}, Resolved(*one)) != one[-1] for one in known["resolved"]):
-                return False
-            inputs = {self.folder.base / name: kept for name, kept in known["inputs"].items()}
-            return all(_digest_of(path, mark_of(path)) == kept for path, kept in inputs.items())
+            return known is not None and all(self.answer(*question) == said for *question, said in known["asked"])
         except (OSError, KeyError, TypeError, ValueError):
             return False
 
@@ -323,8 +306,3 @@ def mark_of(path: Path) -> Mark:
     """Return what tells a file from its next version. Raises OSError."""
     status = path.stat()
     return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
-
-
-@lru_cache(maxsize=10_000)
-def _digest_of(path: Path, mark: Mark) -> str:  # noqa: ARG001 - what tells the file from its next version
-    return digest(path.read_bytes())

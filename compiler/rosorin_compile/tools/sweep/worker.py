@@ -32,6 +32,8 @@ from ...output.ours import digest
 from ...output.remote import folder_of
 from ...output.variants import VariantsFolder
 from ...project import DATA, Description, Resolved, data_folder
+from ...startup.cache import digest as digest_of_bytes
+from ...world.asking import BYTES
 from .making import Folder, Job, Made, Maker, compiled_here, files_of, line_of
 
 if TYPE_CHECKING:
@@ -79,7 +81,8 @@ class Task(NamedTuple):
     """What is the same for all batches: arguments of all variants, whom to trust, and what is wanted of each.
 
     ``whole``: what was compiled, for the library; ``out``: that the artifacts are written there, if that can be; else
-    that they come. ``run`` is the word by which a worker knows the folder of the run; ``key`` is that of the job.
+    that they come. ``run`` is the word by which a worker knows the folder of the run; ``key`` is that of the job,
+    ``asked`` what was asked for a variant that was made at home.
     """
 
     shared: dict[str, Any]
@@ -89,6 +92,7 @@ class Task(NamedTuple):
     out: str = ""
     run: str = ""
     key: str = ""
+    asked: tuple[tuple[str, str, str], ...] = ()
 
 
 _lock = threading.Lock()
@@ -164,8 +168,8 @@ def _answer(root: Path, bundle: Bundle, task: Task, folder: Folder | None, varia
     read = _read(root, compiled) if files else {}
     lacking = _lacking(root, compiled, said)
     if folder is not None and not lacking:
-        resolved = [tuple(_shown(text, root, bundle) for text in one) for one in compiled.resolved]
-        made = Maker(maker.job, folder).take(variant, line, files, read, resolved)
+        asked = [*task.asked, *((BYTES, path, known) for path, known in read.items())]
+        made = Maker(maker.job, folder).take(variant, line, files, asked if read and task.asked else [])
         if made.line == line and made.fatal is None:  # else it is tried where the sweep was asked for
             return Answer(line, {}, {}, False, made)
     return Answer(line, {name: _packed(data) for name, data in files.items()}, read, lacking)
@@ -219,7 +223,7 @@ def _read(root: Path, compiled: Compiled) -> dict[str, str]:
     inputs = [
         path for path in dict.fromkeys(compiled.inputs) if path.is_relative_to(root) and world.kind(path) == world.FILE
     ]
-    return {f"/{path.relative_to(root)}": digest(world.read(path)) for path in inputs}
+    return {f"/{path.relative_to(root)}": digest_of_bytes(world.read(path)) for path in inputs}
 
 
 def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer:

@@ -8,7 +8,7 @@ import secrets
 import sys
 import threading
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -149,18 +149,17 @@ class _Followed:
                 self.inputs.settle()
                 self.inputs.read(self._compile)
 
-    def _compile(self) -> Iterable[Path]:
-        """Read the robot, and tell the pages; after an error the last one stays. Return the files that were read."""
+    def _compile(self) -> None:
+        """Read the robot, and tell the pages; after an error the last one stays."""
         looked = _looked(self.given, self.description, self.console)
         errors = [one for one in looked.diagnostics if one.severity == "error"]
         self.console.show(errors)
         if looked.shown is None:
             self._failed(errors)
-            return [self.description.path, *self.given.files, *looked.files, *self.inputs.marks]
+            return
         if self.page.problem:
             self.console.warn(f"{self.description.name}: that is corrected")
         self._show(looked.shown)
-        return [self.description.path, *self.given.files, *looked.files]
 
     def _failed(self, errors: list[Diagnostic]) -> None:
         if not self.page.text:

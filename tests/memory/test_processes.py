@@ -1,0 +1,79 @@
+"""Real processes: each path that the kernel was asked for stands in the notes, and no change of one is missed."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+from pathlib import Path
+
+import pytest
+
+from support.memory.processes import Project
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("strace") is None, reason="strace is not installed"),
+]
+pytest.importorskip("xacro")
+LINES = (("all",), ("check",), ("print", "urdf"), ("all", "-q"))
+
+
+@pytest.mark.parametrize("words", [("all",), ("print", "mjcf"), ("check",)])
+def test_what_the_kernel_was_asked_for_stands_in_the_notes(tmp_path: Path, words: tuple[str, ...]) -> None:
+    project = Project(tmp_path)
+    if words == ("check",):
+        assert project.run("all", memory=False)[0] == 0
+    code, _, said = project.run(*words, traced=True)
+    assert code == 0, said
+    asked, noted = project.asked(), project.noted()
+    assert len(asked) > 10
+    outputs = str(project.folder / "outputs")
+    written = (outputs, str(project.folder / ".rosorin-compile-"))  # who writes looks for himself
+    missed = [path for path in asked if path not in noted and not path.startswith(written)]
+    assert not missed, "\n".join(missed)
+    assert outputs in noted or words[0] == "print"
+
+
+def play(tmp_path: Path, steps: int) -> int:
+    """Change what the kernel was asked for, and compare with and without memory; return how often memory answered."""
+    chance, project, answered = random.Random(37), Project(tmp_path), 0  # noqa: S311 - the same steps each time
+    project.run("all")
+    for number in range(steps):
+        words = chance.choice(LINES)
+        project.run(*words, traced=True)
+        asked = [path for path in project.asked() if "/.cache" not in path]
+        if asked:
+            change(chance, Path(chance.choice(asked)), number)
+        elif chance.random() < 0.5:
+            project.environment["SIDE"] = str(number)
+        with_memory = project.run(*words)
+        before = project.log.stat().st_mtime_ns
+        again = project.run(*words)
+        without = project.run(*words, memory=False)
+        assert again == without, f"step {number}: {words}, {before}"
+        assert with_memory[0] == without[0], f"step {number}: {words}"
+        answered += 1
+    return answered
+
+
+def change(chance: random.Random, path: Path, number: int) -> None:
+    """Change a file in place, or take it away, or make one where there was nothing."""
+    try:
+        if path.is_file():
+            status, data = path.stat(), path.read_bytes()
+            path.write_bytes(data + b"\n" if chance.random() < 0.6 else data)
+            os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+        elif not path.exists():
+            path.write_text(f"<!-- {number} -->\n", "utf-8")
+    except OSError:
+        return
+
+
+def test_changes_of_what_was_asked_for(tmp_path: Path) -> None:
+    assert play(tmp_path, 2) == 2
+
+
+@pytest.mark.tier("memory")
+def test_many_changes_of_what_was_asked_for(tmp_path: Path) -> None:
+    assert play(tmp_path, 50) == 50

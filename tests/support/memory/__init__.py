@@ -1,0 +1,1 @@
+"""A world that changes step by step, and a program that asks it: answered with memory and without."""

@@ -62,7 +62,7 @@ def authoring() -> Schema:
         "additionalProperties": False,
         "definitions": {**definitions, **added_definitions(sections, definitions["arg"])},
     }
-    done: Schema = _as_draft_7(made)
+    done: Schema = _with_definitions(made)
     return done
 
 
@@ -75,7 +75,7 @@ def opened(fragment: Schema, entry: bool = True) -> Schema:
         return {**made, "anyOf": [{"enum": fragment["enum"]}, {"type": "string", "pattern": WHOLE}]}
     made |= {key: opened(fragment[key]) for key in _INNER if isinstance(fragment.get(key), dict)}
     made |= {key: list(map(opened, fragment[key])) for key in ("anyOf", "oneOf", "allOf") if key in fragment}
-    made |= {key: fragment[key] for key in ("required", "dependentRequired") if key in fragment}
+    made |= {key: fragment[key] for key in ("required", "dependencies") if key in fragment}
     if "maxItems" in fragment and "object" not in resolve(fragment.get("items", {})).get("type", ()):
         made["maxItems"] = fragment["maxItems"]  # a list of entries may have a loop in it
     if fragment.get("additionalProperties") is False:
@@ -140,16 +140,15 @@ def _quantities(units: list[str]) -> list[str]:
     return [rf"{_NUMBER}({'|'.join(filter(None, [fitting, compound]))})$"]
 
 
-def _as_draft_7(fragment: Any) -> Any:
-    """Return a schema of draft 2020-12 in the words of draft 7."""
+def _with_definitions(fragment: Any) -> Any:
+    """Return a schema whose definitions stand where draft 7 has them."""
     if isinstance(fragment, list):
-        return [_as_draft_7(item) for item in fragment]
+        return [_with_definitions(item) for item in fragment]
     if not isinstance(fragment, Mapping):
         return fragment
     made = {}
     for key, value in fragment.items():
-        name = {"dependentRequired": "dependencies"}.get(key, key)
-        made[name] = value.replace("#/$defs/", "#/definitions/") if key == "$ref" else _as_draft_7(value)
+        made[key] = value.replace("#/$defs/", "#/definitions/") if key == "$ref" else _with_definitions(value)
     return made
 
 

@@ -145,7 +145,7 @@ class _Reference:
     def entry(self, fragment: Schema) -> Iterator[str]:
         """Yield what an entry is for, its keys, and which of them go together."""
         yield from (_sentence(fragment["description"]), "", *self.keys(fragment))
-        together = [(key, *others) for key, others in fragment.get("dependentRequired", {}).items()]
+        together = [(key, *others) for key, others in fragment.get("dependencies", {}).items()]
         if together:
             groups = dict.fromkeys(" and ".join(f"`{key}`" for key in sorted(group)) for group in together)
             yield from ("", f"{', '.join(groups)} are given together.")

@@ -11,7 +11,7 @@ from support.schemas import properties, schema
 @pytest.mark.parametrize("name", ["static_tf", "robot_model", "page"])
 def test_every_property_is_described_with_its_unit(name: str) -> None:
     described = schema(name)
-    jsonschema.Draft202012Validator.check_schema(described)
+    jsonschema.Draft7Validator.check_schema(described)
     found = properties(described)
     assert len(found) > 5
     for path, inner in found:

@@ -53,7 +53,8 @@ def properties(described: Any, path: str = "") -> list[tuple[str, Any]]:
         found += [one for name, inner in described.get("$defs", {}).items() for one in properties(inner, f"#{name}")]
         for name, inner in described.get("properties", {}).items():
             found += [(f"{path}/{name}", inner), *properties(inner, f"{path}/{name}")]
-        inner_schemas = [described.get("items"), described.get("additionalProperties"), *described.get("oneOf", [])]
-        for inner in [*inner_schemas, *described.get("prefixItems", [])]:
+        items = described.get("items")
+        inner_schemas = [*(items if isinstance(items, list) else [items]), described.get("additionalProperties")]
+        for inner in [*inner_schemas, *described.get("oneOf", [])]:
             found += ([(f"{path}[]", inner)] if isinstance(inner, dict) else []) + properties(inner, f"{path}[]")
     return found

@@ -58,7 +58,7 @@ def test_unchanged_run_imports_nothing_heavy(project: Path) -> None:
     assert ran.stdout.splitlines()[-1] == "[]"
 
 
-SPARED = {"jsonschema_rs", "numpy"}
+SPARED = {"numpy"}
 
 
 @pytest.mark.parametrize("words", [["all"], ["print", "urdf"]])

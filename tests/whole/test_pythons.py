@@ -1,7 +1,8 @@
 """The wheel on each Python that ROS has: every command of every day, and on all the same bytes.
 
 ``.ci/full pythons`` builds the wheel once and installs it on each interpreter that is here, pyenv's or one of PATH; one
-that is not here is skipped, and named. Then it tries the oldest packages that the extras take.
+that is not here is skipped, and named. Then it tries the oldest packages that the extras take, and those that
+distributions bring along: Ubuntu 22.04's on Python 3.10, and this machine's own where it is Debian or Ubuntu.
 """
 
 from __future__ import annotations
@@ -37,6 +38,11 @@ COMMANDS = (
 )
 OF_MUJOCO = ("simulate ur5e", "check ur5e --physics -q", "collisions rosorin")
 OF_IMPORT = ("import arm.xml -o of_mjcf",)
+EVERY_DAY = ("all rosorin ur5e -q", "print urdf rosorin -q -o printed.urdf", "check rosorin -q")
+# What Ubuntu 22.04 has as python3-jsonschema, python3-yaml, ...; pip builds PyYAML 5.4.1 with an older Cython.
+UBUNTU = ("jsonschema==3.2.0", "attrs==21.2.0", "pyrsistent==0.18.1", "six==1.16.0", "setuptools==59.6.0")
+UBUNTU += ("jinja2==3.0.3", "markupsafe==2.0.1", "numpy==1.21.5", "wheel==0.37.1", "cython<3")
+SYSTEM = ("/usr/bin/python3", "python3-jinja2 python3-jsonschema python3-yaml python3-setuptools python3-wheel")
 
 
 def interpreter(version: str) -> str | None:
@@ -131,9 +137,53 @@ def test_the_oldest_mujoco_simulates_and_what_it_cannot_is_told(wheel: Path, tmp
 
 @pytest.mark.tier("pythons")
 def test_the_oldest_packages_import(wheel: Path, tmp_path: Path) -> None:
-    tool = installed("3.10", tmp_path, str(wheel), *bounds("import"), "jinja2==3.0.0", "jsonschema-rs==0.60.0")
+    tool = installed("3.10", tmp_path, str(wheel), *bounds("import"), "jinja2==3.0.0", "jsonschema==3.2.0")
     place = project(tmp_path)
     for words in (*COMMANDS, "simulate rosorin", *OF_MUJOCO, *OF_IMPORT):
         code, said = ran(tool, place, words)
         assert code == 0, f"{words}: exit code {code}\n{said[-2000:]}"
     assert files(place / "outputs" / "rosorin") == files(OUTPUTS)
+
+
+def of_every_day(tool: Path, place: Path) -> None:
+    """Run what needs no extra, and hold the bytes of its artifacts against those that are committed."""
+    for words in EVERY_DAY:
+        code, said = ran(tool, place, words)
+        assert code == 0, f"{words}: exit code {code}\n{said[-2000:]}"
+    assert files(place / "outputs" / "rosorin") == files(OUTPUTS)
+
+
+@pytest.mark.tier("pythons")
+def test_the_packages_of_ubuntu_22_04_are_enough(wheel: Path, tmp_path: Path) -> None:
+    tool = installed("3.10", tmp_path, *UBUNTU)
+    pip = [tmp_path / "venv/bin/python", "-m", "pip", "install", "--quiet"]
+    subprocess.run([*pip, "--no-build-isolation", "pyyaml==5.4.1"], check=True)
+    subprocess.run([*pip, "--no-deps", wheel], check=True)
+    of_every_day(tool, project(tmp_path))
+
+
+@pytest.mark.tier("pythons")
+def test_the_packages_of_this_distribution_are_enough(tmp_path: Path) -> None:
+    python, packages = SYSTEM
+    asked = "import jinja2, jsonschema, setuptools, venv, wheel, yaml"
+    if subprocess.run([python, "-c", asked], capture_output=True, check=False).returncode:
+        pytest.skip(f"{python} has not all of {packages}")
+    subprocess.run(["git", "clone", "--quiet", ROOT, tmp_path / "clone"], check=True)
+    subprocess.run([python, "-m", "venv", "--system-site-packages", "--without-pip", tmp_path / "venv"], check=True)
+    own = tmp_path / "venv/bin/python"
+    command = [sys.executable, "-m", "pip", "--python", own, "install", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*command, tmp_path / "clone"], check=True)
+    of_every_day(tmp_path / "venv/bin/rosorin-compile", project(tmp_path))
+
+
+@pytest.mark.tier("pythons")
+@pytest.mark.parametrize("version", ["3.2.0", "4.0.0", "4.10.3", "4.17.3"])
+def test_each_jsonschema_tells_every_mistake_in_the_same_words(version: str, tmp_path: Path) -> None:
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", tmp_path, f"jsonschema=={version}"]
+    subprocess.run(pip, check=True)
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    words = ["-p", "no:cacheprovider", "-m", "not slow", "tests/whole/test_bad.py", "tests/frontend/test_validator.py"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *words], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout[-3000:]

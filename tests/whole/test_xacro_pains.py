@@ -239,7 +239,7 @@ def test_number_is_printed_in_one_form(make: Make, written: str, exact: str, six
 # 7. No ROS (ros/xacro#197, #328, #329, #340).
 
 
-CORE = {"jinja2", "markupsafe", "yaml", "jsonschema_rs", "rosorin_compile"}
+CORE = {"jinja2", "markupsafe", "yaml", "jsonschema", "rosorin_compile"}
 EXTRAS = {"collada", "mujoco", "numpy", "pydrake", "rosbags", "scipy", "trimesh", "xacro"}
 EXTRAS |= {"dask", "distributed", "fsspec"}
 EXTRAS |= {"backports", "compression", "lz4"}  # what rosbags decompresses with

@@ -24,9 +24,10 @@ from .meant import (
     text_meant,
 )
 from .misnamed import fallen_out, goes_on, is_meant, key_meant, word_meant
-from .schema import Steps, resolve, schema_at, subject
+from .schema import Steps, part_at, resolve, subject
 from .synonyms import KEYS, way_out
 from .tree import Map, Seq, locate
+from .validator import Misfit
 
 RULES = (
     Rule(
@@ -70,15 +71,14 @@ _MEANING = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 class Complaint:
     """One complaint of the validator, told in the words of the description."""
 
-    def __init__(self, tree: Map, problem: Any, schema: Mapping[str, Any], scope: Scope | None) -> None:
+    def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
         self.tree = tree
         self.scope = scope
-        self.schema = schema
-        self.path: Steps = list(problem.instance_path)
-        self.keyword = type(problem.kind).__name__
-        self.kind = problem.kind
-        self.schema_path: Steps = list(problem.schema_path)
+        self.misfit = misfit
+        self.path = misfit.path
         self.where = subject(self.path)
+        self.keyword = "propertyNames" if "propertyNames" in misfit.schema_path[-2:-1] else misfit.keyword
+        self.part, self.defined = part_at(misfit.schema_path[:-1], schema)
         node: Any = tree
         for step in self.path:
             node = node[step]
@@ -88,10 +88,6 @@ class Complaint:
         method = getattr(self, f"_{self.keyword.lower()}", self._other)
         told: list[Diagnostic] = method()
         return told
-
-    def _fragment(self, above: int) -> Any:
-        """Return the fragment of the schema that complains, or one above it."""
-        return schema_at(self.schema_path[: len(self.schema_path) - above], self.schema)
 
     def _make(
         self, rule: str, message: str, help: str = "", path: Steps | None = None, key: bool = False
@@ -103,22 +99,23 @@ class Complaint:
         """Return the name of the kind of entry that complains, as tables of synonyms have it."""
         if not self.path:
             return "top"
-        return str(self.schema_path[1] if self.schema_path[0] == "$defs" else self.path[0])
+        return self.defined or str(self.path[0])
 
     def _additionalproperties(self) -> list[Diagnostic]:
-        known = self._fragment(1).get("properties", {})
+        known = self.part.get("properties", {})
         if not self.path:
             known = {**known, **dict.fromkeys(_EXPANDED)}
+        unexpected = self.misfit.unexpected()
         return [
             self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
-            for key in self.kind.unexpected
-            if not goes_on(key, self.value, self.kind.unexpected)
+            for key in unexpected
+            if not goes_on(key, self.value, unexpected)
             for help in [key_meant(key, self.value, known, self._kind())]
         ]
 
     def _required(self) -> list[Diagnostic]:
-        key = self.kind.property
-        legal = self._fragment(1).get("properties", {})
+        key = self.misfit.key
+        legal = self.part.get("properties", {})
         meant = [other for other in self.value if other not in legal and is_meant(other, key, self._kind(), legal)]
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
             return []  # which is in the place of it, and reported
@@ -127,7 +124,7 @@ class Complaint:
         if meant and key in swaps(meant[0]):  # other keys of outputs are judged when their format is known
             message = f'{self.where} has no key "{meant[0]}"'
             return [self._make("unknown-key", message, f'did you mean "{key}"?', [*self.path, meant[0]], True)]
-        wanted = schema_at([*self.schema_path[:-1], "properties", key], self.schema)
+        wanted = legal.get(key, {})
         meaning = wanted.get("description") or resolve(wanted).get("description", "")
         help = _sentence(meaning)
         if key == "inertia":
@@ -135,9 +132,9 @@ class Complaint:
         return [self._make("missing-key", f'{self.where} needs the key "{key}"', help, self.path, key=True)]
 
     def _type(self) -> list[Diagnostic]:
-        types = self.kind.types
+        types = self.misfit.kinds()
         wanted = " or ".join(_TYPES[name] for name in types if name != "null")
-        expected = self._fragment(1)
+        expected = self.part
         unit = expected.get("x-unit")
         if unit:
             wanted += f" ({unit if isinstance(unit, str) else ' or '.join(unit)})"
@@ -193,21 +190,20 @@ class Complaint:
     def _enum(self) -> list[Diagnostic]:
         kind = {"joint": "joint type", "source": "status"}.get(self._kind(), "")
         kind = "which gazebo" if self.path[-1] == "gazebo" else kind
-        return [not_allowed(self.tree, self.path, self.value, self.kind.options, kind, self.scope)]
+        return [not_allowed(self.tree, self.path, self.value, self.misfit.wanted, kind, self.scope)]
 
-    def _constant(self) -> list[Diagnostic]:
-        wanted = self._fragment(0)
-        help = f"this tool knows only {wanted}"
+    def _const(self) -> list[Diagnostic]:
+        help = f"this tool knows only {self.misfit.wanted}"
         return [self._make("wrong-value", f"{self.where} cannot be {self.value}", help)]
 
     def _minitems(self) -> list[Diagnostic]:
-        return [self._count(f"at least {self.kind.limit}")]
+        return [self._count(f"at least {self.misfit.wanted}")]
 
     def _maxitems(self) -> list[Diagnostic]:
-        return [self._count(f"at most {self.kind.limit}")]
+        return [self._count(f"at most {self.misfit.wanted}")]
 
     def _count(self, wanted: str) -> Diagnostic:
-        fragment = self._fragment(1)
+        fragment = self.part
         if fragment.get("minItems") == fragment.get("maxItems"):
             wanted = str(fragment.get("minItems"))
         message = f"{self.where} has {counted(len(self.value), 'item')}, not {wanted}"
@@ -215,35 +211,35 @@ class Complaint:
         return self._make("wrong-length", message, help)
 
     def _minimum(self) -> list[Diagnostic]:
-        return [self._make("wrong-value", f"{self.where} is {self.value}, less than {self.kind.limit}")]
+        return [self._make("wrong-value", f"{self.where} is {self.value}, less than {self.misfit.wanted}")]
 
     def _maximum(self) -> list[Diagnostic]:
-        return [self._make("wrong-value", f"{self.where} is {self.value}, more than {self.kind.limit}")]
+        return [self._make("wrong-value", f"{self.where} is {self.value}, more than {self.misfit.wanted}")]
 
     def _pattern(self) -> list[Diagnostic]:
-        help = _odd_letter(str(self.value)) or _sentence(str(self._fragment(1).get("description", "")))
+        help = _odd_letter(str(self.value)) or _sentence(str(self.part.get("description", "")))
         return [self._make("bad-name", f'{self.where} cannot be "{self.value}"', help)]
 
     def _propertynames(self) -> list[Diagnostic]:
-        name = self.kind.value.instance
+        name = self.misfit.value
         message = f'"{name}" cannot be a name in {self.where}'
-        plain = self.schema_path[0] != "$defs"  # else it is the form that links and joints have
+        plain = not self.defined  # else it is the form that links and joints have
         help = "use letters, digits and _" if plain else "no markup, no quotes; spaces only within"
         help = _odd_letter(str(name)) or help
         return [self._make("bad-name", message, help, [*self.path, name], True)]
 
+    def _dependencies(self) -> list[Diagnostic]:
+        return self._required()
+
     def _minlength(self) -> list[Diagnostic]:
         return [self._make("empty-text", f"{self.where} is empty", "say something, or leave the key out")]
 
-    def _dependentrequired(self) -> list[Diagnostic]:
-        return [self._make("missing-key", f"{self.where} needs both min and max", "give both corners, or size")]
-
     def _minproperties(self) -> list[Diagnostic]:
-        keys = ", ".join(self._fragment(1).get("properties", {}))
+        keys = ", ".join(self.part.get("properties", {}))
         return [self._make("missing-key", f"{self.where} is empty", f"legal keys: {keys}")]
 
     def _maxproperties(self) -> list[Diagnostic]:
-        keys = ", ".join(self._fragment(1).get("properties", {}))
+        keys = ", ".join(self.part.get("properties", {}))
         return [self._make("wrong-value", f"{self.where} has more than one key", f"give one of {keys}")]
 
     def _other(self) -> list[Diagnostic]:

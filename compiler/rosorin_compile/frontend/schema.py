@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..project import data_folder
 from ..world import text
-from .certain import Certain
 
 if TYPE_CHECKING:
     from ..formats import Format
@@ -38,19 +37,6 @@ def schema(name: str = "description") -> dict[str, Any]:
     return made
 
 
-@cache
-def validator(name: str = "description") -> Any:
-    """Return the validator of one of the schemas that ship with the tool."""
-    return validator_of(schema(name))
-
-
-def validator_of(schema: dict[str, Any]) -> Any:
-    """Return the validator of a schema."""
-    import jsonschema_rs
-
-    return jsonschema_rs.Draft202012Validator(schema)
-
-
 def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
     """Return the schema of descriptions with the options of the outputs of one; each entry by its format."""
     entries: dict[str, Any] = {}
@@ -62,36 +48,6 @@ def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
         return schema()
     whole, section = schema(), schema()["properties"]["outputs"]
     return {**whole, "properties": {**whole["properties"], "outputs": {**section, "properties": entries}}}
-
-
-class Judge:
-    """A schema, what says that a value certainly fits it, and its validator, which is made when it is asked for."""
-
-    def __init__(self, schema: dict[str, Any]) -> None:
-        self.schema = schema
-        self.certain = Certain(schema)
-
-    @cached_property
-    def validator(self) -> Any:
-        """What says where a value does not fit."""
-        return validator_of(self.schema)
-
-
-def judge_of(outputs: Any, formats: Mapping[str, Format]) -> Judge:
-    """Return what judges a description with these outputs, made once for outputs of the same names and formats."""
-    schema = with_outputs(outputs, formats)
-    options = schema["properties"]["outputs"].get("properties", {})
-    # The options of a format live as long as the program: the same ones are told by their identity.
-    key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
-    if key not in _judges:
-        if len(_judges) >= _MAX_JUDGES:
-            _judges.clear()
-        _judges[key] = Judge(schema)
-    return _judges[key]
-
-
-_judges: dict[tuple[Any, ...], Judge] = {}
-_MAX_JUDGES = 100
 
 
 def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
@@ -123,21 +79,6 @@ def _output() -> dict[str, Any]:
 
 def _uncapitalised(text: str) -> str:
     return text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == " " else text
-
-
-@cache
-def _certain(name: str) -> Certain:
-    return Certain(schema(name))
-
-
-def misfits(name: str, value: Any, large: bool = False) -> list[str]:
-    """Return what of a JSON value does not fit one of the schemas that ship with the tool, a sentence each.
-
-    With a ``large`` one the validator is sooner done, though it has to be imported first.
-    """
-    if not large and _certain(name).fits(value):
-        return []
-    return [f"{subject(list(p.instance_path))}: {p.message}" for p in validator(name).iter_errors(value)]
 
 
 _ENTRIES = {
@@ -173,15 +114,20 @@ def subject(path: Steps) -> str:
     return words
 
 
-def schema_at(path: Steps, whole: Mapping[str, Any] | None = None) -> Any:
-    """Return the fragment of a schema at a path of it; an empty one if the path does not exist."""
-    node: Any = schema() if whole is None else whole
-    for step in path:
-        if isinstance(node, dict):
-            node = node.get(str(step), {})
-        elif isinstance(node, list) and isinstance(step, int):
-            node = node[step]
-    return node
+def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
+    """Return the part of a schema that a validator came to on a path, and the last definition on the way ("": none).
+
+    What ``then`` says is found with or without ``if`` before it: jsonschema 3.2 names it.
+    """
+    node, name = whole, ""
+    for number, step in enumerate(path):
+        if step == "if" and path[number + 1 : number + 2] == ["then"]:
+            continue
+        node = node[step]  # type: ignore[index]
+        if isinstance(node, dict) and isinstance(node.get("$ref"), str):
+            name = node["$ref"].rsplit("/", 1)[1]
+            node = whole["$defs"][name]
+    return node, name
 
 
 def unit_at(path: Sequence[str | int]) -> str | list[str] | None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SHAPE, Rule
 from ..units import Dimension, Quantity, describe, parse_unit
-from .certain import MOST
 from .expand.tracing import problem_at
-from .schema import ONE_ENTRY, Judge, Steps, backend_of, judge_of, subject, unit_at
+from .schema import ONE_ENTRY, Steps, backend_of, subject, unit_at, with_outputs
 from .tree import Map, Seq
+from .validator import misfits_of, validator_of
 
 if TYPE_CHECKING:
     from ..formats import Format
@@ -38,7 +38,8 @@ RULES = (
 # there is none, and masses, which have rules of their own.
 _RECKONED = ("links", "joints", "sensors", "root", "drive", "edges")
 _OTHERS = ("limit", "mass")
-MANY = 600  # entries of sections
+# Beyond it, what is calculated of a number (a volume, a moment of inertia) may be beyond all numbers that there are.
+MOST = 1e150
 
 
 def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
@@ -46,35 +47,51 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
 
     ``formats`` are those that outputs may name, ``scope`` what the names in expressions stood for (None: nobody knows).
     """
-    judge = judge_of(tree.get("outputs"), formats)
-    # Of a large tree the validator takes less time, with that which it takes before it speaks.
-    many = sum(len(section) for section in tree.values() if isinstance(section, (Map, Seq)))
-    if many <= MANY and judge.certain.fits(tree):
-        return []
-    return _problems(tree, judge, formats, scope)
-
-
-def _problems(tree: Map, judge: Judge, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
     walk = _Walk()
-    plain = walk.plain(tree)
+    walk.through(tree)
     diagnostics = [_not_finite(tree, path, value, scope) for path, value in walk.not_finite]
     misfits = [(path, quantity, _dimensions(tuple(path)) or ()) for path, quantity in walk.misfits]
     misfits += [(path, quantity, (allowed,)) for path, quantity, allowed in _of_options(tree, formats)]
-    diagnostics += _complaints(tree, plain, judge, {tuple(path) for path, _, _ in misfits}, scope)
+    told = {tuple(path) for path, _, _ in misfits} | {tuple(path) for path, _ in walk.not_finite}
+    diagnostics += _complaints(tree, formats, told, scope)
     diagnostics += [_wrong_unit(tree, path, quantity, dimensions, scope) for path, quantity, dimensions in misfits]
     return diagnostics
 
 
 def _complaints(
-    tree: Map, plain: Any, judge: Judge, told: Collection[tuple[str | int, ...]], scope: Scope | None
+    tree: Map, formats: Mapping[str, Format], told: Collection[tuple[str | int, ...]], scope: Scope | None
 ) -> Iterator[Diagnostic]:
-    """Yield what the validator says; ``told`` are the paths of quantities of another kind, of which that is said."""
-    if not judge.validator.is_valid(plain):
+    """Yield what the validator says; ``told`` are the paths of numbers of which something else is said."""
+    judge = _judge_of(tree.get("outputs"), formats)
+    for misfit in misfits_of(judge.validator, tree):
         from .complaint import Complaint
 
-        for problem in judge.validator.iter_errors(plain):
-            if tuple(problem.instance_path) not in told:
-                yield from Complaint(tree, problem, judge.schema, scope).diagnostics()
+        if tuple(misfit.path) not in told:
+            yield from Complaint(tree, misfit, judge.schema, scope).diagnostics()
+
+
+class _Judge(NamedTuple):
+    """The schema of descriptions with certain outputs, and its validator."""
+
+    schema: dict[str, Any]
+    validator: Any
+
+
+def _judge_of(outputs: Any, formats: Mapping[str, Format]) -> _Judge:
+    """Return what judges a description with these outputs, made once for outputs of the same names and formats."""
+    schema = with_outputs(outputs, formats)
+    options = schema["properties"]["outputs"].get("properties", {})
+    # The options of a format live as long as the program: the same ones are told by their identity.
+    key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
+    if key not in _judges:
+        if len(_judges) >= _MAX_JUDGES:
+            _judges.clear()
+        _judges[key] = _Judge(schema, validator_of(schema))
+    return _judges[key]
+
+
+_judges: dict[tuple[Any, ...], _Judge] = {}
+_MAX_JUDGES = 100
 
 
 def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:
@@ -95,52 +112,44 @@ def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Step
 
 
 class _Walk:
-    """Turns the tree into values that the validator takes, and notes what it cannot see: quantities, NaN, infinity.
+    """Notes what a schema cannot say: quantities of another kind than their place asks for, NaN, infinity.
 
-    A piece that needs no change is taken as it is, and a piece that stands in many places is walked once.
+    A piece that stands in many places is walked once.
     """
 
     def __init__(self) -> None:
         self.path: Steps = []
-        self.done: dict[int, Any] = {}
+        self.done: set[int] = set()
         self.not_finite: list[tuple[Steps, float]] = []
         self.misfits: list[tuple[Steps, Quantity]] = []
 
-    def plain(self, value: Map | Seq) -> Any:
+    def through(self, value: Map | Seq) -> None:
+        """Walk through a piece of the tree."""
         before = len(self.not_finite) + len(self.misfits)
-        made = self._walk(value)
+        self._walk(value)
         sound = before == len(self.not_finite) + len(self.misfits)
         if sound or value.via is None or not value.via.made:  # what is wrong in a part is told of all that are made
-            self.done[id(value)] = made
-        return made
+            self.done.add(id(value))
 
-    def _walk(self, value: Map | Seq) -> Any:
-        changed: Any = None
-        plain: Any
+    def _walk(self, value: Map | Seq) -> None:
         pairs: Any = value.items() if isinstance(value, Map) else enumerate(value)
         allowed: dict[str | int, tuple[Dimension, ...] | None] = {}
         for key, item in pairs:
             kind = type(item)
             if kind is str or kind is bool or item is None or (kind is float and -MOST <= item <= MOST):
                 continue
-            if kind is Quantity:
+            if kind is Map or kind is Seq:
+                if id(item) not in self.done:
+                    self.path.append(key)
+                    self.through(item)
+                    self.path.pop()
+            elif kind is Quantity:
                 step = 0 if type(key) is int else key  # all items of a list are of the same kind
                 if step not in allowed:
                     allowed[step] = self._allowed(step)
-                plain = self._number(item, key, allowed[step])
-            elif kind is Map or kind is Seq:
-                plain = self.done.get(id(item))
-                if plain is None:
-                    self.path.append(key)
-                    plain = self.plain(item)
-                    self.path.pop()
-            else:
-                plain = self._scalar(item, key)
-            if plain is not item:
-                if changed is None:
-                    changed = dict(value) if isinstance(value, Map) else list(value)
-                changed[key] = plain
-        return value if changed is None else changed
+                self._quantity(item, key, allowed[step])
+            elif isinstance(item, float):
+                self._number(item, key)
 
     def _allowed(self, key: str | int) -> tuple[Dimension, ...] | None:
         """Return the dimensions that a number may have at a key of the piece that is walked; None for any."""
@@ -150,25 +159,16 @@ class _Walk:
             steps[1] = "*"
         return _dimensions(tuple(steps))
 
-    def _number(self, item: Quantity, key: str | int, allowed: tuple[Dimension, ...] | None) -> float:
+    def _quantity(self, item: Quantity, key: str | int, allowed: tuple[Dimension, ...] | None) -> None:
         if allowed is not None and item.dimension not in allowed:
             self.misfits.append(([*self.path, key], item))
-        return self._sound(float(item), key)
+        self._number(float(item), key)
 
-    def _sound(self, value: float, key: str | int) -> float:
-        """Return a number; 0 after noting that it is none, or beyond what can be reckoned with."""
+    def _number(self, value: float, key: str | int) -> None:
+        """Note a number that is none, or beyond what can be reckoned with."""
         steps = [*self.path, key]
-        if -MOST <= value <= MOST or (math.isfinite(value) and not _is_reckoned(steps)):
-            return value
-        self.not_finite.append((steps, value))
-        return 0.0
-
-    def _scalar(self, item: Any, key: str | int) -> Any:
-        if isinstance(item, float):
-            return self._sound(item, key)
-        if isinstance(item, int):
-            return float(item) if abs(item) > 2**53 else item
-        return str(item)
+        if not (-MOST <= value <= MOST or (math.isfinite(value) and not _is_reckoned(steps))):
+            self.not_finite.append((steps, value))
 
 
 def _not_finite(tree: Map, path: Steps, value: float, scope: Scope | None) -> Diagnostic:

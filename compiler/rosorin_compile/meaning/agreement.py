@@ -12,7 +12,7 @@ from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Format, Value
 from ..formats.facts import COLLISION, Solid
 from ..formats.known import Held, Known
-from ..frontend.schema import misfits
+from ..frontend.validator import misfits
 from ..model import Inertial, Mesh, Output, Robot, Shape
 from .solids import remainder, same_set, solid_from, straight
 from .tolerance import NOISE, same_turn, same_value
@@ -31,7 +31,6 @@ _RULE = "artifacts-disagree"
 _HELP = "a template or a backend is at fault, not the description: please report it"
 # What the way through frames, quaternions and half sizes costs (m, and rotation entries).
 _TOLERANCE = 1e-9
-_LARGE = 500_000  # letters of JSON; some 1,000 links
 
 
 class _Reading(NamedTuple):
@@ -61,7 +60,7 @@ def _misfits(artifact: Artifact, data: object = None) -> list[Diagnostic]:
     name = format.schema
     if name and data is None:
         data = (format.data or json_of)(artifact.text)
-    problems = misfits(name, data, len(artifact.text) > _LARGE) if name else []
+    problems = misfits(name, data) if name else []
     return [
         error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
     ]

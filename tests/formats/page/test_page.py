@@ -27,7 +27,7 @@ from support.paths import ROOT, ROSORIN
 from support.robots import compiled, compiled_text, sound
 from support.schemas import schema
 
-VALID = jsonschema.Draft202012Validator(schema("page"))
+VALID = jsonschema.Draft7Validator(schema("page"))
 REAL = [ROSORIN, *sorted(ROOT.glob("examples/*/robot.yaml"))]
 
 # Texts that end an element, a comment, a string or a line somewhere else.

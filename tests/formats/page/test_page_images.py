@@ -16,7 +16,7 @@ from rosorin_compile.formats.page.images import beside, image_type
 from support.commands import Shown, write_files
 from support.schemas import schema
 
-VALID = jsonschema.Draft202012Validator(schema("page"))
+VALID = jsonschema.Draft7Validator(schema("page"))
 PNG = bytes.fromhex(
     "89504e470d0a1a0a0000000d49484452000000010000000108020000009077"
     "53de0000000c49444154789c63f8cfc0000003010100c9fe92ef0000000049454e44ae426082"

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import trimesh
 import yaml
-from jsonschema import Draft202012Validator
+from jsonschema import Draft7Validator
 
 from rosorin_compile.cli import main
 from rosorin_compile.pipeline import compile_robot
@@ -118,7 +118,7 @@ def test_heightmap_of_a_link_in_another_frame(here: Path, capsys: Said) -> None:
     words = ["extract", "heightmap", "robot.urdf", "--link", "body", "--frame", "floor", "--from", "visual", "--json"]
     assert main([*words, "--cell", "2cm"]) == 0
     found = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA["properties"]["chassis_heightmap"]).validate(found)
+    Draft7Validator(SCHEMA["properties"]["chassis_heightmap"]).validate(found)
     assert (found["frame"], found["cell"], found["origin_xy"]) == ("floor", 0.02, [-0.1, 0])
     assert found["z"] == [[0.16] * 10] * 5
 

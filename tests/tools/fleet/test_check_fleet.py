@@ -410,7 +410,7 @@ def test_the_page(home: Path, capsys: Shown) -> None:
     assert "</script><b>" not in text
     assert "http://" not in text.partition("<script>")[0]
     data = data_of(text)
-    jsonschema.Draft202012Validator(schema("page")).validate(data)
+    jsonschema.Draft7Validator(schema("page")).validate(data)
     assert data["robot"]["name"] == "bot"
     first = data["fleet"]["numbers"][0]
     assert (first["name"], first["frame"], first["robots"], first["above"]) == ("lidar_x", "laser", 10, 1)

@@ -21,7 +21,7 @@ from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
 from support.schemas import schema
 
-VALID = jsonschema.Draft202012Validator(schema("page"))
+VALID = jsonschema.Draft7Validator(schema("page"))
 CART = """\
 robot: {0}
 links:

@@ -28,7 +28,7 @@ from support.robots import copy_of_rosorin
 from support.schemas import schema
 from support.viewing import Events, Viewing, asked
 
-VALID = jsonschema.Draft202012Validator(schema("page"))
+VALID = jsonschema.Draft7Validator(schema("page"))
 # Seconds from a save to the event. A page has to be told within one; the rest is for a machine that is busy.
 SOON = 3.0
 

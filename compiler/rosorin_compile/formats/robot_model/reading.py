@@ -16,8 +16,9 @@ from ...diagnostics import Diagnostic, Source, Span, error
 from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import READING, Rule
 from ...frontend.load import LoadError, parse_yaml
-from ...frontend.schema import subject, validator
+from ...frontend.schema import subject
 from ...frontend.tree import Map, Seq, locate
+from ...frontend.validator import misfits_of, validator, words
 from ...xml.files import printable_name, read_source
 from ...xml.markup import MarkupError
 from ..checked import accept
@@ -78,21 +79,11 @@ def _not_a_number(word: str) -> float:
 def _misfits(model: Map) -> list[Diagnostic]:
     """Return an error for each place that does not fit the schema of the format."""
     diagnostics = []
-    for problem in validator("robot_model").iter_errors(_plain(model)):
-        path = list(problem.instance_path)
-        span = locate(model, path).span
-        where = subject(path) if path else "the file"
-        diagnostics.append(error("wrong-format", f"not a driver's model: {where}: {problem.message}", span, _HELP))
+    for misfit in misfits_of(validator("robot_model"), model):
+        span = locate(model, misfit.path).span
+        where = subject(misfit.path) if misfit.path else "the file"
+        diagnostics.append(error("wrong-format", f"not a driver's model: {where}: {words(misfit)}", span, _HELP))
     return diagnostics
-
-
-def _plain(value: Any) -> Any:
-    """Return a tree without spans."""
-    if isinstance(value, Map):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, Seq):
-        return [_plain(item) for item in value]
-    return str(value) if isinstance(value, str) else value
 
 
 def _tree(model: Map, path: Path) -> Map:

@@ -1,0 +1,279 @@
+"""The one validator: schemas that each version of jsonschema from 3.2 on reads alike, and errors of any order."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from unicodedata import category
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from jsonschema import Draft7Validator
+
+from rosorin_compile.diagnostics import Source, Span
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.frontend.expand import expand
+from rosorin_compile.frontend.schema import schema, with_formats, with_outputs
+from rosorin_compile.frontend.tree import Map, Seq, Text
+from rosorin_compile.frontend.validate import validate
+from rosorin_compile.frontend.validator import inlined, misfits, misfits_of, validator, validator_of, words
+from rosorin_compile.pipeline import Readers
+from rosorin_compile.units import ANGLE, LENGTH, MASS, NUMBER, Quantity
+from support.paths import OUTPUTS, ROOT, SCHEMAS
+
+WHOLE = ROOT / "tests" / "data" / "whole" / "robot.yaml"
+SHIPPED = {path.name: json.loads(path.read_text("utf-8")) for path in sorted(SCHEMAS.glob("*.schema.json"))}
+# What is put together at run time: for outputs of all formats, and for editors.
+MADE = {
+    "outputs of all formats": with_outputs({name: {"file": "a"} for name in FORMATS}, FORMATS),
+    "options of all formats": with_formats(FORMATS.values()),
+}
+ALL = pytest.mark.parametrize("whole", [*SHIPPED.values(), *MADE.values()], ids=[*SHIPPED, *MADE])
+DRAFT = {
+    *(
+        "$schema",
+        "$ref",
+        "$defs",
+        "definitions",
+        "title",
+        "description",
+        "default",
+        "examples",
+        "type",
+        "enum",
+        "const",
+    ),
+    *("properties", "additionalProperties", "propertyNames", "required", "dependencies", "minProperties"),
+    *("maxProperties", "items", "minItems", "maxItems", "uniqueItems", "pattern", "minLength", "minimum", "maximum"),
+    *("exclusiveMinimum", "if", "then", "not", "anyOf", "oneOf", "allOf", "patternProperties", "contentEncoding"),
+}
+EDITORS = {"patternErrorMessage", "deprecationMessage", "markdownDescription", "defaultSnippets", "errorMessage"}
+SAYING = {"$ref", "title", "description", "default", "examples"}
+
+
+def parts(schema: Any) -> Iterator[dict[str, Any]]:
+    """Yield each part of a schema that is one itself."""
+    if not isinstance(schema, dict):
+        return
+    yield schema
+    for word, inner in schema.items():
+        if word in ("properties", "patternProperties", "$defs", "definitions", "dependencies"):
+            for one in inner.values():
+                yield from parts(one)
+        elif word in ("anyOf", "oneOf", "allOf", "items") and isinstance(inner, list):
+            for one in inner:
+                yield from parts(one)
+        elif word in ("additionalProperties", "propertyNames", "items", "if", "then", "not"):
+            yield from parts(inner)
+
+
+@ALL
+def test_schemas_are_of_draft_7(whole: dict[str, Any]) -> None:
+    assert whole["$schema"] == "http://json-schema.org/draft-07/schema#"
+    for part in [whole, *whole.get("$defs", {}).values()]:  # which draft 7 calls definitions
+        Draft7Validator.check_schema(part)
+    for part in parts(whole):
+        assert {word for word in part if not word.startswith("x-")} <= DRAFT | EDITORS
+        assert False not in part.get("properties", {}).values()  # versions differ in the place that they name
+
+
+@ALL
+def test_references_stay_in_the_schema_and_nothing_that_counts_stands_beside_them(whole: dict[str, Any]) -> None:
+    references = [part for part in parts(whole) if "$ref" in part]
+    for part in references:
+        assert part["$ref"].startswith(("#/$defs/", "#/definitions/"))
+        assert part.keys() <= SAYING
+    if "definitions" not in whole:  # that of editors holds itself, and nothing is validated with it here
+        assert not any("$ref" in part for part in parts(inlined(whole)))
+
+
+@ALL
+def test_patterns_are_of_those_that_python_is_told_of(whole: dict[str, Any]) -> None:
+    for part in parts(whole):
+        pattern = part.get("pattern", "")
+        if pattern and "definitions" not in whole:  # that of editors is not asked here
+            assert not re.search(r"\\[DwWbBS]", pattern), pattern
+            assert pattern.index("$") == len(pattern) - 1, pattern
+
+
+# Spaces, digits, and what nobody sees.
+ODD = [chr(code) for code in range(0x110000) if category(chr(code)) in ("Zs", "Zl", "Zp", "Cc", "Cf", "Nd")]
+
+
+def test_a_name_has_no_space_but_the_plain_one() -> None:
+    judge = validator_of({**schema(), "$ref": "#/$defs/name"})
+    refused = {letter for letter in ODD if not judge.is_valid(f"a{letter}b")}
+    assert {letter for letter in ODD if category(letter) in ("Zs", "Zl", "Zp") and letter != " "} <= refused
+    assert refused == {letter for letter in ODD if letter != " " and (letter.isspace() or letter == "\ufeff")}
+    assert [name for name in ("a\n", "a ", " a", "\ufeffa", "") if judge.is_valid(name)] == []
+    assert all(map(judge.is_valid, ("a", "a b", "a/b", "größe", "a٣")))
+
+
+def test_a_date_has_plain_digits() -> None:
+    judge = validator_of(schema()["$defs"]["source"]["properties"]["measured"])
+    assert judge.is_valid("2026-01-31")
+    assert [text for text in ("2026-01-3١", "2026-01-31\n", "2026-1-31") if judge.is_valid(text)] == []
+
+
+@pytest.mark.parametrize("many", [3, 2_000])
+def test_the_size_of_a_description_decides_on_no_letter(many: int, tmp_path: Path) -> None:
+    names = ["base", *(f"l{number}" for number in range(many)), '"\\ufeffa"']
+    (tmp_path / "robot.yaml").write_text("robot: r\nlinks:\n" + "".join(f"  {name}: {{}}\n" for name in names))
+    tree = expand(tmp_path / "robot.yaml", {}, Readers()).tree
+    assert tree is not None
+    (found,) = validate(tree, FORMATS)
+    assert (found.rule, found.span and found.span.line) == ("bad-name", many + 4)
+    assert "U+FEFF" in found.help
+
+
+SAID = (
+    ({"type": "number"}, "1", '"1" is not of type "number"'),
+    ({"type": ["object", "null", "boolean"]}, 1, '1 is not of types "null", "boolean", "object"'),
+    ({"enum": ["a", "b", "c"]}, "d", '"d" is not one of "a", "b" or "c"'),
+    ({"enum": [1, "b", None, True]}, "d", '"d" is not one of 1, "b" or 2 other candidates'),
+    ({"const": "--x"}, "--y", '"--x" was expected'),
+    ({"pattern": "^a"}, "b", '"b" does not match "^a"'),
+    ({"required": ["a", "b"]}, {}, '"a" is a required property', '"b" is a required property'),
+    ({"dependencies": {"a": ["b"], "b": ["a"]}}, {"a": 1}, '"b" is a required property'),
+    (
+        {"properties": {"a": {}}, "additionalProperties": False},
+        {"a": 1, "c": 1, "b": 1},
+        "Additional properties are not allowed ('c', 'b' were unexpected)",
+    ),
+    ({"minItems": 1}, [], "[] has less than 1 item"),
+    ({"maxItems": 1}, [1, 2], "[1,2] has more than 1 item"),
+    ({"uniqueItems": True}, [1, 1], "[1,1] has non-unique elements"),
+    ({"minProperties": 1}, {}, "{} has less than 1 property"),
+    ({"maxProperties": 1}, {"a": 1, "b": 2}, '{"a":1,"b":2} has more than 1 property'),
+    ({"minLength": 1}, "", '"" is shorter than 1 character'),
+    ({"minimum": 3}, 2, "2 is less than the minimum of 3"),
+    ({"maximum": 1}, 2.5, "2.5 is greater than the maximum of 1"),
+    ({"exclusiveMinimum": 0}, 0, "0 is less than or equal to the minimum of 0"),
+    ({"oneOf": [{"type": "null"}]}, 1, "1 is not valid under any of the schemas listed in the 'oneOf' keyword"),
+    ({"oneOf": [{}, {}]}, 1, "1 is valid under more than one of the schemas listed in the 'oneOf' keyword"),
+    ({"propertyNames": {"minLength": 2}}, {"a": 1}, '"a" is shorter than 2 characters'),
+    ({"not": {}}, 1, "1 does not fit the schema: not"),
+)
+
+
+@pytest.mark.parametrize(("part", "value", "said"), [(part, value, said) for part, value, *said in SAID])
+def test_what_does_not_fit_is_told_in_words_of_ours(part: dict[str, Any], value: Any, said: list[str]) -> None:
+    assert [words(one) for one in misfits_of(validator_of(part), value)] == said
+
+
+def test_the_first_place_comes_first_whatever_the_validator_finds_first() -> None:
+    """``additionalProperties`` of jsonschema 3.2 goes through a set."""
+    tree = {"links": {f"l{number}": {"colision": 1} for number in range(30)}, "joints": {"j": {}}, "robot": "r"}
+    judge = validator("description")
+
+    class Backwards:
+        def iter_errors(self, value: Any) -> Any:
+            return reversed(list(judge.iter_errors(value)))
+
+    places = [one.path for one in misfits_of(Backwards(), tree)]
+    assert places == [one.path for one in misfits_of(judge, tree)]
+    assert places[:2] == [["links", "l0"], ["links", "l1"]]
+    assert places[-1] == ["joints", "j"]
+
+
+def test_json_that_fits_and_does_not() -> None:
+    data = json.loads((OUTPUTS / "static_tf.json").read_text("utf-8"))
+    assert misfits("static_tf", data) == []
+    data["static_transform_publisher"][0]["arguments"][1:3] = ["1e4", "--z"]
+    said = misfits("static_tf", data)
+    assert said[0].startswith('static_transform_publisher[0] arguments[1]: "1e4" does not match ')
+    assert said[1:] == ['static_transform_publisher[0] arguments[2]: "--y" was expected']
+
+
+def test_a_reference_that_leads_nowhere_is_told() -> None:
+    with pytest.raises(ValueError, match=r"nothing that \$ref names: #/\$defs/nobody"):
+        inlined({"properties": {"a": {"$ref": "#/$defs/nobody"}}, "$defs": {}})
+
+
+SPAN = Span(Source("anything.yaml", "anything"), 1, 1, 1)
+
+
+def put(place: Map | Seq, key: str | int | None, value: Any) -> None:
+    """Put a value into a tree, at the end of a list without a key."""
+    if isinstance(place, Map):
+        place.put(str(key), value, SPAN, SPAN)
+    elif isinstance(key, int):
+        place[key] = value
+    else:
+        place.put(value, SPAN)
+
+
+def as_tree(value: Any) -> Any:
+    """Return a tree of plain mappings and lists, or a copy of a tree."""
+    if not isinstance(value, (dict, list)):
+        return value
+    made: Map | Seq = Map(SPAN) if isinstance(value, dict) else Seq(SPAN)
+    for key, item in value.items() if isinstance(value, dict) else ((None, item) for item in value):
+        put(made, key, as_tree(item))
+    return made
+
+
+NUMBERS = st.floats(-2, 2) | st.integers(-3, 3) | st.sampled_from([math.nan, math.inf, -math.inf, 1e300, 2**53, 2**60])
+QUANTITIES = st.builds(Quantity, NUMBERS, st.sampled_from([LENGTH, MASS, ANGLE, NUMBER]))
+TEXTS = st.sampled_from(["", "a b", "link\n", "fixed", "1"])
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | NUMBERS | QUANTITIES | TEXTS | TEXTS.map(Text),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from(["of", "mass", "xyz", "min"]), inner),
+    max_leaves=5,
+).map(as_tree)
+
+
+@pytest.fixture(scope="module")
+def whole_robot() -> Map:
+    tree = expand(WHOLE, {}, Readers()).tree
+    assert tree is not None
+    assert validate(tree, FORMATS) == []
+    return tree
+
+
+def change(tree: Map, data: st.DataObject) -> None:
+    """Put anything anywhere, or take something away."""
+    place: Any = tree
+    while True:
+        keys = list(place) if isinstance(place, dict) else list(range(len(place)))
+        key = data.draw(st.sampled_from(keys))
+        if not isinstance(place[key], (dict, list)) or not place[key] or data.draw(st.integers(0, 3)) == 0:
+            break
+        place = place[key]
+    match data.draw(st.sampled_from(["put", "remove", "add"])):
+        case "put":
+            put(place, key, data.draw(ANYTHING))
+        case "remove":
+            del place[key]
+        case "add":
+            name = data.draw(st.sampled_from(["mass", "x", "min", "of", "a b", "joints", "xyz", "with"]))
+            put(place, name if isinstance(place, Map) else None, data.draw(ANYTHING))
+
+
+def numbers_in(tree: Any) -> Iterator[float]:
+    """Yield the numbers of a tree."""
+    for item in tree.values() if isinstance(tree, dict) else tree:
+        if isinstance(item, (dict, list)):
+            yield from numbers_in(item)
+        elif isinstance(item, float):
+            yield float(item)
+
+
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_anything_put_anywhere_is_told_or_fits(whole_robot: Map, data: st.DataObject) -> None:
+    tree = as_tree(whole_robot)
+    change(tree, data)
+    found = validate(tree, FORMATS)
+    outputs = with_outputs(tree.get("outputs"), FORMATS)
+    # The schema itself, with its references, of draft 7 as jsonschema has it.
+    fits = Draft7Validator(outputs).is_valid(tree)
+    assert not found or not fits or {one.rule for one in found} <= {"not-finite", "wrong-unit"}
+    assert found or fits
+    if any(map(math.isnan, numbers_in(tree))):
+        assert "not-finite" in {one.rule for one in found}

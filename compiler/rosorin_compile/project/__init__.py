@@ -175,6 +175,7 @@ def first_file(name: str) -> Path:
             return path / ROOT_FILE
     if world.kind(name) == world.FILE:
         return Path(name)
+    refuse_too_long(Path(name))
     known = [path.parent.name for path in all_here()]
     from ..diagnostics import did_you_mean
 

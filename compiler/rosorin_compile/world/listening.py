@@ -11,6 +11,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
+from ..startup.cache import private_folder
 from .asking import environment, names, read
 from .notes import Notes, are_open, note_heard, noting
 
@@ -54,7 +55,9 @@ def _hear(event: str, given: tuple[object, ...]) -> None:
     if event == "open":
         _opened(*given[:3])
     elif event in ("os.listdir", "os.scandir"):
-        _quietly(_list, given[0])
+        folder = given[0]
+        if not isinstance(folder, (str, bytes)) or not _is_of_cache(os.fsdecode(folder)):
+            _quietly(_list, folder)
     elif event in _SPOILING:
         notes = Notes()
         notes.spoiled = f"code of others has called {event}"
@@ -65,7 +68,7 @@ def _opened(path: object, mode: object, flags: object) -> None:
     if not isinstance(path, (str, bytes)) or _is_for_writing(mode, flags):
         return
     for name in _files(os.path.abspath(os.fsdecode(path))):
-        if not _is_of_python(name):
+        if not _is_of_python(name) and not _is_of_cache(name):
             _quietly(read, name)
 
 
@@ -88,6 +91,12 @@ def _is_of_python(path: str) -> bool:
     if path.startswith(_OURS):
         return True
     return path.startswith(_PYTHON) and not path[len(_PYTHON) :].startswith(_SITE)
+
+
+def _is_of_cache(path: str) -> bool:
+    """Say whether a path is in the user's cache: what is found there is known by what it was made of."""
+    top = os.path.dirname(private_folder("runs"))
+    return bool(top) and (os.path.abspath(path) + os.sep).startswith(top + os.sep)
 
 
 def _list(folder: object) -> None:

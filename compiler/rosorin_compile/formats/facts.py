@@ -375,12 +375,6 @@ class FactSheet(Sheet):
         for name, value in zip(SIZES.get(kind, ()), sizes, strict=False):
             self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.tolerance(value))
 
-    def add_solids_of(self, link: str, other: str) -> None:
-        """Take down that a link has the solids of another one, which was read before; of what is known alone."""
-        self._names.add(link)
-        if other in self._solids:
-            self._solids.setdefault(link, []).extend(self._solids[other])
-
     def add_of_shape(self, link: str, shape: str, quantity: str, value: float | str) -> None:
         """Take down what else is said of a shape, which the model is not asked for."""
         if self.known is None:

@@ -1,4 +1,4 @@
-"""What links and joints of a large URDF have alike is read once, and nothing that is said otherwise is passed over."""
+"""Of links and joints that are alike in a URDF, the one that is not is found."""
 
 from __future__ import annotations
 
@@ -10,40 +10,12 @@ from rosorin_compile.formats.known import Known
 from rosorin_compile.formats.urdf import facts
 from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.pipeline import Compiled
-from rosorin_compile.xml.elements import tree_of
-from support.machines import exact_urdf, machine
 from support.robots import CHAIN, compiled_text
-
-
-@pytest.fixture(autouse=True)
-def _any_is_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(facts, "_LARGE", 0)
 
 
 @pytest.fixture
 def chain(tmp_path: Path) -> Compiled:
     return compiled_text(tmp_path, f"{CHAIN}outputs: {{urdf: {{file: chain.urdf}}}}\n")
-
-
-def test_what_is_alike_stands_once(chain: Compiled) -> None:
-    text = facts.folded(chain.artifacts[0].text)
-    assert text.count("<inertial>") == 1
-    assert text.count("<axis") == 1
-    assert '<link name="s3" alike="0"></link>' in text
-    assert '<joint name="j3" type="revolute" alike="1">    <parent link="s2"/><child link="s3"/></joint>' in text
-    assert len(tree_of(text)) == 2 + 1 + 6 + 6
-
-
-def test_all_that_is_said_is_read(chain: Compiled, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is not known of the robot is all that is told: so every robot is held against another one."""
-    assert chain.robot is not None
-    robots = [(chain.robot, chain.artifacts[0].text), (machine(), exact_urdf(machine()))]
-    for known, text in ((Known(robot), text) for robot, _ in robots for _, text in robots):
-        folded = facts.against(text, known)
-        assert facts.folded(text) != text
-        with monkeypatch.context() as patched:
-            patched.setattr(facts, "_LARGE", len(text) + 1)
-            assert facts.against(text, known) == folded
 
 
 @pytest.mark.parametrize(
@@ -68,19 +40,6 @@ def test_one_that_is_not_like_the_others_is_found(chain: Compiled, which: int, o
     text = old.join(pieces[:place]) + new + old.join(pieces[place:])
     found = agreement(chain.robot, [chain.artifacts[0]._replace(text=text)])
     assert any(told in one.message for one in found), [one.message for one in found]
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("  </link>\n", "  </link>\n  <!-- -->\n"),
-        ("  </link>\n", "  </link>\n  <?a b?>\n"),
-        ("</robot>", "<alike/>\n</robot>"),
-    ],
-)
-def test_what_might_hide_a_link_is_left_as_it_is(chain: Compiled, old: str, new: str) -> None:
-    text = chain.artifacts[0].text.replace(old, new, 1)
-    assert facts.folded(text) == text
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,8 @@ no link is known of is said by itself: Fact("sensor", name, "clock ...").
 
 from __future__ import annotations
 
-import re
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ...model import Transform
 from ...model.geometry import rotation_about, transform_of_quaternion, unit
@@ -45,26 +44,6 @@ _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
 _PAIRED = ("geom1", "geom2")
 _CALLED = ("name", "class")
 
-# What bodies of a large MJCF have alike stands once, for reading, in elements of this name.
-ALIKE = "alike"
-_LARGE = 200_000  # letters; some 200 bodies
-_BODY, _END = '<body name="', "</body>"
-_JOINT = '<joint name="'
-_TAG = re.compile(r"<(\w+) ")
-# What cannot be told of several bodies at once, in a tree of them and beside it.
-_ODD = ("!", "?")
-_OWN = (f"<{ALIKE}", "<pair ", *_ODD)
-_SPECIAL = ('type="ball"', 'type="free"')
-
-
-class _Had(NamedTuple):
-    """What bodies of a large MJCF have alike: the first of them, their joint, how it moves, mass and inertia."""
-
-    first: str
-    joint: Element | None
-    motion: Block
-    inertia: tuple[float, Transform, Six] | None
-
 
 def read(text: str) -> Facts:
     """Return what an MJCF says. Raises ValueError if it is damaged."""
@@ -73,75 +52,7 @@ def read(text: str) -> Facts:
 
 def against(text: str, known: Known) -> Held:
     """Return what an MJCF says that is not known. Raises ValueError if it is damaged."""
-    return _read(FactSheet(folded(text), "mujoco", known)).held()
-
-
-def folded(text: str) -> str:
-    """Return a large MJCF in which what bodies have stands once, each time in an element <alike> at its end.
-
-    A body becomes <body name="a" alike="3" alike_joint="b">, with the number of that element and the name of its joint,
-    if it has no more than one joint, an inertial, geoms and its site; bodies stand in it as before. As whole elements
-    are taken out, the MJCF is as well formed as it was, and says the same.
-    """
-    head, begun, rest = text.partition("\n  <worldbody>\n")
-    tree, ended, rest = rest.partition("\n  </worldbody>\n")
-    if len(text) < _LARGE or not begun or not ended or any(one in tree for one in _ODD):
-        return text
-    if any(one in rest for one in _OWN):
-        return text
-    model = head.partition('<mujoco model="')[2].partition('"')[0]
-    known: dict[str, int] = {}
-    texts: list[str] = []
-    first, *bodies = tree.split(_BODY)
-    if any(end.count("<") != end.count(_END) for _, _, end in (body.partition(_END) for body in bodies)):
-        return text  # something stands behind a body within a body
-    made = [head, begun, first]
-    for body in bodies:
-        made += (_BODY, _numbered(body, model, known, texts))
-    alike = "".join(f"<{ALIKE}>{children}</{ALIKE}>" for children in texts)
-    return "".join([*made, ended, rest.replace("</mujoco>", f"{alike}</mujoco>")])
-
-
-def _numbered(body: str, model: str, known: dict[str, int], texts: list[str]) -> str:
-    """Return a body, from its name to the next one, with a number for what is in it; without that if it is its own.
-
-    ``known`` has the numbers of the ``texts`` by what bodies of other names have alike; -1 for what is left.
-    """
-    head, closed, rest = body.partition(">\n")
-    name, _, _ = head.partition('"')
-    place = rest.find(_END)
-    children, end = (rest, "") if place < 0 else (rest[:place], rest[place:])
-    if not closed or ">" in head or name.startswith(WORLD):
-        return body
-    indent = children[: len(children) - len(children.lstrip())]
-    children = children.replace(f"\n{indent}", "\n").strip()
-    _, said, after = children.partition(_JOINT)
-    joint = after.partition('"')[0] if said else ""
-    key = children.replace(f'{_JOINT}{joint}"', _JOINT, 1) if said else children
-    key = key.replace(f' name="{name}', ' name="').replace(f' material="{model}_{name}_colour"', " material")
-    number = known.get(key)
-    if number is None:
-        number = known[key] = len(texts) if _may_be_alike(key) else -1
-        texts += [children] if number >= 0 else []
-    if number < 0:
-        return body
-    of_joint = f' {ALIKE}_joint="{joint}"' if said else ""
-    return f'{head} {ALIKE}="{number}"{of_joint}>{end}'
-
-
-def _may_be_alike(children: str) -> bool:
-    """Say whether what is in a body is no more than what is read alike for several."""
-    tags = _TAG.findall(children)
-    plain = set(tags) <= {"inertial", "joint", "geom", "site"} and len(tags) == children.count("<")
-    return (
-        plain
-        and len(tags) == children.count("/>")
-        and tags.count("inertial") < 2
-        and tags.count("site") == 1
-        and tags.count("joint") == children.count(_JOINT) < 2
-        and '<site name="" ' in children
-        and not any(word in children for word in _SPECIAL)
-    )
+    return _read(FactSheet(text, "mujoco", known)).held()
 
 
 def _read(sheet: FactSheet) -> FactSheet:
@@ -156,8 +67,7 @@ def _read(sheet: FactSheet) -> FactSheet:
     if sheet.known is not None:
         for material in sheet.root.iterfind("asset/material"):  # not each of them is that of a shape that is read
             sheet.vector(material, "rgba", 4, ())
-    shared = {str(number): element for number, element in enumerate(sheet.root.findall(ALIKE))}
-    free = _bodies(sheet, worldbody, scales, joints, owners, shared)
+    free = _bodies(sheet, worldbody, scales, joints, owners)
     for section in sheet.root.iterfind("sensor"):
         for sensor in section:
             _sensor(sheet, sensor, owners)
@@ -206,7 +116,7 @@ def _fill(root: Element) -> None:
         waiting += [(inner, above | own) for inner in default.iterfind("default")]
     colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
     said = {(name, tag): own.items() for name, parts in classes.items() for tag, own in parts.items()}
-    for section in ("worldbody", "actuator", ALIKE):
+    for section in ("worldbody", "actuator"):
         for element in (inner for top in root.iterfind(section) for inner in top.iter()):
             attributes = element.attrib
             for key, text in said.get((attributes.get("class", ""), element.tag), ()):
@@ -221,25 +131,15 @@ def _bodies(
     scales: dict[str, Element],
     joints: dict[str, Element],
     owners: dict[str, str],
-    shared: dict[str, Element],
 ) -> bool:
     """Take down the bodies below ``top``, collect their joints in order, and say whether the base floats.
 
-    ``owners`` collects the link of each named thing that a sensor may measure at; ``shared`` is what bodies have that
-    are alike, by its number.
+    ``owners`` collects the link of each named thing that a sensor may measure at.
     """
     free, kept = False, sheet.root.find("contact/pair") is not None
     waiting = [(body, _TOP) for body in reversed(top.findall("body"))]
     while waiting:
         body, parent = waiting.pop()
-        number = body.get(ALIKE, "")
-        if number in shared:
-            name = sheet.text(body, "name")
-            _alike(sheet, body, parent, shared[number], scales, joints)
-            owners[name] = name
-            waiting += [(child, name) for child in reversed(body)]
-            body.clear()
-            continue
         parts: dict[str, list[Element]] = {}
         for part in body:
             parts.setdefault("freejoint" if part.get("type") == "free" else part.tag, []).append(part)
@@ -269,38 +169,6 @@ def _bodies(
         if not kept:  # of thousands of bodies it would be half of the memory
             body.clear()
     return free
-
-
-def _alike(
-    sheet: FactSheet,
-    body: Element,
-    parent: str,
-    children: Element,
-    scales: dict[str, Element],
-    joints: dict[str, Element],
-) -> None:
-    """Take down a body that has what others have, which is read of the first of them."""
-    name = sheet.text(body, "name")
-    moving = children.find("joint")
-    sheet.add_frame(name, parent, _at_zero(sheet, _transform(sheet, body), () if moving is None else (moving,)))
-    first, joint, motion, inertia = sheet.once((ALIKE, id(children)), lambda: _had(sheet, name, children))
-    if joint is not None:
-        called = sheet.text(body, f"{ALIKE}_joint")
-        joints[called] = joint
-        sheet.add_joint(called, name, motion)
-    if inertia is not None:
-        sheet.add_inertial(name, *inertia)
-    if first == name:
-        _shapes(sheet, name, children.findall("geom"), scales)
-    else:
-        sheet.add_solids_of(name, first)
-
-
-def _had(sheet: FactSheet, first: str, children: Element) -> _Had:
-    """Return what bodies have alike; ``first`` is the body that was read first."""
-    joint, inertial = children.find("joint"), children.find("inertial")
-    motion = {} if joint is None else _motion(sheet, joint)
-    return _Had(first, joint, motion, None if inertial is None else _inertia(sheet, inertial))
 
 
 def _others(sheet: FactSheet, link: str, body: Element, owners: dict[str, str]) -> None:

@@ -29,10 +29,6 @@ if TYPE_CHECKING:
     from ..known import Block, Held, Known
 
 _MOVING = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "planar": "m"}
-# What links or joints of a large URDF have alike stands once, for reading, in elements of this name.
-ALIKE = "alike"
-_LARGE = 200_000  # letters; some 300 links
-_NAMED = ("link", "joint")
 _OF_ROBOT = ("link", "joint", "material")
 _OF_LINK = ("inertial", "visual", "collision")
 _OF_SHAPE = ("origin", "geometry", "material")
@@ -49,42 +45,7 @@ def read(text: str) -> Facts:
 
 def against(text: str, known: Known) -> Held:
     """Return what a URDF says that is not known. Raises ValueError if it is damaged."""
-    return _read(FactSheet(folded(text), "robot", known)).held()
-
-
-def folded(text: str) -> str:
-    """Return a large URDF in which what links or joints have stands once, each time in an element <alike> at its top.
-
-    A link becomes <link name="a" alike="3"/>, with the number of that element; a joint keeps its first line, in which
-    its links are named. As whole elements stand in them, the URDF is as well formed as before, and says the same: in
-    comments and the like they might not be, and a URDF that has those between its links is left alone.
-    """
-    start = min((place for tag in _NAMED if (place := text.find(f"\n  <{tag} ")) >= 0), default=-1)
-    if len(text) < _LARGE or start < 0 or ALIKE in text or text.find("<!", start) >= 0 or text.find("<?", start) >= 0:
-        return text
-    known: dict[str, int] = {}
-    rest = text[start:]
-    for tag in _NAMED:
-        rest = _numbered(rest, tag, known)
-    return "".join([text[:start], *(f"<{ALIKE}>{one}</{ALIKE}>" for one in known), rest])
-
-
-def _numbered(text: str, tag: str, known: dict[str, int]) -> str:
-    """Return a text whose elements of a tag have numbers for what is in them; ``known`` has those numbers."""
-    begin, end = f'\n  <{tag} name="', f"\n  </{tag}>\n"
-    *pieces, last = text.split(end)
-    made: list[str] = []
-    for piece in pieces:
-        before, begun, element = piece.rpartition(begin)
-        head, closed, lines = element.partition('">\n')
-        if not begun or not closed or ">" in head:
-            made += (piece, end)
-            continue
-        first, _, lines = lines.partition("\n") if tag == "joint" else ("", "", lines)
-        number = known.setdefault(lines, len(known))
-        made.append(f'{before}{begin}{head}" {ALIKE}="{number}">{first}</{tag}>\n')
-    made.append(last)
-    return "".join(made)
+    return _read(FactSheet(text, "robot", known)).held()
 
 
 def _read(sheet: FactSheet) -> FactSheet:
@@ -92,22 +53,17 @@ def _read(sheet: FactSheet) -> FactSheet:
     for name, material in materials.items():
         for quantity, value in _look(sheet, material).items():
             sheet.add(Fact("material", name, quantity), value)
-    alike = sheet.root.findall(ALIKE) if sheet.known is not None else ()
-    shared = {str(number): element for number, element in enumerate(alike)}
     links: set[str] = set()
     for link in sheet.root.findall("link"):
-        name, number = sheet.text(link, "name"), link.get(ALIKE)
+        name = sheet.text(link, "name")
         links.add(name)
-        if number in shared:
-            _alike(sheet, name, number, shared[number], materials)
-        else:
-            _link(sheet, name, link, materials)
+        _link(sheet, name, link, materials)
         link.clear()  # of thousands of links it would be half of the memory
     for joint in sheet.root.findall("joint"):
         for end in ("parent", "child"):
             if sheet.text(_child(joint, end), "link") not in links:
                 raise ValueError(f"the {end} of joint {sheet.text(joint, 'name')} is no link")
-        _joint(sheet, joint, shared)
+        _joint(sheet, joint)
         joint.clear()
     _elements(sheet, ("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
     return sheet
@@ -163,23 +119,13 @@ def _placed(sheet: FactSheet, origin: Element) -> Transform:
     return Transform(rotation_of_rpy(sheet.vector3(origin, "rpy")), sheet.vector3(origin, "xyz"))
 
 
-def _joint(sheet: FactSheet, joint: Element, shared: Mapping[str, Element]) -> None:
-    """Take down a joint; ``shared`` are the elements that joints have which are alike, by their numbers."""
-    name, kind, number = sheet.text(joint, "name"), sheet.text(joint, "type"), joint.get(ALIKE, "")
+def _joint(sheet: FactSheet, joint: Element) -> None:
+    name, kind = sheet.text(joint, "name"), sheet.text(joint, "type")
     child, parent = sheet.text(_child(joint, "child"), "link"), sheet.text(_child(joint, "parent"), "link")
-    if number in shared:
-        transform, motion = sheet.once((ALIKE, kind, number), lambda: _moved(sheet, shared[number], kind))
-    else:
-        transform, motion = _moved(sheet, joint, kind)
-        _elements(sheet, ("joint", name, ""), joint, _OF_JOINT)
-    sheet.add_frame(child, parent, transform)
-    sheet.add_joint(name, child, motion)
-
-
-def _moved(sheet: FactSheet, joint: Element, kind: str) -> tuple[Transform, Block]:
-    """Return where a joint sits, and what else is said of it but its child."""
+    _elements(sheet, ("joint", name, ""), joint, _OF_JOINT)
     key = ("joint", kind, *((part.tag, *part.items()) for part in joint if part.tag not in _ENDS))
-    return _transform(sheet, joint), sheet.once(key, lambda: _motion(sheet, joint, kind))
+    sheet.add_frame(child, parent, _transform(sheet, joint))
+    sheet.add_joint(name, child, sheet.once(key, lambda: _motion(sheet, joint, kind)))
 
 
 def _motion(sheet: FactSheet, joint: Element, kind: str) -> Block:
@@ -217,17 +163,6 @@ def _motion(sheet: FactSheet, joint: Element, kind: str) -> Block:
         said["mimic multiplier"] = sheet.value(sheet.number(mimic, "multiplier", 1.0))
         said["mimic offset"] = sheet.value(sheet.number(mimic, "offset"), unit)
     return said
-
-
-def _alike(sheet: FactSheet, name: str, number: str, link: Element, materials: Mapping[str, Element]) -> None:
-    """Take down a link that has what others have; the first of them is read as any link is."""
-    first, inertia = sheet.once((ALIKE, number), lambda: (name, _inertia(sheet, link)))
-    if first == name:
-        _link(sheet, name, link, materials)
-        return
-    sheet.add_solids_of(name, first)
-    if inertia is not None:
-        sheet.add_inertial(name, *inertia)
 
 
 def _link(sheet: FactSheet, name: str, link: Element, materials: Mapping[str, Element]) -> None:

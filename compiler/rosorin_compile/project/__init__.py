@@ -175,7 +175,8 @@ def first_file(name: str) -> Path:
             return path / ROOT_FILE
     if world.kind(name) == world.FILE:
         return Path(name)
-    refuse_too_long(Path(name))
+    if no_name := too_long(Path(name)):
+        raise NoDescription(no_name)
     known = [path.parent.name for path in all_here()]
     from ..diagnostics import did_you_mean
 
@@ -191,17 +192,19 @@ def no_file(path: Path, of: str = "") -> str:
         return f'"{path}" is a folder, not a file{what}'
     if there:
         return f'"{path}" is no regular file{what}: a pipe can be read once only; write it to a file first'
-    refuse_too_long(path)
-    return f'there is no file "{path}"{what}'
+    return too_long(path) or f'there is no file "{path}"{what}'
 
 
-def refuse_too_long(path: Path) -> None:
-    """Raise OSError (ENAMETOOLONG) for a path that nothing can have; the command line says so."""
+def too_long(path: Path) -> str:
+    """Return why nothing can have a path, for a name in it is too long; "" for all others."""
     try:
         world.size(path)
-    except (OSError, ValueError) as problem:
-        if isinstance(problem, OSError) and problem.errno == errno.ENAMETOOLONG:
-            raise
+    except OSError as problem:
+        if problem.errno == errno.ENAMETOOLONG:
+            return f"no file can have so long a name: {str(path)[:60]}..."
+    except ValueError:
+        pass
+    return ""
 
 
 def is_file(path: Path) -> bool:

@@ -22,7 +22,7 @@ from ..diagnostics.console import Console
 from ..diagnostics.progress import about
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
-from ..project import ON_STDIN, Description, refuse_too_long
+from ..project import ON_STDIN, Description, too_long
 from ..world import FOLDER, kind, spoil
 from .compiling import (
     compile_proven,
@@ -196,8 +196,7 @@ def _run(options: argparse.Namespace, each: Callable[[Run, Description], int]) -
     if options.deployed is None:
         return for_each(options, each)
     if kind(options.deployed) != FOLDER:
-        refuse_too_long(Path(options.deployed))
-        raise WrongUsage(f'there is no folder "{options.deployed}"')
+        raise WrongUsage(too_long(Path(options.deployed)) or f'there is no folder "{options.deployed}"')
     names = given_arguments(options, options.words)[1]
     if not names:
         one("", "rosorin-compile check ROBOT --deployed FOLDER")

@@ -278,10 +278,10 @@ def _save(name: str, text: str, kind: str) -> None:
     from ...output.one_file import write_file
 
     try:
-        kind = world.kind(name)
-        if kind and kind != world.FILE:
+        stands = world.kind(name)
+        if stands and stands != world.FILE:
             raise WrongUsage(f"{name} cannot be written: it is no regular file")
-        there = world.head(name, 1000) if kind else b""
+        there = world.head(name, 1000) if stands else b""
         if there and kind.encode() not in there:
             raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")
         write_file(Path(name), text.encode(), ours=None)

@@ -1,6 +1,6 @@
 """Import of every MJCF file in folders of packages, and by feature what became of what each file says.
 
-Each file is imported, compiled, and held against its source in MuJoCo (``formats/mjcf/proof``). A feature of a file is
+Each file is imported, compiled, and held against its source in MuJoCo, as the command does it. A feature of a file is
 *same* where nothing of it differs in MuJoCo's compiled model, *listed* where it differs as the import said, and *lost*
 where nobody said so. What a description keeps verbatim (``mjcf_elements``) is counted too. Files that are refused are
 listed with the reason. One file is one row of the JSON lines beside the table, so that a later run can be held against
@@ -19,21 +19,16 @@ import hashlib
 import json
 import os
 import re
-import tempfile
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.diagnostics import ERROR, has_errors
-from rosorin_compile.formats import FORMATS
+from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.project import ROOT_FILE
-from rosorin_compile.tools.importer.description import outputs, write
-from rosorin_compile.tools.importer.round_trip import in_engine
+from rosorin_compile.tools.importer.round_trip import check_round_trip
 
 NICE = 10
 
@@ -96,18 +91,12 @@ def _judge(path: Path, row: dict[str, Any]) -> None:
         row |= {"end": "refused", "reason": f"{errors[0].rule}: {errors[0].message}" if errors else "no tree"}
         return
     row["said"] = [f"{d.rule}: {d.message}" for d in imported.diagnostics]
-    wanted = outputs(imported)
-    with tempfile.TemporaryDirectory() as folder:
-        for name, text in write(imported, wanted).items():
-            Path(folder, name).write_text(text, "utf-8")
-        compiled = compile_robot(Path(folder, ROOT_FILE))
-    format = FORMATS[imported.format]
-    text = next((one.text for one in compiled.artifacts if one.backend == format.name), None)
-    if text is None or has_errors(compiled.diagnostics):
-        problems = [f"{d.rule}: {d.message}" for d in compiled.diagnostics if d.severity == ERROR]
+    trip = check_round_trip(imported, path.parent, parts=False)
+    if trip.diagnostics or imported.format not in trip.outputs.entries:
+        problems = [f"{d.rule}: {d.message}" for d in trip.diagnostics]
         row |= {"end": "not written", "reason": problems[0] if problems else "no MJCF"}
         return
-    proof = in_engine(imported, text)
+    proof = trip.proof
     row |= {"listed": dict(proof.known), "lost": dict(proof.wrong), "motion": proof.said, "reason": proof.unknown}
     row |= {"objects": dict(proof.counts), "verbatim": dict(Counter(verbatim(imported.tree)))}
     row["end"] = "unknown" if proof.unknown else "lost" if proof.wrong else "listed" if proof.known else "same"

@@ -1,7 +1,4 @@
-"""The door: nothing outside of the modules listed here asks the system itself.
-
-``NOT_YET`` are modules that do so still, and is to become empty: one that needs its entry no more has to leave it.
-"""
+"""The door: nothing outside of the modules listed here asks the system itself."""
 
 from __future__ import annotations
 
@@ -32,11 +29,6 @@ LISTED = {
     "tools.verify.bags": "rosbags opens recordings, which are read in pieces: such a run is spoiled",
     "tools.verify.sources": "reads what is pasted by a pipe, once: such a run is spoiled",
 }
-NOT_YET = (
-    "output.watch",
-    "tools.fleet.columns",
-    "tools.sweep.making",
-)
 
 BANNED = frozenset(
     (
@@ -99,13 +91,12 @@ def asking() -> dict[str, list[str]]:
 
 
 def test_nothing_asks_the_system_but_what_is_listed() -> None:
-    found = {name: calls for name, calls in asking().items() if name not in (*LISTED, *NOT_YET)}
+    found = {name: calls for name, calls in asking().items() if name not in LISTED}
     assert not found, "\n".join(f"{name}: {', '.join(calls)}" for name, calls in found.items())
 
 
 def test_the_list_holds_no_module_that_asks_nothing() -> None:
-    assert not {*LISTED, *NOT_YET} - asking().keys()
-    assert sorted(NOT_YET) == list(NOT_YET)
+    assert not LISTED.keys() - asking().keys()
 
 
 @pytest.mark.parametrize(

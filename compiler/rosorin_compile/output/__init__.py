@@ -22,7 +22,7 @@ from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import printable
 from ..startup import system
-from ..world import spoil
+from ..world import note_written, spoil
 from . import staging
 from .staging import There, is_stage, replace, tidy
 
@@ -252,6 +252,8 @@ def _update(folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge 
         stays = ours.union(same, () if prune else foreign)
         carried = {name: it for name, it in there.items() if name in stays}
         replace(folder, {name: contents[name] for name in written}, carried, there)
+    others = [] if prune else [name for name in foreign if not stat.S_ISDIR(there[name].st_mode)]
+    note_written(folder, contents, others)
     return result
 
 

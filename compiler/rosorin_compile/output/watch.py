@@ -18,17 +18,6 @@ INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
 _PATIENCE = 20  # looks at files that keep changing, until they are read as they are
 
-Mark = tuple[int, int, int] | None
-
-
-def mark(path: Path) -> Mark:
-    """Return what tells a file from its next version: times, size, identity; None if there is none."""
-    try:
-        status = path.stat()
-    except (OSError, ValueError):
-        return None
-    return (status.st_mtime_ns, status.st_size, status.st_ino)
-
 
 class Inputs:
     """What one robot was made from: what was asked for it, but of its own artifacts, and what was answered."""

@@ -17,6 +17,7 @@ asks the system itself, but for the modules that ``tests/whole/test_world.py`` l
     iterdir, listdir, scandir, os.walk            names(folder): kinds by names, sorted, links followed; OSError
     glob, rglob("*.yaml")                         matching(folder, pattern), "**/*.yaml": paths, sorted
     Path.resolve, os.path.realpath                real(path), as far as there is one
+    times of a file, to see a next version        version(path): one text; such a run is not remembered; OSError
     Path.samefile                                 is_same(path, other); false where one is absent
     os.environ.get(name, ""), os.getenv           variable(name)
     name in os.environ                            is_set(name)
@@ -31,8 +32,8 @@ Times are told by nobody. What belongs to the tool itself (``data_folder``) need
 
 What a process has worked out of files, and uses again for the next robot, carries its notes along: ``remembered`` here
 instead of ``lru_cache``. What another process asked is noted by ``note_all`` or ``note_read``; what code of others
-opens, by ``listening``. Whatever cannot be noted (a pipe, the file of somebody else, an answer that has changed
-meanwhile) goes to ``spoil``: the notes are good for no answer.
+opens, by ``listening``; what the run itself has written, by ``note_written``. Whatever cannot be noted (a pipe, the
+file of somebody else, an answer that has changed meanwhile) goes to ``spoil``: the notes are good for no answer.
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ from .asking import (
     names,
     note_contents,
     note_read,
+    note_written,
     now,
     own_text,
     package,
@@ -61,6 +63,7 @@ from .asking import (
     text,
     tool_is,
     variable,
+    version,
 )
 from .disk import ABSENT, FILE, FOLDER, OTHER
 from .memory import remembered
@@ -85,6 +88,7 @@ __all__ = [
     "note_all",
     "note_contents",
     "note_read",
+    "note_written",
     "noting",
     "now",
     "own_text",
@@ -99,4 +103,5 @@ __all__ = [
     "text",
     "tool_is",
     "variable",
+    "version",
 ]

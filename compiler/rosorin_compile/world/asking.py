@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from ..startup.cache import digest
 from .disk import ABSENCES, ABSENT, FILE, FOLDER, Status, disk
-from .notes import are_open, note, note_seen, spoil
+from .notes import are_open, note, note_files, note_seen, spoil, written
 from .tool import signature
 
 if TYPE_CHECKING:
@@ -86,6 +86,15 @@ def stream(path: Name) -> BinaryIO:
     """Return a regular file to read from in pieces; the run is not remembered. Raises OSError as ``read``."""
     spoil(f"{os.fspath(path)} is read in pieces")
     return disk().stream(os.fspath(path))
+
+
+def version(path: Name) -> str:
+    """Return what tells a file from its next version while a process runs; the run is not remembered. Raises OSError.
+
+    It is what a file system says, numbers with spaces between them, and no reason to believe that the bytes are equal.
+    """
+    spoil(f"{os.fspath(path)} is told by its times")
+    return disk().status(os.fspath(path)).signature
 
 
 def kind(path: Name) -> str:
@@ -244,12 +253,39 @@ def package(name: str) -> tuple[str, ...]:
 
 
 def note_contents(folder: Name) -> None:
-    """Note the names, kinds and contents of all that is below a folder, as it stands now."""
+    """Note the names, kinds and contents of all that is below a folder, as it stands now.
+
+    What this run has written there (``note_written``) has to stand there still, and nothing else beside it.
+    """
     place = _whole(os.fspath(folder))
     try:
-        note(_CONTENTS, place, _contents(place))
+        rows = _rows(place)
+        note(_CONTENTS, place, _digest_of_rows(rows))
     except OSError as problem:
         spoil(f"{place}: {problem.strerror}")
+        return
+    wrote = written(place)
+    if wrote is not None and not _are(rows, wrote):
+        spoil(f"what stands in {place} is not what was written")
+
+
+def _are(rows: Iterable[tuple[str, str, str, str]], wrote: Mapping[str, str]) -> bool:
+    """Say whether all that is below a folder but folders, links not followed, is what was written there."""
+    found: dict[str, str] = {}
+    links: list[str] = []
+    for path, what, link, told in rows:
+        if (what != FOLDER or link) and not any(path.startswith(f"{one}/") for one in links):
+            found[path] = told
+            links += [path] if link else []
+    return found.keys() == wrote.keys() and all(not told or found[path] == told for path, told in wrote.items())
+
+
+def note_written(folder: Name, files: Mapping[str, bytes], kept: Iterable[str]) -> None:
+    """Note that a folder has these files, bytes by relative name, since this run, and the names of others there."""
+    if are_open():
+        place = _whole(os.fspath(folder))
+        told = {**{f"{place}/{name}": "" for name in kept}, **{f"{place}/{n}": digest(d) for n, d in files.items()}}
+        note_files(place, told)
 
 
 def note_tool() -> None:
@@ -266,7 +302,17 @@ def tool_is(folders: Iterable[str]) -> None:
 
 
 def _contents(folder: str) -> str:
-    rows, waiting, seen = [], [folder], set()
+    return _digest_of_rows(_rows(folder))
+
+
+def _digest_of_rows(rows: Iterable[tuple[str, ...]]) -> str:
+    return digest(_END.join(" ".join(row) for row in rows).encode("utf-8", "surrogateescape"))
+
+
+def _rows(folder: str) -> list[tuple[str, str, str, str]]:
+    """Return path, kind, link and digest of all that is below a folder. Raises OSError."""
+    rows: list[tuple[str, str, str, str]] = []
+    waiting, seen = [folder], set()
     while waiting:
         here = waiting.pop()
         place = disk().real(here)
@@ -276,13 +322,13 @@ def _contents(folder: str) -> str:
         try:
             inside = disk().names(here)
         except (FileNotFoundError, NotADirectoryError) as problem:
-            rows.append(f"{_absence(problem)} {here}")
+            rows.append((here, FOLDER, _absence(problem), ""))
             continue
         for name, what in inside.items():
             path = f"{here}/{name}"
-            rows.append(f"{path} {what} {disk().link(path)} {_digest_of(path, -1) if what == FILE else ''}")
+            rows.append((path, what, disk().link(path), _digest_of(path, -1) if what == FILE else ""))
             waiting += [path] if what == FOLDER else []
-    return digest(_END.join(rows).encode("utf-8", "surrogateescape"))
+    return rows
 
 
 def _whole(path: str) -> str:

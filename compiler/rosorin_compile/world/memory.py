@@ -142,7 +142,8 @@ def remembered(work: Callable[Given, Found]) -> Callable[Given, Found]:
 
     @wraps(work)
     def remembering(*given: Given.args, **named: Given.kwargs) -> Found:
-        key = (given, tuple(sorted(named.items())))
+        # A relative path is another file elsewhere.
+        key = (_here(), given, tuple(sorted(named.items())))
         if key in known and holds(known[key][1]):
             note_all(known[key][1])
             return known[key][0]
@@ -155,6 +156,13 @@ def remembered(work: Callable[Given, Found]) -> Callable[Given, Found]:
 
     forget_too(known.clear)
     return remembering
+
+
+def _here() -> str:
+    try:
+        return disk().here()
+    except OSError:
+        return ""
 
 
 def is_asked_often(words: Sequence[str]) -> bool:

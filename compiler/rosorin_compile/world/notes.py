@@ -19,12 +19,14 @@ Question = tuple[str, str]  # what was asked, and of what
 class Notes:
     """Questions with their answers, in the order in which they were asked first.
 
-    ``seen`` has, for a file that was read, its signature and when that was taken (ns).
+    ``seen`` has, for a file that was read, its signature and when that was taken (ns); ``written``, for a folder that
+    was written, what its files are then: digests by path, "" for what somebody else keeps there.
     """
 
     def __init__(self) -> None:
         self.answers: dict[Question, str] = {}
         self.seen: dict[str, tuple[str, int]] = {}
+        self.written: dict[str, dict[str, str]] = {}
         self.spoiled = ""
 
     def take(self, question: Question, answer: str) -> None:
@@ -38,6 +40,7 @@ class Notes:
             self.take(question, answer)
         for path, seen in other.seen.items():
             self.seen.setdefault(path, seen)
+        self.written.update(other.written)
         self.spoiled = self.spoiled or other.spoiled
 
 
@@ -70,6 +73,17 @@ def note_seen(path: str, signature: str, when: int) -> None:
     """Take down the signature of a file that is noted."""
     if _open:
         _open[-1].seen.setdefault(path, (signature, when))
+
+
+def note_files(folder: str, files: dict[str, str]) -> None:
+    """Take down which files a folder has after it was written, digests by path."""
+    if _open:
+        _open[-1].written[folder] = files
+
+
+def written(folder: str) -> dict[str, str] | None:
+    """Return which files a folder had when it was written; None if it was not."""
+    return _open[-1].written.get(folder) if _open else None
 
 
 def note_all(notes: Notes) -> None:

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from unittest import mock
 
+from rosorin_compile import world
 from rosorin_compile.startup.remembering import forget
 from rosorin_compile.world import memory, spoil
 from rosorin_compile.world.disk import FILE, FOLDER, OTHER, behind
@@ -104,6 +105,8 @@ class Differential:
                 self.world.write(f"{OUT}/artifact", made)
                 if self.world.folder_of(OUT).get("artifact") != made:
                     spoil("writers look for themselves what stands in their way")
+                others = [name for name in self.world.folder_of(OUT) if name != "artifact"]
+                world.note_written(OUT, {"artifact": made}, others)
             self._say(program.said)
             return int(program.failed)
 

@@ -25,6 +25,7 @@ from ...formats.facts import ANGLES
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
 from ...units import ANGLE, INERTIA, LENGTH, MASS, TIME, TORQUE, parse_quantity
+from ...world.disk import status_of
 from .spread import is_same
 from .sweep_file import Variant
 
@@ -414,7 +415,7 @@ class Texts:
     """The artifacts of a sweep on disk, each held against its sum; what several robots share is read once."""
 
     def __init__(self) -> None:
-        self._sums: dict[tuple[int, int], tuple[int, bytes]] = {}
+        self._sums: dict[str, bytes] = {}
         self._bad: set[str] = set()
 
     def look(self, variant: Variant) -> tuple[list[str], list[str]]:
@@ -444,12 +445,11 @@ class Texts:
     def _sum(self, path: Path) -> bytes | None:
         """Return the SHA-256 of a file; of one that has several names it is computed once."""
         try:
-            with path.open("rb") as file:
+            with world.stream(path) as file:
                 status = os.fstat(file.fileno())
-                key = (status.st_dev, status.st_ino)
-                known = self._sums.get(key)
-                if known is not None and known[0] == status.st_mtime_ns:
-                    return known[1]
+                key = status_of(status).signature
+                if key in self._sums:
+                    return self._sums[key]
                 sums = hashlib.sha256()
                 while block := file.read(_BLOCK):
                     sums.update(block)
@@ -457,7 +457,7 @@ class Texts:
             return None
         found = sums.digest()
         if status.st_nlink > 1 and len(self._sums) < MOST_READ // 5:
-            self._sums[key] = (status.st_mtime_ns, found)
+            self._sums[key] = found
         return found
 
 

@@ -297,12 +297,3 @@ def _names_list(variant: Variant, said: Iterable[Mapping[str, Any]]) -> bool:
 
 def _silent(_: Diagnostic) -> None:
     """Say nothing of what is run that is trusted."""
-
-
-Mark = tuple[int, int, int, int]
-
-
-def mark_of(path: Path) -> Mark:
-    """Return what tells a file from its next version. Raises OSError."""
-    status = path.stat()
-    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from io import TextIOWrapper
 from itertools import islice
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from ... import world
@@ -21,7 +20,7 @@ from ...diagnostics.progress import AFTER
 from ...diagnostics.wording import and_more, counted
 from ...frontend.variants import Row
 from ...output.variants import Stored
-from .making import ERROR, MADE, UNCHANGED, Made, Mark, mark_of
+from .making import ERROR, MADE, UNCHANGED, Made
 from .running import Counts, duration
 
 MAX_FAILED = 20  # variants whose errors are shown
@@ -125,15 +124,15 @@ def _span(entry: Mapping[str, Any]) -> Span | None:
     if "file" not in entry:
         return None
     try:
-        mark = mark_of(Path(entry["file"]))
-    except (OSError, ValueError):
-        mark = None
-    source = _line(entry["file"], entry["line"], mark)
+        version = world.version(entry["file"])
+    except OSError:
+        version = ""
+    source = _line(entry["file"], entry["line"], version)
     return Span(source, entry["line"], entry["column"], entry["length"])
 
 
 @lru_cache(maxsize=1_000)
-def _line(path: str, number: int, mark: Mark | None) -> Source:  # noqa: ARG001 - of a file as it is now
+def _line(path: str, number: int, version: str) -> Source:  # noqa: ARG001 - of a file as it is now
     """Return one line of a file; an empty one of a file that is not there any more."""
     text = ""
     try:

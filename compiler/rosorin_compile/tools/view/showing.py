@@ -18,7 +18,6 @@ from ...formats.page.data import mesh_names, robot_data, texture_names
 from ...formats.page.images import Side, beside, image_type
 from ...frontend.tree import Map, locate
 from ...model.seen import Data
-from ...output.watch import mark
 from ...project import Description
 from ..given import Given
 from ..robots import is_foreign
@@ -175,8 +174,10 @@ def served(shown: Shown, numbers: dict[Path, str]) -> tuple[Data, dict[str, tupl
 
 
 def _version(file: Path) -> str:
-    seen = mark(file)
-    return "".join(f"{number:x}" for number in seen) if seen else "0"
+    try:
+        return "".join(f"{int(number):x}" for number in world.version(file).split())
+    except OSError:
+        return "0"
 
 
 def on_disk(shown: Shown, embedding: Embedding | None) -> Data:

@@ -117,7 +117,14 @@ def forgets_what_it_remembers() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def forgets_where_it_is() -> Iterator[None]:
+    with mock.patch.object(memory, "surroundings", list), mock.patch.object(memory, "_here", str):
+        yield
+
+
 FAULTS = {
+    "where it is": forgets_where_it_is,
     "variables": lambda: forgets("variable"),
     "links": lambda: forgets("link", "real"),
     "absences": forgets_absences,

@@ -198,3 +198,38 @@ def test_nothing_is_noted_where_nobody_does() -> None:
         pass
     world.kind("absent")
     assert not notes.answers
+
+
+@pytest.mark.parametrize(
+    ("change", "is_good"),
+    [
+        (lambda _: None, True),
+        (lambda folder: (folder / "made").write_text("edited"), False),
+        (lambda folder: (folder / "made").unlink(), False),
+        (lambda folder: (folder / "more").write_text(""), False),
+        (lambda folder: (folder / "kept").write_text("edited"), True),  # it is noted as it stands
+    ],
+)
+def test_artifacts_are_what_was_written(place: Path, change: Callable[[Path], object], is_good: bool) -> None:
+    folder = place / "folder" / "inner"
+    (folder / "robot.yaml").unlink()
+    for name in ("made", "kept"):
+        (folder / name).write_text("text")
+    with world.noting() as notes:
+        world.note_written(folder, {"made": b"text"}, ["kept"])
+        change(folder)
+        world.note_contents(folder)
+    assert (notes.spoiled == "") is is_good
+
+
+def test_what_a_process_remembers_of_a_relative_path_is_of_that_folder(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    @world.remembered
+    def read(name: str) -> str:
+        return world.text(name)
+
+    (place / "folder" / "file.txt").write_text("another")
+    assert read("file.txt") == "one\ntwo\n"
+    monkeypatch.chdir(place / "folder")
+    assert read("file.txt") == "another"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 import random
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +20,7 @@ from .values import SECOND, Values
 
 OUT = "/out/r"
 NAMES = ("a", "b", "c", "d")
+STARTS = ("/r", "/", "/p", "/out")
 FOLDERS = ("/r", "/r/a", "/r/b", "/p", "/q", "/p/a", "/q/a", "/q/b")
 VARIABLES = (PATHS, "X", "Y")
 ANSWERED, CHANGED, APPEARED = "answered from memory", "something read changed", "something looked for appeared"
@@ -46,6 +48,7 @@ class Differential:
         self.store: dict[str, bytes] = {}
         self.counts: Counter[str] = Counter()
         self.first = "/r/robot"
+        self.named = self.first  # as it is seen from the folder that the run starts in
         self.disturbed = False
         self._begin()
 
@@ -53,6 +56,7 @@ class Differential:
         for folder in ("/r", "/p", "/q", "/out", OUT, "/r/a", "/p/a"):
             self.world.make(folder, FOLDER)
         self.world.write(self.first, b"include b\nmesh c\nfind a\nenv X\nlist a\n")
+        self.world.write("/p/robot", b"mesh a\nglob b\n")
         self.world.write("/r/b", b"link d\nreal a\nglob d\n")
         self.world.write("/r/c", b"texture d\nmesh")
         self.world.variables[PATHS] = "/p:/q"
@@ -62,6 +66,8 @@ class Differential:
         """Change something, and ask with and without memory. Raises Wrong."""
         wish = self.chance.choice((CHANGED, APPEARED))
         self._change(wish)
+        if self.chance.random() < 0.1:
+            self._go()
         self.world.tick(self.chance.choice((0, 1, 5_000_001, SECOND, 3 * SECOND + 7)))
         self.disturbed = self.chance.random() < 0.05
         known = False
@@ -70,6 +76,12 @@ class Differential:
             self.world.tick(self.chance.choice((0, 2 * SECOND + 3)))
         self.counts[wish] += 1
         self.counts[ANSWERED] += known
+
+    def _go(self) -> None:
+        """Start from another folder, and name the file, or the one of that name which stands there, if there is one."""
+        self.world.folder = self.chance.choice(STARTS)
+        relative = posixpath.relpath(self.first, self.world.folder)
+        self.named = self.chance.choice((self.first, relative, "robot"))
 
     def _during(self) -> None:
         """Change a file in the midst of a run."""
@@ -98,7 +110,7 @@ class Differential:
             if self.disturbed:
                 self.world.reads, self.world.during = self.chance.randint(1, 4), self._during
             program = Program()
-            program.run(self.first)
+            program.run(self.named)
             made = "\n".join(program.made).encode()
             if not program.failed:
                 self.world.make(OUT, FOLDER)
@@ -116,7 +128,7 @@ class Differential:
 
         self._hear = hear
         with behind(self.world), self._kept():
-            return memory.once(["program", self.first, self.world.folder], work, [OUT])
+            return memory.once(memory.line(["program", self.named]), work, [OUT])
 
     def _say(self, said: Sequence[str]) -> None:
         """Say what a run has to say, and what else stands among the artifacts, as writers look for themselves."""
@@ -130,7 +142,7 @@ class Differential:
         self._hear = words.extend
         program = Program()
         with behind(self.world):
-            program.run(self.first)
+            program.run(self.named)
         self._say(program.said)
         files = self.world.folder_of(OUT)
         if not program.failed:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import random
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -77,3 +79,17 @@ def test_changes_of_what_was_asked_for(tmp_path: Path) -> None:
 @pytest.mark.tier("memory")
 def test_many_changes_of_what_was_asked_for(tmp_path: Path) -> None:
     assert play(tmp_path, 50) == 50
+
+
+def test_a_run_into_a_closed_pipe_is_made_again(tmp_path: Path) -> None:
+    project = Project(tmp_path)
+    for _ in range(2):  # the second time it may be answered from memory
+        reading, writing = os.pipe()
+        os.close(reading)
+        command = [sys.executable, "-m", "rosorin_compile", "print", "urdf"]
+        with os.fdopen(writing, "wb") as closed:
+            done = subprocess.run(
+                command, cwd=project.folder, env=project.environment, stdout=closed, stderr=subprocess.PIPE, check=False
+            )
+        assert done.returncode
+    assert project.run("print", "urdf") == project.run("print", "urdf", memory=False)

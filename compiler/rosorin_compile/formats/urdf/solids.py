@@ -50,10 +50,13 @@ def collisions(robot: Robot, link: str, carried: Set[str], boxes: str) -> list[S
     A link that turns, and whose parts that turn on it are not carried, is one cylinder around it and them.
     """
     own = robot.shapes_at(link, carried, "collision", boxes)[0]
+    joint = robot.joint_to.get(link)
+    if joint is None or joint.type != "continuous":  # no wheel: two sets of all frames are not held against each other
+        return own
     lost = _lost(robot, frozenset(carried)).get(link)
     if not lost:
         return own
-    x, y, z = robot.joint_to[link].axis
+    x, y, z = joint.axis
     length = norm((x, y, z))
     axis = (x / length, y / length, z / length)
     bare = [(solid, Transform()) for solid in own if not isinstance(solid.geometry, Mesh)]

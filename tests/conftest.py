@@ -7,8 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.world import listening, notes
 from support.commands import write_files
 from support.robots import copy_of_rosorin
+
+
+@pytest.fixture(autouse=True)
+def _forgets_others() -> None:
+    """What code of others has asked counts for all that comes after it in a process; here each test is one."""
+    notes._heard = notes.Notes()
+    listening._listening.clear()
 
 
 @pytest.fixture

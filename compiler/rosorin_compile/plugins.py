@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from .diagnostics.registry import PLUGINS, Rule
-from .world import names, read, remembered
+from .world import ending, read, remembered
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -220,14 +220,12 @@ def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
     found: list[str] = []
     for entry in dict.fromkeys(path):
         with suppress(OSError):
-            found += [os.path.join(entry, name) for name in names(entry) if _names_us(entry, name)]
+            found += [os.path.join(entry, name) for name in ending(entry, _METADATA) if _names_us(entry, name)]
     return tuple(found)
 
 
 def _names_us(folder: str, name: str) -> bool:
     """Say whether what stands in a folder of packages are metadata with an entry point of the tool."""
-    if not name.endswith(_METADATA):
-        return False
     try:
         return b"[" + PREFIX.encode() in read(Path(folder, name, "entry_points.txt"))
     except OSError:

@@ -263,7 +263,7 @@ def test_a_plugin_is_found_whatever_the_time_of_its_folder_is(tmp_path: Path, mo
     for _ in range(2):  # worked out, and remembered
         with noting() as notes:
             assert find(path) == ()
-        assert ("names", path[0]) in notes.answers
+        assert any(kind == "ending" and asked.startswith(path[0]) for kind, asked in notes.answers)
         assert ("bytes", str(info / "entry_points.txt")) in notes.answers
     (info / "entry_points.txt").write_text("[rosorin_compile.rules]\na = b:c\n", "utf-8")
     (tmp_path / "packages" / "q-1.dist-info").mkdir()

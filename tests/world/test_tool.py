@@ -34,7 +34,7 @@ def test_an_edited_file_is_another_tool(tmp_path: Path, change: Callable[[Path],
     (inner / "__pycache__").mkdir(parents=True)
     (inner / "__init__.py").write_text("")
     (inner / "module.py").write_text("VALUE = 1\n")
-    signed, since = signature.__wrapped__, disk().now()
+    signed, since = signature, disk().now()
     before = signed(str(tmp_path), since)
     change(tmp_path)
     assert (signed(str(tmp_path), since) != before) is is_another

@@ -15,6 +15,7 @@ asks the system itself, but for the modules that ``tests/whole/test_world.py`` l
     is_symlink, readlink                          link(path): where it leads as it is written; "" for what is no link
     Path.stat().st_size, .st_mode                 size(path), mode(path); OSError
     iterdir, listdir, scandir, os.walk            names(folder): kinds by names, sorted, links followed; OSError
+    [n for n in listdir(folder) if n.endswith(".x")]  ending(folder, (".x",)): names, sorted; OSError
     glob, rglob("*.yaml")                         matching(folder, pattern), "**/*.yaml": paths, sorted
     Path.resolve, os.path.realpath                real(path), as far as there is one
     times of a file, to see a next version        version(path): one text; such a run is not remembered; OSError
@@ -39,6 +40,7 @@ file of somebody else, an answer that has changed meanwhile) goes to ``spoil``: 
 from __future__ import annotations
 
 from .asking import (
+    ending,
     environment,
     head,
     here,
@@ -75,6 +77,7 @@ __all__ = [
     "FOLDER",
     "OTHER",
     "Notes",
+    "ending",
     "environment",
     "head",
     "here",

@@ -34,7 +34,7 @@ BYTES, _HEAD, _KIND, _LINK, _SIZE, _MODE, _NAMES, _REAL = (
     "real",
 )
 _SAME, _VARIABLE, _ALL, _HERE, _PACKAGE = "same", "variable", "environment", "here", "package"
-_CONTENTS, _TOOL = "contents", "tool"
+_CONTENTS, _TOOL, _ENDING = "contents", "tool", "ending"
 OF_ENVIRONMENT = (_VARIABLE, _ALL)
 _END = "\0"
 _SET, _UNSET = "=", ""
@@ -138,6 +138,17 @@ def names(folder: Name) -> dict[str, str]:
 
     _asked(_NAMES, place, asked)
     return found
+
+
+def ending(folder: Name, endings: tuple[str, ...]) -> list[str]:
+    """Return the names in a folder that end in one of some ways, sorted; nothing else is asked. Raises OSError."""
+    place = os.fspath(folder) or "."
+    told = _asked(_ENDING, _END.join([place, *endings]), lambda: _END.join(_ending(place, *endings)))
+    return told.split(_END) if told else []
+
+
+def _ending(place: str, *endings: str) -> list[str]:
+    return [name for name in disk().names(place) if name.endswith(endings)]
 
 
 def matching(folder: Name, pattern: str) -> list[Path]:
@@ -297,8 +308,8 @@ def note_tool() -> None:
 def tool_is(folders: Iterable[str]) -> None:
     """Say in which folders the files of the tool are; which they are is worked out once for a process."""
     if not _tools:
-        since, whole = disk().now(), _END.join(folders)
-        _tools[:] = [f"{_TOOL} {since}", whole, signature(whole, since)]
+        whole = _END.join(folders)
+        _tools[:] = [_TOOL, whole, signature(whole, disk().now())]
 
 
 def _contents(folder: str) -> str:
@@ -432,6 +443,7 @@ _ANSWERS: dict[str, Callable[[str, int], str]] = {
     _SIZE: lambda path, _: str(disk().status(path).size),
     _MODE: lambda path, _: str(disk().status(path).mode),
     _NAMES: lambda folder, _: _as_answer(disk().names(folder)),
+    _ENDING: lambda asked, _: _END.join(_ending(*asked.split(_END))),
     _REAL: lambda path, _: disk().real(path),
     _SAME: lambda paths, _: _same(*paths.split(_END)),
     _VARIABLE: lambda name, _: _value_of(name),
@@ -439,5 +451,5 @@ _ANSWERS: dict[str, Callable[[str, int], str]] = {
     _HERE: lambda _, __: disk().here(),
     _PACKAGE: lambda name, _: _END.join(disk().package(name)),
     _CONTENTS: lambda folder, _: _contents(folder),
-    _TOOL: signature,
+    _TOOL: lambda folders, _: signature(folders, disk().now()),
 }

@@ -3,14 +3,14 @@
 Its own files are many, and are told by their signatures (device, inode, size, times) as git does it: one that was
 changed within two seconds of the record may change again without another signature, and on a disk that keeps whole
 seconds any may; of those the content counts. Of all other packages the names in the folders that Python imports from
-are enough: an upgrade changes the name of the folder of its metadata.
+are enough: an upgrade changes the name of the folder of its metadata. When it is looked at is no part of the answer: a
+file that was young then, and is not now, has two answers, and a run too many is made.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from functools import cache
 
 from ..startup.cache import digest
 from .disk import FILE, FOLDER, disk
@@ -26,7 +26,6 @@ def is_racy(changed: int, since: int) -> bool:
     return changed > since - RACY or changed % _SECOND == 0
 
 
-@cache
 def signature(folders: str, since: int) -> str:
     """Return what tells the tool from another one; ``folders`` are those of its files, ``since`` as ``is_racy``."""
     told = [sys.version, sys.executable, *sys.path]

@@ -27,7 +27,7 @@ from ...output import OutputError, check_names, encoded
 from ...output.ours import digest
 from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
-from ...project import Description, shown
+from ...project import Description, shown, tool_folders
 from ...units import Quantity
 from ...world import Notes, noting
 from ...world.asking import answer, note_tool
@@ -124,9 +124,14 @@ class Maker:
         return self.take(variant, line, files, self.asked(variant, notes) if files else [])
 
     def asked(self, variant: Variant, notes: Notes) -> list[tuple[str, str, str]]:
-        """Return what was asked for a variant, but of its own folder, which is held against what was written there."""
-        own = os.path.abspath(self.folder.place(variant.name))
-        return [row for row in rows(notes) if row[1] != own and not row[1].startswith(own + os.sep)]
+        """Return what was asked for a variant.
+
+        Its own folder is held against what was written there, and the tool is known as a whole: who was first in a
+        process to need a file of it would have other notes than the others.
+        """
+        own = (os.path.abspath(self.folder.place(variant.name)), *tool_folders())
+        inside = tuple(folder + os.sep for folder in own)
+        return [row for row in rows(notes) if row[1] not in own and not row[1].startswith(inside)]
 
     def take(
         self,

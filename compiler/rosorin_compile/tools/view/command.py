@@ -9,9 +9,11 @@ import sys
 import threading
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from ... import world
 from ...diagnostics import Diagnostic
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
@@ -154,6 +156,9 @@ class _Followed:
         looked = _looked(self.given, self.description, self.console)
         errors = [one for one in looked.diagnostics if one.severity == "error"]
         self.console.show(errors)
+        for file in looked.files:
+            with suppress(OSError):
+                world.read(file)  # what the page asks for later is followed, too
         if looked.shown is None:
             self._failed(errors)
             return

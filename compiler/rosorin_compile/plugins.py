@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from .diagnostics.registry import PLUGINS, Rule
-from .world import ending, read, remembered
+from .world import asked_again, ending, read
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -179,7 +179,7 @@ def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
     return _read(folders)
 
 
-@remembered
+@asked_again
 def _read(folders: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
     """Return the entry points that the metadata in these folders have for the tool; of a distribution the first."""
     from importlib.metadata import Distribution
@@ -214,7 +214,7 @@ def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryP
     return name, version or "?", []
 
 
-@remembered
+@asked_again
 def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
     """Return the folders of metadata, along a module search path, that name an entry point of the tool."""
     found: list[str] = []

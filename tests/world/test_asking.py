@@ -176,7 +176,7 @@ def test_notes_within_notes_are_those_of_both() -> None:
 def test_what_a_process_remembers_is_noted_each_time() -> None:
     calls = []
 
-    @world.remembered
+    @world.asked_again
     def first_line(path: str) -> str:
         calls.append(path)
         return world.text(path).partition("\n")[0]
@@ -225,7 +225,7 @@ def test_artifacts_are_what_was_written(place: Path, change: Callable[[Path], ob
 def test_what_a_process_remembers_of_a_relative_path_is_of_that_folder(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    @world.remembered
+    @world.asked_again
     def read(name: str) -> str:
         return world.text(name)
 

@@ -139,7 +139,7 @@ def _there(path: Path) -> bytes:
         return b""
 
 
-@world.remembered
+@world.asked_again
 def _converted(path: Path, ending: str, mark: str) -> bytes:
     """Return a mesh in another format, whose bytes the mark stands for. Raises NotSound."""
     from .extract.meshes import load_mesh

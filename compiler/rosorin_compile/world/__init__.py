@@ -31,7 +31,7 @@ Links are followed everywhere but in ``link`` and ``stands``.
 A name that no file can have (with a NUL, too long) is absent: ``kind`` and the like say so, ``read`` raises OSError.
 Times are told by nobody. What belongs to the tool itself (``data_folder``) needs no note, and is read in the same way.
 
-What a process has worked out of files, and uses again for the next robot, carries its notes along: ``remembered`` here
+What a process has worked out of files, and uses again for the next robot, carries its notes along: ``asked_again`` here
 instead of ``lru_cache``. What another process asked is noted by ``note_all`` or ``note_read``; what code of others
 opens, by ``listening``; what the run itself has written, by ``note_written``. Whatever cannot be noted (a pipe, the
 file of somebody else, an answer that has changed meanwhile) goes to ``spoil``: the notes are good for no answer.
@@ -68,7 +68,7 @@ from .asking import (
     version,
 )
 from .disk import ABSENT, FILE, FOLDER, OTHER
-from .memory import remembered
+from .memory import asked_again
 from .notes import Notes, note_all, noting, spoil
 
 __all__ = [
@@ -77,6 +77,7 @@ __all__ = [
     "FOLDER",
     "OTHER",
     "Notes",
+    "asked_again",
     "ending",
     "environment",
     "head",
@@ -98,7 +99,6 @@ __all__ = [
     "package",
     "read",
     "real",
-    "remembered",
     "size",
     "spoil",
     "stands",

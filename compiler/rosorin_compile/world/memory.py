@@ -133,7 +133,7 @@ def once(
     return done, False
 
 
-def remembered(work: Callable[Given, Found]) -> Callable[Given, Found]:
+def asked_again(work: Callable[Given, Found]) -> Callable[Given, Found]:
     """Return a function that uses a result again while what it asked for it is answered as it was.
 
     Each time that is noted anew: whoever uses the result depends on it. What is raised is not remembered.

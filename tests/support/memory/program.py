@@ -12,7 +12,7 @@ from rosorin_compile import world
 PATHS = "PATHS"
 
 
-@world.remembered
+@world.asked_again
 def mesh(path: str) -> str:
     """Return a mesh, and the texture that its first line names."""
     first, _, rest = world.text(path, errors="replace").partition("\n")

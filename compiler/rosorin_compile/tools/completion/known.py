@@ -127,7 +127,7 @@ def _default(argument: Argument) -> str:
     return "required" if argument.required else f"default: {argument.default}"
 
 
-@world.remembered
+@world.asked_again
 def _arguments(path: Path) -> list[Argument]:
     """Return the arguments that a description or a xacro declares."""
     from ...diagnostics import Source, Span
@@ -144,7 +144,7 @@ def _arguments(path: Path) -> list[Argument]:
     return []
 
 
-@world.remembered
+@world.asked_again
 def _robot(path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[tuple[str, Path], ...]) -> Robot | None:
     """Return the robot of a description, or of a file that can be read without running anything; else None."""
     from ...diagnostics import has_errors
@@ -271,7 +271,7 @@ def _in_text(path: Path, of: str) -> dict[str, str]:
     return found
 
 
-@world.remembered
+@world.asked_again
 def _sections(path: Path) -> dict[str, list[str]]:
     """Return the keys of each section, line by line: of a file that is no YAML just now, too."""
     files = [path] if path.name.count(".") and path.parent == Path() else world.matching(path.parent, "*.y*ml")

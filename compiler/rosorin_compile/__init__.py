@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 __version__ = "0.2.0"
 
 if TYPE_CHECKING:
+    from .commands.sides import diff
     from .diagnostics import Diagnostic
     from .diagnostics.registry import Rule, rule
     from .formats.facts import frame_facts
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
         read,
     )
     from .rules.case import Case
-    from .tools.sides import diff
     from .tools.sweep.library import sweep
 
 # Each public name and the module that has it.
@@ -44,7 +44,7 @@ _HOMES = {
     "Templates": "formats.templating",
     "Value": "formats.format",
     "compile": "pipeline",
-    "diff": "tools.sides",
+    "diff": "commands.sides",
     "frame_facts": "formats.facts",
     "function": "frontend.expression.functions",
     "read": "pipeline",

@@ -1,4 +1,4 @@
-"""The command line: the table of commands. Each is a module of ``tools``, imported when it is called.
+"""The command line: the table of commands. Each is a module of its own, imported when it is called.
 
 Exit codes: 0 fine, 1 problems found, 2 wrong usage.
 """
@@ -15,15 +15,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .commands.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system, tell_which_tool
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
-from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system, tell_which_tool
 from .world import spoil
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from .tools.parser import Parser
+    from .commands.parser import Parser
 
 # By what people want to do; the help lists them in this order.
 GROUPS = {
@@ -126,24 +126,24 @@ _EXITS = {
 }
 _EXIT = "0 fine, 1 problems"
 
-# Where the module of a command stands in ``tools``, where that is not its name.
+# Where the module of a command stands, where that is not its name in ``commands``.
 MODULES = {
-    "cmake-dir": "cmake_dir",
-    "bazel-dir": "bazel_dir",
-    "collisions": "collisions.command",
-    "sweep": "sweep.command",
-    "import": "importer.command",
-    "extract": "extract.command",
-    "explain": "explain.command",
-    "tf": "transforms.tf",
-    "pulses": "transforms.pulses",
-    "view": "view.command",
-    "picture": "picture.command",
-    "simulate": "simulate.command",
-    "package": "package.command",
-    "deploy": "package.deploy_command",
-    "verify": "verify.command",
-    "completion": "completion.command",
+    "cmake-dir": "commands.cmake_dir",
+    "bazel-dir": "commands.bazel_dir",
+    "collisions": "tools.collisions.command",
+    "sweep": "tools.sweep.command",
+    "import": "tools.importer.command",
+    "extract": "tools.extract.command",
+    "explain": "commands.explain.command",
+    "tf": "commands.transforms.tf",
+    "pulses": "commands.transforms.pulses",
+    "view": "tools.view.command",
+    "picture": "tools.picture.command",
+    "simulate": "tools.simulate.command",
+    "package": "tools.package.command",
+    "deploy": "tools.package.deploy_command",
+    "verify": "tools.verify.command",
+    "completion": "commands.completion.command",
 }
 
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
@@ -172,7 +172,7 @@ def _run(words: list[str]) -> int:
         sys.stderr.write(parser(words).format_help())
         return USAGE
     if words[0] == ASKED_BY_SHELLS:
-        from .tools.completion.candidates import CommandLine, answer
+        from .commands.completion.candidates import CommandLine, answer
 
         return answer(words[1:], CommandLine(COMMANDS, parser))
     try:
@@ -251,7 +251,7 @@ def parse(words: list[str]) -> argparse.Namespace:
 
 def parser(words: Sequence[str]) -> Parser:
     """Return the parser of a command line; of the commands it has only the one that ``words`` call."""
-    from .tools.parser import Parser, Version
+    from .commands.parser import Parser, Version
 
     top = Parser(
         prog="rosorin-compile",
@@ -281,7 +281,7 @@ def parser(words: Sequence[str]) -> Parser:
 
 
 def _module(command: str) -> ModuleType:
-    return import_module(f".tools.{MODULES.get(command, command)}", __package__)
+    return import_module(f".{MODULES.get(command, f'commands.{command}')}", __package__)
 
 
 def _called(words: Sequence[str]) -> str:

@@ -16,6 +16,8 @@ import pytest
 import yaml
 
 from rosorin_compile.cli import main
+from rosorin_compile.commands.given import Given
+from rosorin_compile.commands.understanding import Known, understood
 from rosorin_compile.diagnostics import Diagnostic, Source, has_errors
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.formats import FORMATS
@@ -28,9 +30,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.project import Description
-from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.parameters import checking, files, nodes
-from rosorin_compile.tools.understanding import Known, understood
 from support.paths import DATA, ROOT, ROSORIN
 from support.robots import compiled, compiled_text
 

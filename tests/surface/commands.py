@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator
 
 from rosorin_compile.cli import COMMANDS, WORDS, parser
-from rosorin_compile.tools.parser import Parser
+from rosorin_compile.commands.parser import Parser
 
 
 def lines() -> Iterator[str]:

@@ -14,15 +14,15 @@ import pytest
 
 from rosorin_compile import world
 from rosorin_compile.cli import main
+from rosorin_compile.commands.given import Given
+from rosorin_compile.commands.understanding import understood
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.registry import PHYSICS, every_rule
 from rosorin_compile.project import Description
 from rosorin_compile.tools.extract.meshes import load_mesh
-from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.physics import checking
 from rosorin_compile.tools.physics.scene import winding
-from rosorin_compile.tools.understanding import understood
 from support.cases import told
 from support.commands import Shown
 from support.paths import DATA, ROOT

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
+from rosorin_compile.commands.check import _with, choices, combinations
 from rosorin_compile.diagnostics import Source, Span
 from rosorin_compile.frontend.arguments import Argument
-from rosorin_compile.tools.check import _with, choices, combinations
 
 pytestmark = pytest.mark.slow
 

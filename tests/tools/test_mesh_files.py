@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.commands.given import Given
 from rosorin_compile.project import Description
 from rosorin_compile.tools import watch
-from rosorin_compile.tools.given import Given
 
 ROBOT = """robot: r
 links:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.tools.mesh_soundness import NotSound, check
+from rosorin_compile.commands.mesh_soundness import NotSound, check
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow

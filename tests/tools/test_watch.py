@@ -16,9 +16,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import world
+from rosorin_compile.commands.init import start
 from rosorin_compile.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.output.watch import Inputs, Said
-from rosorin_compile.tools.init import start
 from support.robots import copy_of_rosorin
 
 pytestmark = pytest.mark.slow

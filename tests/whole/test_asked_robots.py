@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.commands.foreign import compile_foreign
 from rosorin_compile.model.geometry import Pose
-from rosorin_compile.tools.foreign import compile_foreign
 from support import bags
 from support.bags import judged
 from support.commands import Shown, ask

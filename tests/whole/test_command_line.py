@@ -15,12 +15,12 @@ import pytest
 
 from rosorin_compile import __version__
 from rosorin_compile.cli import COMMANDS, GROUPS, MODULES, main, parse, parser
-from rosorin_compile.tools.parser import Parser
-from rosorin_compile.tools.schema import names
+from rosorin_compile.commands.parser import Parser
+from rosorin_compile.commands.schema import names
 from support.paths import DATA, DOCS, IMPORTED, PACKAGE, ROOT, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
-COMMANDS_FOLDER = PACKAGE / "tools"
+FOLDERS = (PACKAGE / "commands", PACKAGE / "tools")
 # Options whose value is another one in another command, and why.
 OTHER_VALUES = {
     "-o": "a file or a folder, as the command writes one or several",
@@ -61,9 +61,10 @@ def test_help_lists_every_command_in_its_group(capsys: Shown) -> None:
 
 
 def test_every_module_of_a_command_is_listed() -> None:
-    sources = (path for path in COMMANDS_FOLDER.rglob("*.py") if "\ndef options(" in path.read_text("utf-8"))
-    modules = {".".join(path.relative_to(COMMANDS_FOLDER).with_suffix("").parts) for path in sources}
-    assert modules == {MODULES.get(name, name) for name in COMMANDS}
+    every = [path for folder in FOLDERS for path in folder.rglob("*.py")]
+    sources = (path for path in every if "\ndef options(" in path.read_text("utf-8"))
+    modules = {".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sources}
+    assert modules == {MODULES.get(name, f"commands.{name}") for name in COMMANDS}
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.commands.init import start
 from rosorin_compile.output import OutputError, write_outputs
 from rosorin_compile.output.one_file import write_file
 from rosorin_compile.tools.extract.problems import ExtractProblem
 from rosorin_compile.tools.extract.writing import replace, save
-from rosorin_compile.tools.init import start
 from support.kills import at_each_step
 from support.paths import DATA
 

@@ -1,8 +1,4 @@
-"""Tools: the commands, each a module or folder: ``options`` says what one takes, ``run`` returns the exit code.
+"""Tools: what stands beside the core, each in a folder: ``verify``, ``view``, ``picture``, ``sweep``, ``importer``, ...
 
-Small ones are one module (``all``, ``check``, ``diff``, ``frames``, ...). In a folder, ``command`` is the command and
-the rest what it works with: ``completion``, ``explain``, ``extract``, ``importer``, ``package``, ``verify``;
-``transforms`` has two. What several share: ``parser`` and ``options`` (the command line), ``given`` (arguments),
-``robots`` (those asked for), ``compiling`` and ``understanding`` them, ``usage`` (how a run ends), ``sides`` and
-``foreign`` (files in other formats).
+``command`` is the command, and the rest what it works with. A tool uses the core as a package of others does.
 """

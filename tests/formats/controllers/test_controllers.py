@@ -13,16 +13,16 @@ import pytest
 import yaml
 
 from rosorin_compile.cli import parser
+from rosorin_compile.commands.given import Given
+from rosorin_compile.commands.understanding import understood
 from rosorin_compile.diagnostics import NOTE, has_errors
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.formats.controllers.types import SHORT
 from rosorin_compile.formats.parameters.tables import DISTRIBUTIONS, plugins
 from rosorin_compile.pipeline import Compiled, compile_robot
 from rosorin_compile.project import Description
-from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.parameters.checking import asked, look
 from rosorin_compile.tools.parameters.files import read_file
-from rosorin_compile.tools.understanding import understood
 from support.paths import DATA, DOCS
 
 FOLDER = DATA / "controllers"

@@ -26,7 +26,7 @@ WHERE = (
         "formats/srdf/__init__.py",
         "formats/parameters/files.py",
     ),
-    *("tools/diff.py", "tools/sides.py"),
+    *("commands/diff.py", "commands/sides.py"),
 )
 _COMPARISONS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "is": "is not", "is not": "is"}
 _COMPARISONS |= {"in": "not in", "not in": "in"}

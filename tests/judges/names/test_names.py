@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
+from rosorin_compile.commands.completion import known
 from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.frontend.expand import expand
@@ -19,7 +20,6 @@ from rosorin_compile.meaning.difference import YAML, Side
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.model import Robot
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.completion import known
 from rosorin_compile.tools.importer.description import Outputs, write
 from rosorin_compile.tools.importer.repeats import with_parts
 from support import naming

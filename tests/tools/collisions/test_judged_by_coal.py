@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rosorin_compile.commands.given import Given
+from rosorin_compile.commands.understanding import understood
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.formats.mesh_files import Places, files_of
 from rosorin_compile.formats.srdf.planning import Planning, urdf_of
@@ -16,9 +18,7 @@ from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import Description
 from rosorin_compile.tools.collisions.contacts import FAR, Contacts
 from rosorin_compile.tools.collisions.search import Search, bounds_of
-from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.physics.files import Meshes, named_meshes
-from rosorin_compile.tools.understanding import understood
 from support.coal import Coal
 from support.paths import ROOT, ROSORIN
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import COMMANDS, main, parser
+from rosorin_compile.commands.completion import known
+from rosorin_compile.commands.completion.candidates import KINDS, CommandLine, candidates, kind, slots
+from rosorin_compile.commands.completion.line import split
+from rosorin_compile.commands.parser import Parser
 from rosorin_compile.frontend.arguments import declared
 from rosorin_compile.startup.remembering import forget
-from rosorin_compile.tools.completion import known
-from rosorin_compile.tools.completion.candidates import KINDS, CommandLine, candidates, kind, slots
-from rosorin_compile.tools.completion.line import split
-from rosorin_compile.tools.parser import Parser
 from support.commands import HANDY, edit
 from support.paths import ROOT
 
@@ -386,5 +386,5 @@ def test_other_commands_do_not_pay_for_it() -> None:
     code = "import sys; from rosorin_compile.cli import main; main(['all', '--help'])"
     code = f"import atexit, sys\natexit.register(lambda: print(*sys.modules, sep='\\n'))\n{code}"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert "rosorin_compile.tools.all" in shown
+    assert "rosorin_compile.commands.all" in shown
     assert "completion" not in shown

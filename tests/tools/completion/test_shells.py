@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.tools.completion.command import SCRIPTS
+from rosorin_compile.commands.completion.command import SCRIPTS
 from support.commands import HANDY
 from support.shells import environment, shell
 

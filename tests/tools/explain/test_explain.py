@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.commands.explain.answer import NotThere, explain
+from rosorin_compile.commands.explain.explanation import Answer, Explanation, Meaning, Number, Origin, Where
 from rosorin_compile.frontend.arguments import read
 from rosorin_compile.pipeline import understand
-from rosorin_compile.tools.explain.answer import NotThere, explain
-from rosorin_compile.tools.explain.explanation import Answer, Explanation, Meaning, Number, Origin, Where
 from support.commands import HANDY
 
 PROJECT = HANDY

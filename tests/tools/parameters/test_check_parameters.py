@@ -13,13 +13,13 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main, parser
+from rosorin_compile.commands.given import Given
+from rosorin_compile.commands.understanding import understood
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.registry import PARAMETERS, every_rule
 from rosorin_compile.project import Description
-from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.parameters.checking import asked, look
-from rosorin_compile.tools.understanding import understood
 from support.cases import told
 from support.paths import DATA
 

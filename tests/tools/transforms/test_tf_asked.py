@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.commands.transforms.states import NoState, free_joint, position, sweep_of
+from rosorin_compile.commands.transforms.tf import _no_way
 from rosorin_compile.model.kinematics import NoWay
-from rosorin_compile.tools.transforms.states import NoState, free_joint, position, sweep_of
-from rosorin_compile.tools.transforms.tf import _no_way
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.pages import blocks, play
 from support.paths import DOCS, ROOT

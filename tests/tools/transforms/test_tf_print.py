@@ -18,11 +18,11 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.commands.transforms.echo import text
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.model.kinematics.lookup import Answer, lookup
 from rosorin_compile.model.kinematics.quaternions import of_rows, rows_of_rpy, rpy
-from rosorin_compile.tools.transforms.echo import text
 from support.robots import compiled
 
 pytestmark = pytest.mark.slow

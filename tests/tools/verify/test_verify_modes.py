@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rosorin_compile.commands.foreign import compile_foreign
 from rosorin_compile.model import Pose, Robot, Transform
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.tools.foreign import compile_foreign
 from rosorin_compile.tools.verify.expected import Description, Options
 from rosorin_compile.tools.verify.joints import JointLog
 from rosorin_compile.tools.verify.judge import Verdict

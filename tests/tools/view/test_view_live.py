@@ -17,10 +17,10 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from rosorin_compile.commands.given import Given
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.formats.page import data_of
 from rosorin_compile.project import find
-from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.view import command
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT

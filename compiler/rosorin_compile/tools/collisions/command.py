@@ -8,6 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ... import world
+from ...commands.given import Given, given_arguments
+from ...commands.options import argument_options, one_robot, package_option, place, quiet_option
+from ...commands.robots import no_stdin, one
+from ...commands.understanding import Known, understood
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics import error
 from ...diagnostics.console import Console, log_progress
 from ...diagnostics.progress import step
@@ -18,11 +23,6 @@ from ...formats.srdf.planning import Planning, ordered, urdf_of
 from ...frontend.yaml_text import scalar
 from ...model.moveit import NEVER, REASONS, DisabledCollision, Pair
 from ...project import ON_STDIN, Description
-from ..given import Given, given_arguments
-from ..options import argument_options, one_robot, package_option, place, quiet_option
-from ..robots import no_stdin, one
-from ..understanding import Known, understood
-from ..usage import FINE, PROBLEMS, WrongUsage
 
 RULES = (
     Rule(

@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...commands.options import argument_options, package_option, place, quiet_option
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics.console import Console, give
 from ...diagnostics.wording import masked
-from ..options import argument_options, package_option, place, quiet_option
-from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Source

@@ -8,11 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...commands.given import given_arguments
+from ...commands.robots import no_stdin
+from ...commands.usage import WrongUsage
 from ...diagnostics.console import Console
 from ...units import ANGLE, LENGTH, Dimension, describe, dimension_of
-from ..given import given_arguments
-from ..robots import no_stdin
-from ..usage import WrongUsage
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from ... import world
+from ...commands.options import console_of
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
 from ...diagnostics.console import Console
 from ...diagnostics.progress import step
 from ...diagnostics.registry import FLEETS, Rule
 from ...diagnostics.wording import and_more, counted, first_of, listed, printable
-from ..options import console_of
-from ..usage import FINE, PROBLEMS, WrongUsage
 from .columns import Columns, Texts
 from .judging import Far, Row, far_of, outliers, rows_of
 from .spread import FEWEST
@@ -280,7 +280,7 @@ def check_fleet(options: argparse.Namespace) -> int:
     console.end(failed)
     console.finish()
     if options.summary is not None:
-        from ..robots import append_summary
+        from ...commands.robots import append_summary
 
         append_summary(Path(options.summary), console.summary())
     return PROBLEMS if failed else FINE

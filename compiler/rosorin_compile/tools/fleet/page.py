@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ... import world
+from ...commands.given import Given
+from ...commands.usage import WrongUsage
 from ...diagnostics import ERROR, NOTE, Diagnostic
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted
 from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
 from ...project import Description
-from ..given import Given
-from ..usage import WrongUsage
 from .columns import recognised
 from .telling import page_rows
 

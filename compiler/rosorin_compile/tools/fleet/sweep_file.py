@@ -10,11 +10,11 @@ from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from ... import world
+from ...commands.usage import WrongUsage
 from ...diagnostics import Diagnostic, Source, Span, error
 from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import FLEETS, Rule
 from ...diagnostics.wording import printable
-from ..usage import WrongUsage
 
 RULES = (
     Rule(

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ... import world
+from ...commands.given import given_arguments, packages_of
+from ...commands.options import argument_options, console_of, format_options, package_option, place
+from ...commands.robots import take_stdin
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
 from ...project import DESCRIPTIONS, ON_STDIN, ROOT_FILE, STDIN, around, nearest_file
-from ..given import given_arguments, packages_of
-from ..options import argument_options, console_of, format_options, package_option, place
-from ..robots import take_stdin
-from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -422,9 +422,9 @@ def _write(
     console: Console, folder: Path, files: Mapping[str, str], known: Mapping[str, str] | None = None
 ) -> Written | None:
     """Write the files of a description; what they replace is kept beside them, unless it is ``known``: taken over."""
+    from ...commands.all import put_aside
     from ...output import OutputError, write_set
     from ...output.ours import UNKNOWN
-    from ..all import put_aside
     from .merging.record import is_of
 
     def judge(name: str, old: bytes, _: bytes) -> str:

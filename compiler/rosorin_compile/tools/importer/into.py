@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ... import world
+from ...commands.usage import WrongUsage
 from ...diagnostics import Diagnostic, error
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import listed
@@ -24,7 +25,6 @@ from ...output.placing import alone
 from ...project import DESCRIPTIONS, ROOT_FILE
 from ..package.finding import package_of
 from ..package.installing import missing
-from ..usage import WrongUsage
 from .merging.again import Again, Wanted, imported_again, recorded, remove
 from .merging.record import ENDING, is_of, text_of
 from .merging.record import of as record_of

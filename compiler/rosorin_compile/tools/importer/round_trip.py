@@ -11,6 +11,8 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ... import world
+from ...commands.init import SCHEMA
+from ...commands.mesh_copies import brought
 from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
 from ...diagnostics.progress import step
 from ...diagnostics.registry import READING, Rule
@@ -25,8 +27,6 @@ from ...meaning.sameness import different, differently_said
 from ...model import Joint, Output, Robot, Transform
 from ...pipeline import Compiled, compile_robot, emitted, understand
 from ...project import ROOT_FILE, described_at
-from ..init import SCHEMA
-from ..mesh_copies import brought
 from .description import Outputs, outputs, tree_of, write
 from .repeats import with_parts
 from .telling import seen_from

@@ -27,9 +27,9 @@ from .naming import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
+    from ...commands.given import Given
     from ...frontend.arguments import Argument
     from ...pipeline import Compiled
-    from ..given import Given
     from .package import Options
 
 RULES = (
@@ -230,8 +230,8 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
 
     It has to say the same to the byte, and to read nothing outside.
     """
+    from ...commands.compiling import compile_one
     from ...diagnostics import has_errors
-    from ..compiling import compile_one
 
     packages = {one.name: Path(one.answer) for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
     packages |= {**given.packages, package: there}

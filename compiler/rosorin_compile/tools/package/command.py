@@ -8,21 +8,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...commands.compiling import compiled_one
+from ...commands.given import given_arguments
+from ...commands.options import argument_options, format_options, one_robot, package_option, place
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics.console import Console
-from ..compiling import compiled_one
-from ..given import given_arguments
-from ..options import argument_options, format_options, one_robot, package_option, place
-from ..usage import FINE, PROBLEMS, WrongUsage
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from ...commands.given import Given
     from ...diagnostics import Diagnostic
     from ...output.placing import Holding
     from ...pipeline import Compiled
     from ...project import Description
-    from ..given import Given
     from .carrying import Carried
     from .package import Options
 

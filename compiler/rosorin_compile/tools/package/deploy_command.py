@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import world
+from ...commands.compiling import compiled_one
+from ...commands.options import argument_options, format_options, one_robot, package_option, place
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics.console import Console
 from ...diagnostics.registry import PACKAGES, Rule
-from ..compiling import compiled_one
-from ..options import argument_options, format_options, one_robot, package_option, place
-from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ... import world
+from ...commands.usage import WrongUsage
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, arrange, error, has_errors
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...diagnostics.wording import counted, listed
@@ -21,7 +22,6 @@ from ...model import NODE
 from ...model.control import Controller
 from ...project import no_file
 from ...rules.case import Case
-from ..usage import WrongUsage
 from . import frames, owners, values
 from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, Setting, found

@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ... import world
+from ...commands.given import given_arguments
+from ...commands.options import argument_options, mode_option, one_robot, package_option, place, quiet_option
+from ...commands.robots import one
+from ...commands.understanding import Known, mode_states
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics import WARNING, error
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
 from ...diagnostics.progress import step
 from ...units import ANGLE, dimension_of, parse_quantity
-from ..given import given_arguments
-from ..options import argument_options, mode_option, one_robot, package_option, place, quiet_option
-from ..robots import one
-from ..understanding import Known, mode_states
-from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...model import Mesh, Robot, Transform, Vector
@@ -128,11 +128,11 @@ def _draw(
     shown: Shown, asked: Asked, options: argparse.Namespace, target: Path, inputs: Sequence[Path], console: Console
 ) -> int:
     """Draw a robot and write the picture."""
+    from ...commands.transforms.states import NoState, beyond, beyond_limit, given
     from ...model.pulses import NoPulse, NoServo
     from ...output import OutputError
     from ...output.one_file import write_file
     from ...output.ours import wrote
-    from ..transforms.states import NoState, beyond, beyond_limit, given
 
     lacking = _lacking(shown.robot)
     if lacking:

@@ -10,6 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import world
+from ...commands.given import given_arguments
+from ...commands.options import argument_options, json_option, one_robot, package_option, place, quiet_option
+from ...commands.robots import one
+from ...commands.understanding import Known, understood
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics import Diagnostic, arrange, error
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
@@ -17,15 +22,10 @@ from ...diagnostics.progress import step
 from ...diagnostics.registry import SIMULATION, Rule
 from ...diagnostics.wording import counted, listed
 from ...project import Description
-from ..given import given_arguments
-from ..options import argument_options, json_option, one_robot, package_option, place, quiet_option
-from ..robots import one
-from ..understanding import Known, understood
-from ..usage import FINE, PROBLEMS, WrongUsage
 from .judging import LIMITS, Judge
 
 if TYPE_CHECKING:
-    from ..given import Given
+    from ...commands.given import Given
     from .trials import Trials
     from .world import World
 
@@ -137,9 +137,9 @@ def _simulate(
 
 def _world(mujoco: object, known: Known, description: Description, given: Given, base: str) -> World:
     """Return the robot in MuJoCo. Raises Refused."""
+    from ...commands.compiling import search_meshes
     from ...formats import FORMATS
     from ...formats.templating import Templates
-    from ..compiling import search_meshes
     from .world import World, simulated
 
     robot = known.robot

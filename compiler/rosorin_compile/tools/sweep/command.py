@@ -9,6 +9,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ... import world
+from ...commands.given import Given, given_arguments
+from ...commands.options import argument_options, console_of, format_options, one_robot, package_option, place
+from ...commands.robots import no_stdin, one
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.console import Console
 from ...diagnostics.registry import WRITING, Rule
@@ -21,10 +25,6 @@ from ...output.remote import RemoteIndex, folder_of
 from ...output.variants import Index
 from ...project import Description
 from ...startup import system
-from ..given import Given, given_arguments
-from ..options import argument_options, console_of, format_options, one_robot, package_option, place
-from ..robots import no_stdin, one
-from ..usage import FINE, PROBLEMS, WrongUsage
 from .engines import Engine, InProcess, Processes
 from .making import Folder, Job, Maker, job, plain
 from .running import Asked, Counts, Stopped, forgotten

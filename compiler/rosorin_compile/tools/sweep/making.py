@@ -152,9 +152,9 @@ class Maker:
 
     def compiled(self, variant: Variant) -> Compiled:
         """Return what becomes of a variant; nothing is written."""
+        from ...commands.compiling import proven, search_meshes
+        from ...commands.given import Given
         from ...pipeline import Compiled, compile_robot
-        from ..compiling import proven, search_meshes
-        from ..given import Given
 
         if has_errors(variant.diagnostics):
             return Compiled(None, (), [], ())
@@ -215,7 +215,7 @@ def compiled_here(first: Path, asked: Asked, variant: Variant, kept: Kept | None
 
 def files_of(compiled: Compiled) -> dict[str, bytes]:
     """Return the artifacts of a robot, bytes by name, with the meshes that belong to them. Raises OutputError."""
-    from ..compiling import mesh_files
+    from ...commands.compiling import mesh_files
 
     files = {**mesh_files(compiled), **{one.file: encoded(one.file, one.text) for one in compiled.artifacts}}
     check_names(files)

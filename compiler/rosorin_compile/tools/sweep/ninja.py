@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ... import world
+from ...commands.given import Given
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import TABLES, Variant, Variants
@@ -28,7 +29,6 @@ from ...output import OutputError
 from ...output.one_file import write_file
 from ...project import Description
 from ...units import Quantity
-from ..given import Given
 
 RULES = (
     Rule(

@@ -11,17 +11,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import world
+from ...commands.compiling import compile_one
+from ...commands.given import Given, given_arguments, texts
+from ...commands.options import argument_options, json_option, mode_option, package_option, quiet_option
+from ...commands.robots import is_foreign, meant
+from ...commands.understanding import mode_states, read
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
 from ...diagnostics.progress import step
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...project import ROOT_FILE, STDIN, Description, NoDescription, find
-from ..compiling import compile_one
-from ..given import Given, given_arguments, texts
-from ..options import argument_options, json_option, mode_option, package_option, quiet_option
-from ..robots import is_foreign, meant
-from ..understanding import mode_states, read
-from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -113,9 +113,9 @@ def _compiled(given: Given, description: Description, console: Console) -> Compi
     """Return a description, or a robot in another format, with its artifacts."""
     if not is_foreign(description.path):
         return compile_one(given, description, console)
+    from ...commands.foreign import compile_foreign
     from ...frontend.load import LoadError
     from ...pipeline import Compiled
-    from ..foreign import compile_foreign
 
     try:
         return compile_foreign(description.path, texts(given.values()), given.packages, console.ahead, given.trust)

@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ... import world
+from ...commands.given import Given
+from ...commands.usage import WrongUsage
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted
 from ...formats.page import MAX_MEGABYTES, Embedding, data_of, html, left_out
@@ -22,8 +24,6 @@ from ...meaning.past import past
 from ...meaning.wording import brief
 from ...model import Link, Mesh, Robot
 from ...model.seen import Data
-from ..given import Given
-from ..usage import WrongUsage
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:

@@ -14,6 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from ... import world
+from ...commands.given import Given, given_arguments
+from ...commands.options import argument_options, one_robot, package_option, page_options, quiet_option
+from ...commands.robots import one
+from ...commands.usage import FINE, PROBLEMS, WrongUsage
 from ...diagnostics import Diagnostic
 from ...diagnostics.console import Console
 from ...diagnostics.installing import pip_install
@@ -22,10 +26,6 @@ from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
 from ...model import SEVERAL_COORDINATES, Joint
 from ...output.watch import Inputs
 from ...project import Description
-from ..given import Given, given_arguments
-from ..options import argument_options, one_robot, package_option, page_options, quiet_option
-from ..robots import one
-from ..usage import FINE, PROBLEMS, WrongUsage
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from .showing import Looked, Shown, look, on_disk, served
 

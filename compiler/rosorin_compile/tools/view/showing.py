@@ -8,6 +8,9 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ... import world
+from ...commands.given import Given
+from ...commands.robots import is_foreign
+from ...commands.understanding import read
 from ...diagnostics import WARNING, Diagnostic, Span, has_errors
 from ...diagnostics.console import Console
 from ...diagnostics.wording import printable
@@ -19,9 +22,6 @@ from ...formats.page.images import Side, beside, image_type
 from ...frontend.tree import Map, locate
 from ...model.seen import Data
 from ...project import Description
-from ..given import Given
-from ..robots import is_foreign
-from ..understanding import read
 
 if TYPE_CHECKING:
     from ...model import Robot
@@ -47,8 +47,8 @@ class Shown(NamedTuple):
 
     def explained(self, frame: str) -> list[str]:
         """Return where the numbers of a frame come from, as ``explain`` says it; empty for a foreign robot."""
-        from ..explain.answer import NotThere, explain
-        from ..explain.text import lines
+        from ...commands.explain.answer import NotThere, explain
+        from ...commands.explain.text import lines
 
         expanded, lowered = self.understood.expanded, self.understood.lowered
         if expanded.scope is None or lowered is None:

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .... import world
+from ....commands.usage import WrongUsage
 from ....diagnostics import Diagnostic, has_errors
 from ....diagnostics.wording import listed
 from ....frontend.load import LoadError
 from ....project import ROOT_FILE
-from ...usage import WrongUsage
 from . import record as records
 from .record import ENDING, Record, text_of
 from .telling import in_the_way, of_proof, told

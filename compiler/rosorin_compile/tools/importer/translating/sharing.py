@@ -250,9 +250,9 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
     """Return the robot of a description by what its arguments are; what is wrong in words where there is none."""
+    from ....commands.check import choices, combinations
     from ....frontend.arguments import declared
     from ....pipeline import understand
-    from ...check import choices, combinations
 
     arguments, wrong = declared(root, {}, packages)
     if has_errors(wrong):

@@ -15,8 +15,8 @@ from ..frontend.expand import Expanded
 from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
 from ..pipeline import Compiled, Search, Understood, emitted, judged
+from ..tools.importer.description import outputs as wanted_outputs
 from ..world import text as text_of
-from .importer.description import outputs as wanted_outputs
 
 Tell = Callable[[Diagnostic], None]
 

@@ -215,8 +215,8 @@ def _write(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespa
     from ..diagnostics import error
     from ..formats.drawing import SUFFIXES, picture, suffix
     from ..output import OutputError, write_set
-    from .extract.problems import ExtractProblem
-    from .extract.writing import replace
+    from ..tools.extract.problems import ExtractProblem
+    from ..tools.extract.writing import replace
 
     target = Path(options.output)
     folder = options.output.endswith(("/", os.sep)) or world.kind(target) == world.FOLDER

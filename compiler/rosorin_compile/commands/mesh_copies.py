@@ -20,12 +20,12 @@ from ..diagnostics.progress import step
 from ..diagnostics.registry import FORMATS, Rule
 from ..formats.mesh_files import Found, Searched, told
 from ..formats.named_files import OF_ELEMENT, Named
+from ..tools.extract.problems import ExtractProblem
 from ..world.listening import listening
-from .extract.problems import ExtractProblem
 from .mesh_soundness import MOST_FACES, NotSound, check, check_pointer, is_text
 
 if TYPE_CHECKING:
-    from .extract.meshes import Floats
+    from ..tools.extract.meshes import Floats
 
 RULES = (
     Rule(
@@ -142,7 +142,7 @@ def _there(path: Path) -> bytes:
 @world.asked_again
 def _converted(path: Path, ending: str, mark: str) -> bytes:
     """Return a mesh in another format, whose bytes the mark stands for. Raises NotSound."""
-    from .extract.meshes import load_mesh
+    from ..tools.extract.meshes import load_mesh
 
     try:
         with listening():  # trimesh opens what belongs to the file

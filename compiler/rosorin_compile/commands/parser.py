@@ -23,7 +23,7 @@ _NEGATIVE = r"-\.?\d"
 class Parser(argparse.ArgumentParser):
     """A parser that notes its options as they are added, and the commands within it by name.
 
-    ``completes`` of an option says what a shell completes there, in the words of ``tools.completion.candidates``.
+    ``completes`` of an option says what a shell completes there, in the words of ``commands.completion.candidates``.
     """
 
     def __init__(self, *words: Any, **settings: Any) -> None:

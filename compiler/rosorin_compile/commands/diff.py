@@ -108,8 +108,8 @@ def _write_page(
     options: argparse.Namespace, givens: Sequence[tuple[str, Given]], sides: tuple[Side, Side], found: Difference
 ) -> None:
     """Write the page that shows B with A under it. Raises WrongUsage."""
-    from .view.changed import Pictures, of_sides
-    from .view.showing import look
+    from ..tools.view.changed import Pictures, of_sides
+    from ..tools.view.showing import look
 
     console = Console("json")  # what is wrong was said before
     shown = [look(given, one(word, "rosorin-compile diff A B"), console).shown for word, given in givens]

@@ -58,8 +58,8 @@ if TYPE_CHECKING:
     from ..frontend.arguments import Argument
     from ..frontend.expand.included_robots import Tell
     from ..meaning.golden import Comparison
-    from .package.checking import Checked
-    from .view.changed import Pictures
+    from ..tools.package.checking import Checked
+    from ..tools.view.changed import Pictures
 
 RULES = (
     Rule(
@@ -149,7 +149,7 @@ def run(options: argparse.Namespace) -> int:
         check_summary(Path(options.summary))
     if options.fleet is not None:
         spoil("what a fleet reads is not noted yet")
-        from .fleet.command import check_fleet
+        from ..tools.fleet.command import check_fleet
 
         return check_fleet(options)
     # arguments of the description may stand behind files
@@ -168,7 +168,7 @@ def run(options: argparse.Namespace) -> int:
     spoil("a page is written")
     if options.every_argument or options.deployed is not None:
         raise WrongUsage("--html shows a comparison with what is committed; it does not go with this option")
-    from .view.changed import Pictures
+    from ..tools.view.changed import Pictures
 
     pictures = Pictures(options)
     try:
@@ -338,7 +338,7 @@ def _refusal(given: Given, description: Description, artifact: Artifact, found: 
 
 def _check_with_physics(options: argparse.Namespace, each: Callable[[Run, Description], int]) -> int:
     """Compare each robot with its outputs, unless it is in a file of another format, and check its physics."""
-    from .physics.checking import lacking
+    from ..tools.physics.checking import lacking
 
     missing = lacking()
     if missing:
@@ -354,7 +354,7 @@ def _check_with_physics(options: argparse.Namespace, each: Callable[[Run, Descri
 def _check_physics(run: Run, description: Description) -> int:
     """Check the physics of one robot. What its description says wrongly was told before, unless it is foreign."""
     from ..diagnostics import has_errors
-    from .physics.checking import look
+    from ..tools.physics.checking import look
 
     console = run.console if is_foreign(description.path) else Console("json")
     known = understood(run.given, description, console)
@@ -370,7 +370,7 @@ def _check_physics(run: Run, description: Description) -> int:
 
 def _check_parameters(options: argparse.Namespace) -> int:
     """Hold the parameter files of nodes against one robot."""
-    from .parameters.checking import asked, look, summary
+    from ..tools.parameters.checking import asked, look, summary
 
     others = (options.physics, options.every_argument, options.deployed, options.depfile, options.html, options.hook)
     if any(others):
@@ -403,10 +403,10 @@ def _check_deployed(run: Run, description: Description) -> int:
     """Compile one robot in memory and compare with the copies that are deployed in a folder."""
     from ..diagnostics import error, has_errors
     from ..frontend.load import LoadError
-    from .package import naming
-    from .package.carrying import described
-    from .package.checking import check
-    from .package.finding import files_below
+    from ..tools.package import naming
+    from ..tools.package.carrying import described
+    from ..tools.package.checking import check
+    from ..tools.package.finding import files_below
 
     compiled = compile_proven(run.given, description, run.console)
     run.console.show(compiled.diagnostics)

@@ -11,8 +11,8 @@ from unittest import mock
 import pytest
 
 from rosorin_compile.cli import COMMANDS, main, parser
+from rosorin_compile.commands import watch
 from rosorin_compile.commands.parser import Parser
-from rosorin_compile.tools import watch
 from support.commands import Shown, write_files
 from support.paths import DATA
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.commands import frames as command
 from rosorin_compile.formats.drawing import read
-from rosorin_compile.tools import frames as command
 from support.paths import ROOT
 from support.robots import compiled, copy_of_rosorin
 

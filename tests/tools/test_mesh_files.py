@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.commands import watch
 from rosorin_compile.commands.given import Given
 from rosorin_compile.project import Description
-from rosorin_compile.tools import watch
 
 ROBOT = """robot: r
 links:

@@ -13,7 +13,7 @@ from unittest import mock
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.tools import compiling
+from rosorin_compile.commands import compiling
 
 URDF = """\
 <robot name="vendor"><link name="base_link"><visual><geometry><sphere radius="{}"/></geometry></visual></link></robot>

@@ -51,11 +51,14 @@ def ended_at(step: int, run: Callable[[], object]) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
-def at_each_step(run: Callable[[], object], after: Callable[[], object]) -> int:
-    """Kill a run at its first call, at its second and so on, each time with a look ``after``; return how many."""
-    step, code = 0, 1
+def at_each_step(run: Callable[[], object], after: Callable[[], object], each: int = 1) -> int:
+    """Kill a run at its first call, at its second and so on, each time with a look ``after``; return how many.
+
+    With ``each`` of 5 it is killed at its first call, at its sixth and so on.
+    """
+    step, code = 1 - each, 1
     while code:
-        step += 1
+        step += each
         code = ended_at(step, run)
         after()
     return step

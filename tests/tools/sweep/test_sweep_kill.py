@@ -142,16 +142,10 @@ def test_a_process_that_dies_takes_no_other_variant_along() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("rest", "place"),
-    [
-        ("c.csv", "fleet"),
-        ("b.csv", "file://{here}/fleet"),
-        pytest.param("b.csv", "fleet", marks=pytest.mark.tier("kills")),
-        pytest.param("c.csv", "file://{here}/fleet", marks=pytest.mark.tier("kills")),
-    ],
-)
-def test_prune_after_a_kill_leaves_no_half_of_a_variant(here: Path, place: str, rest: str) -> None:
+@pytest.mark.parametrize("each", [7, pytest.param(1, marks=pytest.mark.tier("kills"))], ids=["some calls", "each call"])
+@pytest.mark.parametrize("place", ["fleet", "file://{here}/fleet"])
+@pytest.mark.parametrize("rest", ["b.csv", "c.csv"])
+def test_prune_after_a_kill_leaves_no_half_of_a_variant(here: Path, place: str, rest: str, each: int) -> None:
     """Killed while a variant is removed, is replaced, or is made: the next run knows which files are ours."""
     (here / "a.csv").write_text("name,height\nr0,1 m\n")
     (here / "b.csv").write_text("name,height\nr1,1 m\n")
@@ -173,7 +167,7 @@ def test_prune_after_a_kill_leaves_no_half_of_a_variant(here: Path, place: str, 
         assert run("a.csv") == 0
 
     assert run("a.csv") == 0
-    assert at_each_step(lambda: run(rest), after) > 20
+    assert at_each_step(lambda: run(rest), after, each) > 20
 
 
 def test_ctrl_c_leaves_what_is_made_and_says_how_to_go_on() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -38,7 +39,7 @@ _CONTENTS, _TOOL, _ENDING = "contents", "tool", "ending"
 OF_ENVIRONMENT = (_VARIABLE, _ALL)
 _END = "\0"
 _SET, _UNSET = "=", ""
-_tools: list[str] = []  # the question which tool this is, and its answer
+_tools: list[str] = []  # the question which tool this is, its answer, and for which path of Python
 # Variables that tell nothing of a run.
 PASSING = ("_", "SHLVL", "OLDPWD")
 
@@ -302,14 +303,15 @@ def note_written(folder: Name, files: Mapping[str, bytes], kept: Iterable[str]) 
 def note_tool() -> None:
     """Note which tool this is, if the program has said so (``tool_is``)."""
     if _tools:
-        note(*_tools)
+        note(*_tools[:3])
 
 
 def tool_is(folders: Iterable[str]) -> None:
-    """Say in which folders the files of the tool are; which they are is worked out once for a process."""
-    if not _tools:
-        whole = _END.join(folders)
-        _tools[:] = [_TOOL, whole, signature(whole, disk().now())]
+    """Say in which folders the files of the tool are; which they are is worked out once for a process and its path."""
+    whole = _END.join(folders)
+    asked = [whole, *sys.path]
+    if _tools[3:] != asked:
+        _tools[:] = [_TOOL, whole, signature(whole, disk().now()), *asked]
 
 
 def _contents(folder: str) -> str:

@@ -27,10 +27,13 @@ def main() -> int:
         return done.code
     from .cli import main as run
 
-    signal.signal(signal.SIGINT, before)
-    if not memory.is_asked_often(words):
-        return run()
-    return memory.once(memory.line(words), run)[0].code
+    try:
+        signal.signal(signal.SIGINT, before)
+        if not memory.is_asked_often(words):
+            return run()
+        return memory.once(memory.line(words), run)[0].code
+    except KeyboardInterrupt:  # between the command and the memory of it
+        return 130
 
 
 def program() -> int:
@@ -40,6 +43,8 @@ def program() -> int:
     it ends as any other.
     """
     code = main()
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # all is said: from here on it ends in silence, too
     if "numpy" in sys.modules:
         return code
     try:

@@ -161,7 +161,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
-    tell_which_tool()
     with guarded():
         return _run(words)
 
@@ -176,6 +175,7 @@ def _run(words: list[str]) -> int:
 
         return answer(words[1:], CommandLine(COMMANDS, parser))
     try:
+        tell_which_tool()
         options = parse(words)
         if getattr(options, "xacro_seconds", None):
             os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run

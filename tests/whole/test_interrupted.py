@@ -33,6 +33,30 @@ def test_an_interrupt_is_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     assert any(code in INTERRUPTED for code in ended)
 
 
+AT = """
+import os, signal, sys
+from rosorin_compile import cli
+from rosorin_compile.__main__ import program
+from rosorin_compile.world import memory
+
+def interrupted(*given):
+    os.kill(os.getpid(), signal.SIGINT)
+
+{place} = interrupted
+sys.argv = ["rosorin-compile", "print", "--nonsense"]
+raise SystemExit(program())
+"""
+
+
+@pytest.mark.parametrize("place", ["cli.tell_which_tool", "cli.guarded", "memory.note_tool", "memory.remember"])
+def test_an_interrupt_beside_the_command_is_no_traceback(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which tool this is, is asked before there is a command, and what a run did is kept after it."""
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", "off")
+    program = [sys.executable, "-c", AT.format(place=place)]
+    ran = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    assert (ran.returncode, "Traceback" in ran.stderr) == (130, False)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [[], ["-n", "1"]])
 def test_the_tests_interrupt_their_children_also_in_the_background(workers: list[str]) -> None:

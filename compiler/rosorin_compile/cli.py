@@ -1,4 +1,4 @@
-"""The command line: the table of commands. Each is a module of its own, imported when it is called.
+"""The command line: a command is found by its record, and its module is imported when it is called.
 
 Exit codes: 0 fine, 1 problems found, 2 wrong usage.
 """
@@ -11,140 +11,17 @@ import io
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .commands.registry import GROUPS, command, commands
 from .commands.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system, tell_which_tool
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
 from .world import spoil
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from .commands.parser import Parser
-
-# By what people want to do; the help lists them in this order.
-GROUPS = {
-    "describe and compile": {
-        "init": "start a new robot",
-        "all": "compile, and write every artifact",
-        "print": "compile, and print one artifact on standard output, as xacro does",
-        "check": "compile, and compare with the committed artifacts",
-        "watch": "compile on every change, and say what moved",
-        "sweep": "compile many variants of one robot, each into a folder of its own",
-        "collisions": "compute which links MoveIt need not check against each other",
-        "schema": "print a JSON Schema: of descriptions, for editors, or of a format for programs",
-        "rule": "say what the id of a message means, and what to do",
-    },
-    "bring in": {
-        "import": "make a description of a URDF, a xacro, an SDF or an MJCF",
-        "extract": "take boxes and height maps out of meshes",
-        "diff": "compare two robots by meaning, in any of the formats",
-    },
-    "ask": {
-        "explain": "say where a frame sits, and which lines put it there",
-        "tf": "say where one frame sits in another, as tf2_echo does",
-        "frames": "show the tree of frames with who publishes them",
-        "view": "show the robot in the browser, and follow its files",
-        "picture": "draw the robot into a PNG or SVG, without a browser",
-        "simulate": "say how the robot behaves in MuJoCo: resting, in its poses, driving",
-        "pulses": "turn servo pulses into joint positions and back",
-        "args": "list the arguments of a robot",
-    },
-    "build with it": {
-        "cmake-dir": "print the folder of the CMake package, for find_package",
-        "bazel-dir": "print the folder of the Bazel rule rosorin_robot",
-    },
-    "run on the robot": {
-        "package": "write a ROS 2 package that is ready to build",
-        "deploy": "write the artifacts into a ROS 2 package that you have",
-        "verify": "hold a recording of the robot against its description",
-    },
-    "set up": {
-        "completion": "print the script that completes a line in bash, zsh or fish",
-    },
-}
-COMMANDS = {name: help for group in GROUPS.values() for name, help in group.items()}
-
-# The words that a command takes; those of extract stand there.
-WORDS = {
-    "init": "NAME [TEMPLATE]",
-    "all": "[ROBOT ...]",
-    "print": "OUTPUT [ROBOT] [NAME:=VALUE ...]",
-    "check": "[ROBOT ...]",
-    "watch": "[ROBOT ...]",
-    "sweep": "[ROBOT] --over LIST -o FOLDER",
-    "collisions": "[ROBOT]",
-    "schema": "[NAME]",
-    "rule": "[ID ...]",
-    "import": "SOURCE",
-    "diff": "A B",
-    "explain": "[ROBOT] NAME ...",
-    "tf": "SOURCE TARGET [ROBOT]",
-    "frames": "[ROBOT]",
-    "view": "[ROBOT]",
-    "picture": "[ROBOT] -o FILE",
-    "simulate": "[ROBOT]",
-    "pulses": "[ROBOT] [JOINT=VALUE ...]",
-    "args": "[ROBOT ...]",
-    "package": "[ROBOT] -o FOLDER",
-    "deploy": "[ROBOT] --to FOLDER",
-    "verify": "SOURCE [ROBOT]",
-    "completion": "SHELL",
-}
-
-# What the exit codes 0 and 1 of a command mean; 2 is wrong usage everywhere.
-_EXITS = {
-    "init": "0 written, 1 the folder cannot be written",
-    "all": "0 written or unchanged, 1 a robot has errors; with --dry-run also 1 something would change",
-    "print": "0 printed, 1 the robot has errors",
-    "check": "0 as committed, 1 differences or errors",
-    "watch": "0 it was ended by Ctrl-C or SIGTERM",
-    "sweep": "0 every variant made or unchanged, 1 a variant has errors, or nothing can be written",
-    "collisions": "0 written or unchanged, 1 errors",
-    "rule": "0 known, 1 a plug-in is broken",
-    "import": "0 written, 1 the source has errors",
-    "extract": "0 taken out, 1 it cannot be",
-    "diff": "0 the same robot, 1 differences or errors",
-    "explain": "0 answered, 1 the description has errors",
-    "tf": "0 answered, 1 errors or no transform; with --strict also 1 beyond a limit",
-    "frames": "0 shown or written, 1 the robot has errors",
-    "pulses": "0 answered, 1 errors or no such pulse; with --strict also 1 beyond a limit",
-    "args": "0 listed, 1 an argument that is given is wrong",
-    "package": "0 written or unchanged, 1 errors",
-    "deploy": "0 written or unchanged, 1 errors; with --dry-run also 1 something would change",
-    "verify": "0 the robot that is described, 1 another one, or nothing that can be read",
-    "view": "0 it was ended by Ctrl-C or SIGTERM, or the page is written; with --html also 1 errors",
-    "picture": "0 drawn, 1 errors, or what draws is not installed",
-    "simulate": "0 within the limits, 1 errors, or something beyond a limit",
-    "cmake-dir": "0 printed",
-    "bazel-dir": "0 printed",
-    "schema": "0 printed",
-    "completion": "0 printed",
-}
-_EXIT = "0 fine, 1 problems"
-
-# Where the module of a command stands, where that is not its name in ``commands``.
-MODULES = {
-    "cmake-dir": "commands.cmake_dir",
-    "bazel-dir": "commands.bazel_dir",
-    "collisions": "tools.collisions.command",
-    "sweep": "tools.sweep.command",
-    "import": "tools.importer.command",
-    "extract": "tools.extract.command",
-    "explain": "commands.explain.command",
-    "tf": "commands.transforms.tf",
-    "pulses": "commands.transforms.pulses",
-    "view": "tools.view.command",
-    "picture": "tools.picture.command",
-    "simulate": "tools.simulate.command",
-    "package": "tools.package.command",
-    "deploy": "tools.package.deploy_command",
-    "verify": "tools.verify.command",
-    "completion": "commands.completion.command",
-}
 
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
 ASKED_BY_SHELLS = "complete"
@@ -173,7 +50,7 @@ def _run(words: list[str]) -> int:
     if words[0] == ASKED_BY_SHELLS:
         from .commands.completion.candidates import CommandLine, answer
 
-        return answer(words[1:], CommandLine(COMMANDS, parser))
+        return answer(words[1:], CommandLine({name: one.help for name, one in commands().items()}, parser))
     try:
         tell_which_tool()
         options = parse(words)
@@ -261,27 +138,28 @@ def parser(words: Sequence[str]) -> Parser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     top.add_argument("--version", action=Version, nargs=0, help="show the version, and the plug-ins with theirs")
-    commands = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
+    within = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
     called = _called(words)
-    if called and called not in COMMANDS:
-        top.error(f'there is no command "{called}"; {_near(called, COMMANDS)}')
     if called:
-        help = COMMANDS[called]
-        command = commands.add_parser(called, description=f"{help[0].upper()}{help[1:]}.")
-        module = _module(called)
-        module.options(command)
-        if called in WORDS:
-            command.usage = f"{top.prog} {called} [options] {WORDS[called]}"
-        for one in (command, *command.within.values()):
-            one.epilog = "\n\n".join(
-                filter(None, [one.epilog, f"Exit codes: {_EXITS.get(called, _EXIT)}, 2 wrong usage."])
-            )
-        command.set_defaults(run=module.run, known=command.long_options())
+        _add_command(top, within, called)
     return top
 
 
-def _module(command: str) -> ModuleType:
-    return import_module(f".{MODULES.get(command, f'commands.{command}')}", __package__)
+def _add_command(top: Parser, within: argparse._SubParsersAction[Parser], called: str) -> None:
+    """Add the command that a line calls, by one of its names."""
+    found = command(called)
+    if found is None:
+        known = [name for one in commands().values() for name in (one.name, *one.also)]
+        top.error(f'there is no command "{called}"; {_near(called, known)}')
+    record = found.record
+    also = f" Its other name: {', '.join({record.name, *record.also} - {called})}." if record.also else ""
+    added = within.add_parser(called, description=f"{record.help[0].upper()}{record.help[1:]}.{also}")
+    found.function(record.options)(added)
+    if record.words:
+        added.usage = f"{top.prog} {called} [options] {record.words}"
+    for one in (added, *added.within.values()):
+        one.epilog = "\n\n".join(filter(None, [one.epilog, f"Exit codes: {record.exits}, 2 wrong usage."]))
+    added.set_defaults(run=found.function(record.run), known=added.long_options())
 
 
 def _called(words: Sequence[str]) -> str:
@@ -297,8 +175,7 @@ def _near(word: str, known: Iterable[str]) -> str:
 
 def listed() -> str:
     """Return the commands as the help shows them, in groups."""
-    width = max(map(len, COMMANDS))
-    return "".join(
-        f"\n{title}:\n" + "".join(f"  {name:<{width}}  {help}\n" for name, help in group.items())
-        for title, group in GROUPS.items()
-    )
+    every = commands().values()
+    width = max(len(one.name) for one in every)
+    lines = {group: [f"  {one.name:<{width}}  {one.help}\n" for one in every if one.group == group] for group in GROUPS}
+    return "".join(f"\n{group}:\n{''.join(found)}" for group, found in lines.items())

@@ -5,15 +5,17 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from rosorin_compile.cli import COMMANDS, WORDS, parser
+from rosorin_compile.cli import parser
 from rosorin_compile.commands.parser import Parser
+from rosorin_compile.commands.registry import commands
 
 
 def lines() -> Iterator[str]:
     """Yield the commands, in the order of their names."""
-    for name in sorted(COMMANDS):
+    for name, record in sorted(commands().items()):
         (actions,) = (one for one in parser([name])._actions if isinstance(one, argparse._SubParsersAction))
-        yield from _of(name, actions.choices[name], WORDS.get(name, ""))
+        yield from _of(name, actions.choices[name], record.words)
+        yield from (f"{also} as {name}" for also in record.also)
 
 
 def _of(name: str, command: Parser, words: str) -> Iterator[str]:

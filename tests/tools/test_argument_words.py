@@ -10,9 +10,10 @@ from unittest import mock
 
 import pytest
 
-from rosorin_compile.cli import COMMANDS, main, parser
+from rosorin_compile.cli import main, parser
 from rosorin_compile.commands import watch
 from rosorin_compile.commands.parser import Parser
+from rosorin_compile.commands.registry import commands
 from support.commands import Shown, write_files
 from support.paths import DATA
 
@@ -56,7 +57,7 @@ XACRO = (
 
 def taking() -> Iterator[str]:
     """Yield the commands that have ``-a``, those within a command too."""
-    for name in COMMANDS:
+    for name in commands():
         waiting: list[tuple[str, Parser]] = [(name, parser([name]).within[name])]
         while waiting:
             called, command = waiting.pop()

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import COMMANDS, main, parser
+from rosorin_compile.cli import main, parser
+from rosorin_compile.commands.registry import commands
 from support.paths import DATA, ROOT
 
 ROVER = """
@@ -56,7 +57,7 @@ def test_a_program_gets_errors_and_stand_ins(capsys: pytest.CaptureFixture[str])
 WITHOUT = {"init", "schema", "rule", "cmake-dir", "bazel-dir", "completion"}
 
 
-@pytest.mark.parametrize("name", [name for name in COMMANDS if name not in WITHOUT])
+@pytest.mark.parametrize("name", [name for name in commands() if name not in WITHOUT])
 def test_every_command_that_says_more_than_its_result_can_be_quiet(name: str) -> None:
     command = parser([name]).within[name]
     for one in command.within.values() or [command]:

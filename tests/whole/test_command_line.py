@@ -14,13 +14,16 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.cli import COMMANDS, GROUPS, MODULES, main, parse, parser
+from rosorin_compile.cli import main, parse, parser
+from rosorin_compile.commands import registry
 from rosorin_compile.commands.parser import Parser
+from rosorin_compile.commands.registry import GROUPS, commands
 from rosorin_compile.commands.schema import names
 from support.paths import DATA, DOCS, IMPORTED, PACKAGE, ROOT, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
 FOLDERS = (PACKAGE / "commands", PACKAGE / "tools")
+COMMANDS = commands()
 # Options whose value is another one in another command, and why.
 OTHER_VALUES = {
     "-o": "a file or a folder, as the command writes one or several",
@@ -54,17 +57,64 @@ def test_help_lists_every_command_in_its_group(capsys: Shown) -> None:
     shown = help_of(capsys)
     at = [shown.index(f"\n{title}:\n") for title in GROUPS]
     assert at == sorted(at)
-    for name, help in COMMANDS.items():
-        assert f"\n  {name} " in shown
-        assert shown.count(help) == 1
+    for one in COMMANDS.values():
+        assert f"\n  {one.name} " in shown
+        assert shown.count(one.help) == 1
     assert max(map(len, shown.splitlines())) <= 100
 
 
-def test_every_module_of_a_command_is_listed() -> None:
+def test_every_module_of_a_command_has_a_record() -> None:
+    """And the functions that a record names are there."""
     every = [path for folder in FOLDERS for path in folder.rglob("*.py")]
     sources = (path for path in every if "\ndef options(" in path.read_text("utf-8"))
-    modules = {".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sources}
-    assert modules == {MODULES.get(name, f"commands.{name}") for name in COMMANDS}
+    found = [one for one in map(registry.command, COMMANDS) if one is not None]
+    functions = [one.function(name) for one in found for name in (one.record.options, one.record.run)]
+    modules = {function.__module__.removeprefix(f"{PACKAGE.name}.") for function in functions}
+    assert modules == {".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sources}
+    assert len(functions) == 2 * len(COMMANDS)
+
+
+def test_a_command_has_an_order_of_its_own_in_its_group() -> None:
+    places = [(one.group, one.order) for one in COMMANDS.values()]
+    assert len(set(places)) == len(places)
+
+
+def test_no_two_commands_are_called_the_same() -> None:
+    called = [name for one in COMMANDS.values() for name in (one.name, *one.also)]
+    assert len(set(called)) == len(called)
+
+
+IMPORTED_BY = """
+import sys
+from rosorin_compile.cli import main
+try:
+    main({words})
+except SystemExit:
+    pass
+print(*sorted(name for name in sys.modules if name.startswith("rosorin_compile.")), file=sys.stderr)
+"""
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], [], ["complete", "--", ""], ["complete", "--bash", "rosorin-compile c", " "]]
+)
+def test_help_and_completion_import_no_tool(words: list[str], home: Path) -> None:
+    code = [sys.executable, "-c", IMPORTED_BY.format(words=words)]
+    ran = subprocess.run(code, capture_output=True, text=True, check=True, cwd=home)
+    assert "check" in ran.stdout + ran.stderr
+    loaded = [name.split(".")[1:] for name in ran.stderr.splitlines()[-1].split()]
+    assert ["commands", "records"] in loaded
+    assert [name for name in loaded if name[0] == "tools" and len(name) > 2 and name[2:] != ["records"]] == []
+    assert not {("formats",), ("frontend",), ("commands", "check")} & set(map(tuple, loaded))
+
+
+@pytest.mark.usefixtures("rosorin")
+def test_all_is_called_compile_as_well(capsys: Shown) -> None:
+    assert main(["compile", "rosorin"]) == main(["all", "rosorin"]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert second == f"{first.partition(', written')[0]}, unchanged".replace(", unchanged, unchanged", ", unchanged")
+    assert "Its other name: all." in help_of(capsys, "compile")
+    assert "Its other name: compile." in help_of(capsys, "all")
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -72,7 +122,7 @@ def test_help_of_each_command(name: str, capsys: Shown, monkeypatch: pytest.Monk
     monkeypatch.setenv("COLUMNS", "80")
     shown = help_of(capsys, name)
     assert shown.startswith(f"usage: rosorin-compile {name} [")
-    assert COMMANDS[name][1:] in " ".join(shown.split())
+    assert COMMANDS[name].help[1:] in " ".join(shown.split())
 
 
 @pytest.mark.parametrize("name", COMMANDS)

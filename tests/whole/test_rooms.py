@@ -27,7 +27,7 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     ),
     "commands": (
         *("pipeline", "meaning", "output", "formats", "rules", "frontend"),
-        *("model", "xml", "diagnostics", "plugins", "project", "units", "numbers", "world", "startup"),
+        *("model", "xml", "diagnostics", "plugins", "shipped", "project", "units", "numbers", "world", "startup"),
     ),
     "pipeline": ("output", "formats", "rules", "frontend", "model", "diagnostics", "plugins", "world", "startup"),
     "output": ("diagnostics", "plugins", "project", "world", "startup"),
@@ -49,6 +49,7 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     "units": ("startup",),
     "numbers": ("startup",),
     "world": ("startup",),
+    "shipped": (),
     "startup": (),
     "cli": ("commands", "plugins", "diagnostics", "world", "startup"),
     "__main__": ("cli", "world", "startup"),

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     Given = ParamSpec("Given")
     Found = TypeVar("Found")
 
-COMMANDS = ("all", "print", "check")
+COMMANDS = ("all", "compile", "print", "check")
 OUT, ERR, RAW = "out", "err", "raw"  # what was said: text on standard output and error, an artifact
 FINE, PROBLEMS = 0, 1
 SMALL = 64_000  # bytes: what is not larger counts by its content alone

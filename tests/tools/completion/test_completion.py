@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import COMMANDS, main, parser
+from rosorin_compile.cli import main, parser
 from rosorin_compile.commands.completion import known
 from rosorin_compile.commands.completion.candidates import KINDS, CommandLine, candidates, kind, slots
 from rosorin_compile.commands.completion.line import split
 from rosorin_compile.commands.parser import Parser
+from rosorin_compile.commands.registry import commands
 from rosorin_compile.frontend.arguments import declared
 from rosorin_compile.startup.remembering import forget
 from support.commands import HANDY, edit
@@ -29,6 +30,7 @@ PROJECT = {
     "arm.xacro": '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="side" default="l"/>'
     "<link name=\"${open('ran', 'w').write('') or 1}\"/></robot>",
 }
+COMMANDS = {name: one.help for name, one in commands().items()}
 OURS = CommandLine(COMMANDS, parser)
 BREAKS = " \t\n\"'@><=;|&(:"
 # What is no name, number or file that could be looked up: places whose values are free text.

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ... import world
+from .. import registry
 from ..parser import Parser
 from . import known
 
@@ -70,7 +71,7 @@ def candidates(words: Sequence[str], current: str, of: CommandLine) -> list[Cand
         of_all = [Candidate(name, help) for name, help in of.commands.items()]
         found = _options(of.parser([]), current, []) if current.startswith("-") else of_all
         return _beginning(found, current)
-    if command not in of.commands:
+    if registry.command(command) is None:
         return []
     inner: Parser = of.parser([command]).within[command]
     rest = list(words[list(words).index(command) + 1 :])

@@ -1,0 +1,17 @@
+"""What the program brings itself: the modules of records of its own packages, in the order in which they are asked.
+
+Packages of others say theirs by entry points (``plugins``).
+"""
+
+SHIPPED = (
+    "commands.records",
+    "tools.importer.records",
+    "tools.extract.records",
+    "tools.package.records",
+    "tools.verify.records",
+    "tools.simulate.records",
+    "tools.collisions.records",
+    "tools.view.records",
+    "tools.picture.records",
+    "tools.sweep.records",
+)

@@ -1,0 +1,28 @@
+"""What this package brings to the command line."""
+
+from __future__ import annotations
+
+from ...commands.record import Command
+
+COMMANDS = (
+    Command(
+        name="package",
+        group="run on the robot",
+        words="[ROBOT] -o FOLDER",
+        help="write a ROS 2 package that is ready to build",
+        exits="0 written or unchanged, 1 errors",
+        options="command:options",
+        run="command:run",
+        order=10,
+    ),
+    Command(
+        name="deploy",
+        group="run on the robot",
+        words="[ROBOT] --to FOLDER",
+        help="write the artifacts into a ROS 2 package that you have",
+        exits="0 written or unchanged, 1 errors; with --dry-run also 1 something would change",
+        options="deploy_command:options",
+        run="deploy_command:run",
+        order=20,
+    ),
+)

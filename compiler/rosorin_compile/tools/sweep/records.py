@@ -1,0 +1,18 @@
+"""What this package brings to the command line."""
+
+from __future__ import annotations
+
+from ...commands.record import Command
+
+COMMANDS = (
+    Command(
+        name="sweep",
+        group="describe and compile",
+        words="[ROBOT] --over LIST -o FOLDER",
+        help="compile many variants of one robot, each into a folder of its own",
+        exits="0 every variant made or unchanged, 1 a variant has errors, or nothing can be written",
+        options="command:options",
+        run="command:run",
+        order=60,
+    ),
+)

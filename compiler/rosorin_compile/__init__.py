@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .diagnostics import Diagnostic
     from .diagnostics.registry import Rule, rule
     from .formats.facts import frame_facts
-    from .formats.format import Fact, Facts, Format, Opened, Value
+    from .formats.format import Artifact, Fact, Facts, Format, Opened, Value
     from .formats.templating import Templates
     from .frontend.expression.functions import function
     from .meaning.difference import Difference
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 # Each public name and the module that has it.
 _HOMES = {
+    "Artifact": "formats.format",
     "Case": "rules.case",
     "Compiled": "pipeline",
     "Diagnostic": "diagnostics",
@@ -53,6 +54,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Artifact",
     "Case",
     "Compiled",
     "Diagnostic",

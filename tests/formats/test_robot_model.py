@@ -28,8 +28,8 @@ from rosorin_compile.model import (
     Robot,
     ServoGroup,
     Shape,
-    Source,
 )
+from rosorin_compile.model.link import Source
 from support.robots import compiled, texts
 from support.schemas import schema
 

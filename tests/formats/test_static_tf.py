@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import Fact, Value, static_tf, static_tf_json
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
-    NODE,
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
     Joint,
@@ -27,8 +26,9 @@ from rosorin_compile.model import (
     Pose,
     Publisher,
     Robot,
-    Source,
 )
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.link import Source
 from support.launch import command_line, run
 from support.packages import clean
 from support.robots import compiled, texts

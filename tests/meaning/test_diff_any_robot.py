@@ -25,9 +25,8 @@ from rosorin_compile.model import (
     Shape,
     Sphere,
     Transform,
-    pose_of,
 )
-from rosorin_compile.model.geometry import rotation_about
+from rosorin_compile.model.geometry import pose_of, rotation_about
 from support.machines import _axis, robot_of
 
 SEEDS = st.integers(0, 2**32)

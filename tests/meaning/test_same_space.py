@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.meaning.solids import same_space, solid_from
-from rosorin_compile.model import GROUNDED, MERGED, ROWS, Box, HeightMap, Shape, Sphere
+from rosorin_compile.model import Box, HeightMap, Shape, Sphere
+from rosorin_compile.model.shape import GROUNDED, MERGED, ROWS
 from support.comparing import compared
 from support.robots import compiled_text
 

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.model import GROUNDED, MERGED, ROWS, Box, HeightMap, Pose, Shape
+from rosorin_compile.model import Box, HeightMap, Pose, Shape
 from rosorin_compile.model.bounds import Bounds, bounds_of
+from rosorin_compile.model.shape import GROUNDED, MERGED, ROWS
 from support.robots import compiled
 
 STEP = 0.05

@@ -12,8 +12,9 @@ from rosorin_compile.diagnostics import Source
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.lower import lower
-from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Sphere, inertial_of
+from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Sphere
 from rosorin_compile.model.bounds import ball_of, bounds_of
+from rosorin_compile.model.mass import inertial_of
 from rosorin_compile.rules import check
 
 LENGTHS = st.floats(0.01, 0.5)

@@ -14,7 +14,8 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.schema import schema, with_formats
-from rosorin_compile.model import IDENTITY, Inertial
+from rosorin_compile.model import Inertial
+from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.rules import check, checks
 from support.paths import ROSORIN

@@ -69,14 +69,14 @@ def _of_module(module: Module, known: Mapping[str, Module], package: str) -> Ite
                 if top == package:
                     yield Import(module.name, name, "", node.lineno)
         elif isinstance(node, ast.ImportFrom):
-            origin = _origin(node, module, package)
+            origin = origin_of(node, module, package)
             for alias in node.names if origin is not None else ():
                 child = f"{origin}.{alias.name}".lstrip(".")
                 taken = (child, "") if child in known else (origin or "", alias.name)
                 yield Import(module.name, *taken, node.lineno)
 
 
-def _origin(node: ast.ImportFrom, module: Module, package: str) -> str | None:
+def origin_of(node: ast.ImportFrom, module: Module, package: str) -> str | None:
     """Return the module that something is imported from, by its name within the package; None for one of others."""
     named = node.module or ""
     if node.level == 0:

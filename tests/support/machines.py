@@ -10,8 +10,6 @@ from dataclasses import replace
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.model import (
-    NODE,
-    Actuator,
     Box,
     Capsule,
     Cylinder,
@@ -34,6 +32,8 @@ from rosorin_compile.model import (
     Vector,
 )
 from rosorin_compile.model.geometry import norm
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.simulation import Actuator
 
 BODY = Inertial(0.7, Pose((0.01, -0.02, 0.03)), 2e-3, 3e-3, 4e-3, 1e-4, -2e-4, 3e-4)
 TURNED = replace(BODY, mass=0.2, pose=Pose((0.02, 0.0, -0.01), (0.3, -0.7, 1.1)))

@@ -8,7 +8,6 @@ from rosorin_compile.formats import frames_picture
 from rosorin_compile.formats.drawing import SUFFIXES
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
-    NODE,
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
     Edge,
@@ -19,6 +18,7 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
+from rosorin_compile.model.joint import NODE
 
 SVG = "{http://www.w3.org/2000/svg}"
 FILES = tuple(f"frames{suffix}" for suffix in SUFFIXES)

@@ -5,17 +5,18 @@ from __future__ import annotations
 import inspect
 import types
 from collections.abc import Iterator
+from importlib import import_module
 from typing import Any
 
 import rosorin_compile
-from rosorin_compile import model
+from support.door import DOOR
 
 _OURS = rosorin_compile.__name__
 
 
 def lines() -> Iterator[str]:
-    """Yield each name of the package and of its model, and each public attribute of the classes among them."""
-    for module in (rosorin_compile, model):
+    """Yield each name of the door, and each public attribute of the classes among them."""
+    for module in (import_module(f"{_OURS}.{name}".rstrip(".")) for name in DOOR):
         for name in sorted(module.__all__):
             yield from _of(f"{module.__name__}.{name}", getattr(module, name))
 

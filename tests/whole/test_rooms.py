@@ -22,7 +22,7 @@ PAGE = DOCS / "architecture.md"
 # Each room and the rooms that it may import, itself aside.
 MAY_KNOW: Mapping[str, Sequence[str]] = {
     "tools": (
-        *("commands", "pipeline", "meaning", "output", "formats", "rules", "frontend"),
+        *("__init__", "extending", "commands", "pipeline", "meaning", "output", "formats", "rules", "frontend"),
         *("model", "xml", "diagnostics", "plugins", "project", "units", "numbers", "world", "startup"),
     ),
     "commands": (
@@ -48,6 +48,7 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     "diagnostics": ("world", "startup"),
     "units": ("startup",),
     "numbers": ("startup",),
+    "extending": ("startup",),
     "world": ("startup",),
     "shipped": (),
     "startup": (),

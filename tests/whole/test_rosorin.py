@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.model import GROUNDED
+from rosorin_compile.model.shape import GROUNDED
 from rosorin_compile.tools.importer.round_trip import compile_unrounded
 from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy
 from support.paths import DATA

@@ -15,7 +15,8 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.model import NODE, Robot
+from rosorin_compile.model import Robot
+from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.kinematics.graph import Graph
 from rosorin_compile.model.kinematics.lookup import lookup
 from support import stock_nodes

@@ -13,10 +13,44 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..startup.lazily import lazily
 from .letters import difference, look
-from .wording import and_more, counted, first_of
+from .wording import and_more, counted, first_of, listed, masked, printable, quoted
+
+if TYPE_CHECKING:
+    from .console import Console
+    from .installing import pip_install
+    from .progress import step
+    from .registry import Rule
+
+__all__ = [
+    "ERROR",
+    "NOTE",
+    "WARNING",
+    "Console",
+    "Diagnostic",
+    "Related",
+    "Rule",
+    "Source",
+    "Span",
+    "and_more",
+    "arrange",
+    "counted",
+    "did_you_mean",
+    "error",
+    "first_of",
+    "has_errors",
+    "listed",
+    "masked",
+    "nearest",
+    "pip_install",
+    "printable",
+    "quoted",
+    "step",
+]
+
 
 ERROR = "error"
 WARNING = "warning"
@@ -297,3 +331,18 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
         alike = not (word + close[0]).isascii() and look(word) == look(close[0])
         return told + (f" the two differ in {difference(word, close[0])}" if alike else "")
     return f"known: {first_of(names, MAX_LISTED)}" if names else ""
+
+
+# Public names that stand in modules which import this one.
+_HOMES = {
+    "Console": "diagnostics.console",
+    "Rule": "diagnostics.registry",
+    "pip_install": "diagnostics.installing",
+    "step": "diagnostics.progress",
+}
+
+__getattr__ = lazily(__name__, _HOMES, globals())
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from ..model import GazeboSensor, SdfElement
+from ..model.simulated import GazeboSensor, SdfElement
 from ..numbers import NumberFormat
 from ..xml.escaping import escape
 from .templating import attributes

@@ -17,7 +17,8 @@ from ..diagnostics import WARNING, Diagnostic, error
 from ..diagnostics.bounded import python_of
 from ..diagnostics.registry import FORMATS, OUTPUTS, Rule
 from ..diagnostics.wording import masked
-from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
+from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Vector
+from ..model.link import Source
 from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..rules.case import first_fed
 from ..rules.conditions import modes_in

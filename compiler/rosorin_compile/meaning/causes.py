@@ -12,8 +12,9 @@ from dataclasses import replace
 
 from ..formats import Fact
 from ..formats.facts import COLLISION, Solid
-from ..model import GROUNDED, MERGED, ROWS, HeightMap, Joint, Link, Robot, Shape
+from ..model import HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
+from ..model.shape import GROUNDED, MERGED, ROWS
 from .entities import Change, Pair, joints_by_child
 from .solids import remainder, same_bodies, same_set, shape_of, solid_from
 from .view import View, transform_of

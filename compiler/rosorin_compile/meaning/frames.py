@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 from ..diagnostics.wording import first_of
 from ..formats import Value
-from ..model import Joint, pose_of
+from ..model import Joint
+from ..model.geometry import pose_of
 from .bodies import Bodies, positions_of, states_of, whole_states
 from .difference import FRAME, JOINT, Item
 from .joints import Coordinate, Coordinates, axis_item, coordinate_of

@@ -9,7 +9,8 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
 from ..formats.facts import Solid
-from ..model import Pose, Robot, Shape, pose_of
+from ..model import Pose, Robot, Shape
+from ..model.geometry import pose_of
 from .bodies import Bodies, states_of
 from .solids import Piece, match, pieces_of, seen
 from .tolerance import EXACT, Placed, Printing, gap

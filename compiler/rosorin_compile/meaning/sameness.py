@@ -12,7 +12,8 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from ..formats import published
-from ..model import Box, Dynamics, Ellipsoid, Joint, Link, Material, Robot, Shape, plain
+from ..model import Box, Dynamics, Ellipsoid, Joint, Link, Material, Robot, Shape
+from ..model.shape import plain
 from .difference import YAML, Side
 from .robots import compare_robots
 from .wording import number_pair

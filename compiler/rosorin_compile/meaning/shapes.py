@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 from ..formats import Format, published
 from ..formats.facts import COLLISION
-from ..model import GROUNDED, IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape, Transform, pose_of
+from ..model import Box, Capsule, Ellipsoid, HeightMap, Link, Shape, Transform
+from ..model.geometry import IDENTITY, pose_of
 from ..model.looks import is_own
+from ..model.shape import GROUNDED
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, YAML, Item, Side
 from .joints import changed

@@ -14,8 +14,9 @@ from typing import NamedTuple
 
 from ..formats import Value
 from ..formats.facts import SIZES, Solid
-from ..model import ROWS, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector, plain
+from ..model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector
 from ..model.geometry import angle_between, minus, norm, plus, pose_of, rotation_of_rpy
+from ..model.shape import ROWS, plain
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
 _CENTRE = ("origin x", "origin y", "origin z")

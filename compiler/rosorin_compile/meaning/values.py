@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from ..model import IDENTITY, Pose
+from ..model import Pose
+from ..model.geometry import IDENTITY
 from .difference import OTHER, Item
 from .tolerance import NOISE
 from .wording import number_pair

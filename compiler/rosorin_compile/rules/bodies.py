@@ -10,8 +10,9 @@ from typing import NamedTuple
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path, at, exists
-from ..model import Inertial, Link, Mesh, Vector, principal_moments, volume_of
+from ..model import Inertial, Link, Mesh, Vector
 from ..model.bounds import Bounds, ball_of, bounds_of
+from ..model.mass import principal_moments, volume_of
 from ..units import has_unit
 from . import alike
 from .case import Case, number

@@ -9,8 +9,8 @@ from typing import NamedTuple
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, rule
 from ..frontend.tree import Path
-from ..model import Drive, Joint, Vector
-from ..model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED
+from ..model import Joint, Vector
+from ..model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED, Drive
 from ..model.geometry import norm
 from .case import Case, number
 from .kinematics import place_in_drive

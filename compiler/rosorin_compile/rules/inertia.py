@@ -7,7 +7,8 @@ from functools import partial
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
-from ..model import Link, principal_moments
+from ..model import Link
+from ..model.mass import principal_moments
 from . import alike
 from .case import Case, number
 

@@ -10,8 +10,9 @@ from ..diagnostics.registry import JOINTS, Check, rule
 from ..diagnostics.wording import listed
 from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path, at, exists
-from ..model import AXLELESS, Joint, Limit
+from ..model import Joint, Limit
 from ..model.geometry import norm
+from ..model.joint import AXLELESS
 from ..units import Quantity, describe, parse_unit
 from . import alike
 from .case import Case, number

@@ -11,8 +11,8 @@ from ..diagnostics.wording import listed, quoted
 from ..frontend.expand.placing import MOUNT
 from ..frontend.lower import owner_of_frame
 from ..frontend.tree import Path
-from ..model import Drive, Joint, Robot
-from ..model.drive import MECANUM, TRICYCLE
+from ..model import Joint, Robot
+from ..model.drive import MECANUM, TRICYCLE, Drive
 from .case import Case
 
 AFTER = ""

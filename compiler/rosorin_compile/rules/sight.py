@@ -9,11 +9,12 @@ from typing import NamedTuple
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path, exists
-from ..model import MERGED, Joint, Pose, Robot, Sensor, Shape, Transform, Vector
+from ..model import Joint, Pose, Robot, Sensor, Shape, Transform, Vector
 from ..model.bounds import ball_of
 from ..model.geometry import unit
 from ..model.rays import through
 from ..model.seen import Data, seen_by
+from ..model.shape import MERGED
 from .case import Case
 
 AFTER = "sizes"

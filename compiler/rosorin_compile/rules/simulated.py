@@ -14,7 +14,8 @@ from ..diagnostics.registry import SIMULATED, rule
 from ..diagnostics.wording import listed
 from ..frontend.lower.simulation import TARGETS
 from ..frontend.tree import Path
-from ..model import Actuator, Cylinder, Joint, Sphere
+from ..model import Cylinder, Joint, Sphere
+from ..model.simulation import Actuator
 from .case import Case, number
 from .simulated_names import BALL, several
 from .unfit import unfit

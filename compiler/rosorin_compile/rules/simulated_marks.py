@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
-from ..model import Marked
+from ..model.simulation import Marked
 from .case import Case, number
 
 AFTER = "simulated_values"

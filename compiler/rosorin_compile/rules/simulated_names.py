@@ -14,7 +14,9 @@ from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
 from ..frontend.lower.simulation import MEASURED, TARGETS
 from ..frontend.tree import Path
-from ..model import BODY_ELEMENT, NO_SIMULATION, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Robot
+from ..model import Robot
+from ..model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
+from ..model.simulation import NO_SIMULATION
 from ..model.standing import stands_free
 from ..xml import mujoco
 from ..xml.elements import found_in

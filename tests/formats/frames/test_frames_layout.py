@@ -13,17 +13,8 @@ import pytest
 from hypothesis import given, settings
 
 from rosorin_compile.formats.drawing.letters import PALETTE, wrapped
-from rosorin_compile.model import (
-    NODE,
-    STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
-    Edge,
-    Joint,
-    Limit,
-    Link,
-    Publisher,
-    Robot,
-)
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Joint, Limit, Link, Publisher, Robot
+from rosorin_compile.model.joint import NODE
 from support.paths import ROOT
 from support.pictures import NOBODY, SVG, drawn, robots
 from support.robots import compiled

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import Fact, Value, frames
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
-    NODE,
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
     Box,
@@ -27,8 +26,9 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
     Shape,
-    Source,
 )
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.link import Source
 from support.robots import compiled, texts
 
 EKF = Publisher(NODE, "ekf", "robot_localization", "publish_tf: true")

@@ -24,19 +24,10 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.frontend.expression import evaluate
 from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.meaning.golden import compare, lines
-from rosorin_compile.model import (
-    NODE,
-    STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
-    Edge,
-    Joint,
-    Link,
-    Output,
-    Publisher,
-    Robot,
-)
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Joint, Link, Output, Publisher, Robot
 from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.frame_tree import lines as tree_lines
+from rosorin_compile.model.joint import NODE
 from support.paths import OUTPUTS, ROOT
 from support.pictures import FILES, NOBODY, ODD, drawn, output, robots
 from support.robots import compiled, copy_of_rosorin, texts

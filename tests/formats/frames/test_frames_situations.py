@@ -13,7 +13,8 @@ from rosorin_compile.formats import frames_picture
 from rosorin_compile.formats.drawing.situations import TooMany, situations
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.frontend.expression import evaluate
-from rosorin_compile.model import NODE, Edge, Link, Publisher, Robot
+from rosorin_compile.model import Edge, Link, Publisher, Robot
+from rosorin_compile.model.joint import NODE
 from support.pictures import output
 
 CONDITIONS = ("", "a", "not a", "a and b", "a or b", "not (a and c)", "a and not b or c", "b")

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.commands.transforms.states import NoState, place
-from rosorin_compile.model import Ellipsoid, Shape, inertial_of
+from rosorin_compile.model import Ellipsoid, Shape
+from rosorin_compile.model.mass import inertial_of
 from support.robots import compiled_text
 
 mujoco = pytest.importorskip("mujoco")

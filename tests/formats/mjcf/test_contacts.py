@@ -21,7 +21,6 @@ from rosorin_compile.formats.mjcf.write import write  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.frontend.lower import lower  # noqa: E402
 from rosorin_compile.model import (  # noqa: E402
-    Contact,
     Cylinder,
     HeightMap,
     Joint,
@@ -35,6 +34,7 @@ from rosorin_compile.model import (  # noqa: E402
     Shape,
     Sphere,
 )
+from rosorin_compile.model.simulation import Contact  # noqa: E402
 from support.machines import BODY, overlapping, robot_of  # noqa: E402
 from support.paths import ROOT, ROSORIN  # noqa: E402
 from support.robots import compiled  # noqa: E402

@@ -27,8 +27,8 @@ from rosorin_compile.model import (
     Sphere,
     Transform,
     Vector,
-    plane_axes,
 )
+from rosorin_compile.model.motion import plane_axes
 from support.machines import BOX, LIMIT
 from support.urdf_robots import emit, link, numbers, parsed
 

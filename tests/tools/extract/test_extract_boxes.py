@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from rosorin_compile.diagnostics import Source
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.lower.shapes import lower_shape
-from rosorin_compile.model import IDENTITY, Box, Capsule, Cylinder, Pose, Shape
+from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape
+from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.tools.extract import writing
 from rosorin_compile.tools.extract.fits import KINDS, Fit, fits, smallest_circle, smallest_rectangle
 from rosorin_compile.tools.extract.measure import Ruler, closed, solid

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from rosorin_compile.diagnostics import Source
 from rosorin_compile.formats import static_tf
 from rosorin_compile.model import (
-    NODE,
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
     Edge,
@@ -24,6 +23,7 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
+from rosorin_compile.model.joint import NODE
 from rosorin_compile.tools.package.launch_files import Unreadable, calls, check, is_launch_file, understood
 
 LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from ...frontend.schema import unit_at
 from ...frontend.tree import Path
 from ...model import (
-    NODE,
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
@@ -30,6 +29,7 @@ from ...model import (
 )
 from ...model import Edge as NodeEdge
 from ...model import Transform as Rigid
+from ...model.joint import NODE
 from ...numbers import exact
 from .explanation import Edge, Number, Placed, Shape, Transform
 from .origins import Origins

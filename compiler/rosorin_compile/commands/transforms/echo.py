@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from ...model import NODE, STATIC_TRANSFORM_PUBLISHER, Publisher
+from ...model import STATIC_TRANSFORM_PUBLISHER, Publisher
+from ...model.joint import NODE
 from ...model.kinematics.lookup import Answer
 from ...model.kinematics.quaternions import Positions
 

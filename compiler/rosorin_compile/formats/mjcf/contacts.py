@@ -25,10 +25,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from functools import cache, cached_property, partial
 from typing import NamedTuple
 
-from ...model import MERGED, Joint, Link, Mesh, Robot, Transform, Vector
+from ...model import Joint, Link, Mesh, Robot, Transform, Vector
 from ...model.geometry import dot, norm, unit
 from ...model.motion import motion, plane_axes
 from ...model.robot import of_robot
+from ...model.shape import MERGED
 from ...model.touching import NEAR, Solid, Touching, around
 from .bodies import body_name, weld_groups
 from .height_fields import solids

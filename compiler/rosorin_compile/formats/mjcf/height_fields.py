@@ -15,7 +15,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ...model import MERGED, HeightMap, Link, Output, Pose, Shape
+from ...model import HeightMap, Link, Output, Pose, Shape
+from ...model.shape import MERGED
 from .unsaid import has_volume
 
 HFIELD = "hfield"

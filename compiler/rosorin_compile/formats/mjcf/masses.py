@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more
-from ...model import Inertial, Robot, principal_moments
+from ...model import Inertial, Robot
+from ...model.mass import principal_moments
 from ...model.robot import of_robot
 from ..facts import Six, along_link
 from .bodies import weld_groups

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.registry import FORMATS, Rule
-from ...model import Actuator, Attribute, Joint, Output, Robot
-from ...model.simulation import GENERAL, MOTOR, POSITION, VELOCITY
+from ...model import Joint, Output, Robot
+from ...model.simulated import Attribute
+from ...model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator
 from ...rules.case import Case
 from ...xml.elements import found_in
 from .unsaid import position_range

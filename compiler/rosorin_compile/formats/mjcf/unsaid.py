@@ -9,7 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more, first_of
-from ...model import MERGED, SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
+from ...model import Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Sphere
+from ...model.shape import MERGED
+from ...model.simulated import SENSOR_ELEMENT, Simulated
 from .bodies import WORLD, body_name, is_free
 from .masses import masses
 

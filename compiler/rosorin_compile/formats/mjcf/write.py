@@ -38,7 +38,6 @@ from typing import NamedTuple
 
 from ...diagnostics import Diagnostic
 from ...model import (
-    Attribute,
     Box,
     Capsule,
     Cylinder,
@@ -56,9 +55,10 @@ from ...model import (
     Shape,
     Sphere,
     Vector,
-    principal_moments,
 )
 from ...model.looks import colours_of
+from ...model.mass import principal_moments
+from ...model.simulated import Attribute
 from ...model.standing import home_of, stands_at, stands_free
 from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup.remembering import remembered

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from ...model import Attribute, Dynamics, Joint, JointPose, Pose, Robot, Vector, plane_axes
+from ...model import Dynamics, Joint, JointPose, Pose, Robot, Vector
 from ...model.geometry import pose_of
+from ...model.motion import plane_axes
+from ...model.simulated import Attribute
 from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of
 from ...numbers import NumberFormat, numbers, vector

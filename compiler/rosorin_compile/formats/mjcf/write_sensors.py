@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ...diagnostics import Diagnostic, error
-from ...model import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Attribute, Pose, Replicas, Robot, Sensor, Simulated
+from ...model import Pose, Robot, Sensor
+from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Attribute, Replicas, Simulated
 from ...numbers import NumberFormat, vector
 from ..templating import Templates
 

@@ -7,7 +7,9 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import replace
 from typing import NamedTuple
 
-from ...model import Attribute, Contact, ContactPair, Entry, Marked, Material, Robot, Shape, Tendon, Values
+from ...model import Material, Robot, Shape
+from ...model.simulated import Attribute
+from ...model.simulation import Contact, ContactPair, Entry, Marked, Tendon, Values
 from ...numbers import NumberFormat
 from ...xml.escaping import Markup
 from ..templating import attributes

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ...model import (
-    MOVING_TYPES,
     Box,
     Capsule,
     Cylinder,
@@ -27,6 +26,7 @@ from ...model import (
     Sphere,
 )
 from ...model.frame_tree import Row, publishers, rows
+from ...model.joint import MOVING_TYPES
 from ...model.looks import own_colours
 from ...model.seen import Data, numbers, placed, seen_by
 from ...model.shape import Rgba

@@ -14,7 +14,8 @@ from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 from ... import world
-from ...model import NODE, Publisher
+from ...model import Publisher
+from ...model.joint import NODE
 from ...project import data_folder
 from ..distributions import HUMBLE, JAZZY, known
 from .values import refused

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from ...model import IDENTITY, Inertial, Joint, Robot
+from ...model import Inertial, Joint, Robot
+from ...model.geometry import IDENTITY
 from .names import world_of
 
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).

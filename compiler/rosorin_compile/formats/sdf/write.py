@@ -16,14 +16,10 @@ from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of, quoted
 from ...model import (
-    AXLELESS,
-    IDENTITY,
-    ROWS,
     Box,
     Capsule,
     Cylinder,
     Ellipsoid,
-    GazeboSensor,
     Inertial,
     Joint,
     Link,
@@ -35,6 +31,10 @@ from ...model import (
     Shape,
     Sphere,
 )
+from ...model.geometry import IDENTITY
+from ...model.joint import AXLELESS
+from ...model.shape import ROWS
+from ...model.simulated import GazeboSensor
 from ...numbers import NumberFormat, number_format, numbers, vector
 from ...xml.escaping import escape
 from ...xml.imu import with_noise

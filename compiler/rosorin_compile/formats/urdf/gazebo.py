@@ -13,7 +13,9 @@ from typing import NamedTuple
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import quoted
-from ...model import IDENTITY, GazeboSensor, Inertial, Joint, Pose, Robot, Sensor, pose_of
+from ...model import Inertial, Joint, Pose, Robot, Sensor
+from ...model.geometry import IDENTITY, pose_of
+from ...model.simulated import GazeboSensor
 from ...numbers import NumberFormat, vector
 from ...xml.elements import tree_of
 from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, in_classic, sensor_lines

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from ...diagnostics import NOTE, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, quoted
-from ...model import IDENTITY, Inertial, Joint, Output, Robot
+from ...model import Inertial, Joint, Output, Robot
+from ...model.geometry import IDENTITY
 from ...model.robot import of_robot
 
 if TYPE_CHECKING:

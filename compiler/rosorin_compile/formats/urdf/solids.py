@@ -5,23 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence, Set
 
-from ...model import (
-    ROWS,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Mesh,
-    Output,
-    Robot,
-    Shape,
-    Transform,
-    Vector,
-    plain,
-    plane_axes,
-    pose_of,
-)
-from ...model.geometry import dot, norm
+from ...model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
+from ...model.geometry import dot, norm, pose_of
+from ...model.motion import plane_axes
 from ...model.robot import of_robot
+from ...model.shape import ROWS, plain
 from ...model.standing import along
 
 _DIRECTIONS = 360  # around an axle, beside that of the middle of a shape: 40 um are missing at 1 m

@@ -17,7 +17,6 @@ from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of, plural
 from ...model import (
-    AXLELESS,
     Box,
     Capsule,
     Cylinder,
@@ -31,8 +30,9 @@ from ...model import (
     Shape,
     Sphere,
     Vector,
-    plain,
 )
+from ...model.joint import AXLELESS
+from ...model.shape import plain
 from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup.remembering import remembered
 from ...xml.elements import indented

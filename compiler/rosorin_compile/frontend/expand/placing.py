@@ -10,8 +10,9 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from ...model import Pose, Transform, pose_of
+from ...model import Pose, Transform
 from ...model.drive import ROLES
+from ...model.geometry import pose_of
 from ...units import ANGLE, LENGTH, Dimension, Quantity
 from ...xml.elements import found_in
 from ...xml.mujoco import BODY, SITE, names_given, used, with_names

@@ -19,28 +19,23 @@ from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
 from ...diagnostics.wording import listed
 from ...model import (
-    AXLELESS,
-    BODY_ELEMENT,
-    NO_SIMULATION,
     ROBOT_STATE_PUBLISHER,
-    SENSOR_ELEMENT,
     STATIC_TRANSFORM_PUBLISHER,
-    TEMPLATE_ELEMENT,
     UNPUBLISHED,
     Edge,
-    GazeboSensor,
     Joint,
     Link,
     Output,
     Pose,
     Publisher,
-    Replicas,
     Robot,
     Sensor,
-    Simulated,
-    Source,
-    pose_of,
 )
+from ...model.geometry import pose_of
+from ...model.joint import AXLELESS
+from ...model.link import Source
+from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, GazeboSensor, Replicas, Simulated
+from ...model.simulation import NO_SIMULATION
 from ..accepting import accepted, names_at
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
@@ -71,7 +66,7 @@ from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import SIMULATED, lower_simulation, marked_of
 
 if TYPE_CHECKING:
-    from ...model import Drive
+    from ...model.drive import Drive
     from ...model.moveit import Moveit
 
     T = TypeVar("T")

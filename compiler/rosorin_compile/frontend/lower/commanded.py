@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.registry import JOINTS, Rule
 from ...diagnostics.wording import listed
-from ...model import Drive
-from ...model.drive import ROLES
+from ...model.drive import ROLES, Drive
 from ...numbers import exact
 from .entries import Problem, source_of, vector_of
 

@@ -6,27 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ...diagnostics.registry import POSES, Rule
-from ...model import (
-    IDENTITY,
-    NODE,
-    Actuator,
-    Attribute,
-    Calibration,
-    Dynamics,
-    JointPose,
-    Limit,
-    Material,
-    Mimic,
-    Pose,
-    Publisher,
-    SafetyController,
-    ServoGroup,
-    Source,
-    Vector,
-)
-from ...model.link import NO_SOURCE
+from ...model import Dynamics, JointPose, Limit, Material, Mimic, Pose, Publisher, ServoGroup, Vector
+from ...model.geometry import IDENTITY
+from ...model.joint import NODE, Calibration, SafetyController
+from ...model.link import NO_SOURCE, Source
 from ...model.shape import Rgba
-from ...model.simulation import POSITION
+from ...model.simulated import Attribute
+from ...model.simulation import POSITION, Actuator
 from ..tree import Map, Path
 
 RULES = (

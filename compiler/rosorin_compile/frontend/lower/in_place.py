@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Related
 from ...diagnostics.registry import FRAMES, Rule
-from ...model import IDENTITY, Joint, Pose, Sensor, Transform, pose_of
+from ...model import Joint, Pose, Sensor, Transform
+from ...model.geometry import IDENTITY, pose_of
 from ..tree import Path, locate
 from .entries import pose_of_entry, source_of
 from .sdf import Frames

@@ -6,7 +6,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...model import AT_JOINT, IDENTITY, GazeboSensor, Pose, SdfElement, Transform, pose_of
+from ...model import Pose, Transform
+from ...model.geometry import IDENTITY, pose_of
+from ...model.simulated import AT_JOINT, GazeboSensor, SdfElement
 from .entries import pose_of_entry
 from .shapes import ShapeProblem
 

@@ -10,18 +10,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...model import (
-    Attribute,
-    Contact,
-    ContactPair,
-    Entry,
-    Marked,
-    Pose,
-    Root,
-    Simulation,
-    Stop,
-    Tendon,
-)
+from ...model import Pose
+from ...model.simulated import Attribute
+from ...model.simulation import Contact, ContactPair, Entry, Marked, Root, Simulation, Stop, Tendon
 from .entries import actuator_of, attribute_of, pose_of_entry, values_of
 
 SIMULATED = (

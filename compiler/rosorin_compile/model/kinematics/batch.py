@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .. import AXLELESS, Joint, Robot, Transform, Vector
+from .. import Joint, Robot, Transform, Vector
 from ..geometry import norm
+from ..joint import AXLELESS
 from ..motion import COORDINATES, plane_axes
 from .graph import Graph, Move, end_of, start_of
 

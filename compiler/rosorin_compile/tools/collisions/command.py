@@ -7,22 +7,31 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from rosorin_compile.diagnostics import Console, Rule, counted, error, listed, step
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    Description,
+    Given,
+    WrongUsage,
+    argument_options,
+    given_arguments,
+    one_robot,
+    package_option,
+    place,
+    quiet_option,
+    scalar,
+)
+
 from ... import world
-from ...commands.given import Given, given_arguments
-from ...commands.options import argument_options, one_robot, package_option, place, quiet_option
 from ...commands.robots import no_stdin, one
 from ...commands.understanding import Known, understood
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics import error
-from ...diagnostics.console import Console, log_progress
-from ...diagnostics.progress import step
-from ...diagnostics.registry import WRITING, Rule
-from ...diagnostics.wording import counted, listed
+from ...diagnostics.console import log_progress
+from ...diagnostics.registry import WRITING
 from ...formats.srdf.matrix import Parts, digest, digests, meshes_of, parts, same_pairs
 from ...formats.srdf.planning import Planning, ordered, urdf_of
-from ...frontend.yaml_text import scalar
 from ...model.moveit import NEVER, REASONS, DisabledCollision, Pair
-from ...project import ON_STDIN, Description
+from ...project import ON_STDIN
 
 RULES = (
     Rule(
@@ -97,7 +106,9 @@ def _compute(
     given: Given,
     path: Path,
 ) -> int:
-    from ...formats.mesh_files import Places, files_of
+    from rosorin_compile.extending import Places
+
+    from ...formats.mesh_files import files_of
 
     files: Mapping[str, Path] = {}
     if meshes_of(planning):
@@ -197,8 +208,7 @@ def _write(
     pairs: Sequence[DisabledCollision],
     tried: int,
 ) -> int:
-    from ...output import OutputError
-    from ...output.one_file import write_file
+    from rosorin_compile.extending import OutputError, write_file
 
     try:
         write_file(path, text.encode())

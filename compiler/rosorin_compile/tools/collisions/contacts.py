@@ -12,8 +12,9 @@ from importlib import import_module
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.model import Transform
+
 from ...formats.srdf.planning import Planning, ordered
-from ...model import Transform
 from ...model.moveit import Pair
 from ..physics.scene import Overlap, Scene, solids_of
 

@@ -25,9 +25,10 @@ from itertools import combinations
 from random import Random
 from typing import Any
 
+from rosorin_compile.model import Joint
+
 from ...diagnostics.progress import hide
 from ...formats.srdf.planning import Planning, ordered
-from ...model import Joint
 from ...model.moveit import ADJACENT, ALWAYS, DEFAULT, NEVER, DisabledCollision, Pair
 from ...startup import system
 from ..physics.files import Meshes

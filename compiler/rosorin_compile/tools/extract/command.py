@@ -10,14 +10,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...commands.options import argument_options, package_option, place, quiet_option
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics.console import Console, give
-from ...diagnostics.wording import masked
+from rosorin_compile.diagnostics import Console, masked
+from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, argument_options, package_option, place, quiet_option
+
+from ...diagnostics.console import give
 
 if TYPE_CHECKING:
-    from ...diagnostics import Source
-    from ...model import HeightMap
+    from rosorin_compile.diagnostics import Source
+    from rosorin_compile.model import HeightMap
+
     from .factory import Factory
     from .into import Block
 
@@ -210,8 +211,10 @@ def _replace(options: argparse.Namespace, source: Source, block: Block, made: He
 
 
 def _factory(options: argparse.Namespace, console: Console) -> int:
-    from ...diagnostics import has_errors
-    from ...output import OutputError, write_set
+    from rosorin_compile.diagnostics import has_errors
+    from rosorin_compile.extending import OutputError
+
+    from ...output import write_set
     from . import factory
     from .options import reading, say, wanted
     from .parts import read_source

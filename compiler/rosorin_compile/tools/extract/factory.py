@@ -11,14 +11,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rosorin_compile.diagnostics import Diagnostic, Rule, did_you_mean, step
+from rosorin_compile.extending import FORMATS, Map
+from rosorin_compile.model import Box, HeightMap
+
 from ... import world
-from ...diagnostics import Diagnostic, did_you_mean
-from ...diagnostics.progress import step
-from ...diagnostics.registry import MESHES, Rule
-from ...formats import FORMATS, published
+from ...diagnostics.registry import MESHES
+from ...formats import published
 from ...frontend.packages import package_name
-from ...frontend.tree import Map
-from ...model import Box, HeightMap
 from . import turning, writing
 from .fits import axis_aligned
 from .heightmap import Wanted, make_map

@@ -15,7 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...model import Box, Capsule, Cylinder, Pose, Shape, Transform
+from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Transform
+
 from .meshes import bounds
 from .turning import Vector, angles_of_axis, down, matrix, nice_angles, rounded_pose, seen_from, up
 

@@ -19,7 +19,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from ...diagnostics.registry import MESHES, Rule
+from rosorin_compile.diagnostics import Rule
+
+from ...diagnostics.registry import MESHES
 from .problems import fail
 
 if TYPE_CHECKING:

@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.progress import step
-from ...diagnostics.registry import MESHES, Rule
-from ...model import HeightMap
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, step
+from rosorin_compile.model import HeightMap
+
+from ...diagnostics.registry import MESHES
 from ...numbers import exact
 from .grid import DIVISIONS, Grid, Surface, divisions_needed, put_exactly, samples
 from .meshes import bounds

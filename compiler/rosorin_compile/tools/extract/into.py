@@ -13,12 +13,12 @@ from typing import Any
 
 import yaml
 
-from ...diagnostics import Source
-from ...diagnostics.registry import MESHES, Rule
-from ...frontend.load import LoadError, parse_yaml, read_utf8
-from ...frontend.tree import Map, Seq
+from rosorin_compile.diagnostics import Rule, Source
+from rosorin_compile.extending import LoadError, Map, Seq, parse_yaml, read_utf8
+from rosorin_compile.model import HeightMap
+
+from ...diagnostics.registry import MESHES
 from ...frontend.yaml_text import quoted
-from ...model import HeightMap
 from . import writing
 from .problems import ExtractProblem, fail
 

@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...model import Box, Capsule, Cylinder, Shape
+from rosorin_compile.model import Box, Capsule, Cylinder, Shape
+
 from .fits import Fit
 from .grid import MORE_DIVISIONS, divisions_needed, over_corners, samples
 from .meshes import bounds

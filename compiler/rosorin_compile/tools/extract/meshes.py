@@ -16,11 +16,10 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, counted, pip_install
+
 from ... import world
-from ...diagnostics import WARNING, Diagnostic
-from ...diagnostics.installing import pip_install
-from ...diagnostics.registry import MESHES, Rule
-from ...diagnostics.wording import counted
+from ...diagnostics.registry import MESHES
 from .problems import ExtractProblem, fail, missing
 
 if TYPE_CHECKING:

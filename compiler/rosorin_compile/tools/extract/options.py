@@ -8,17 +8,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...commands.given import given_arguments
+from rosorin_compile.diagnostics import Console
+from rosorin_compile.extending import WrongUsage, given_arguments
+
 from ...commands.robots import no_stdin
-from ...commands.usage import WrongUsage
-from ...diagnostics.console import Console
 from ...units import ANGLE, LENGTH, Dimension, describe, dimension_of
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ...diagnostics import Diagnostic
+    from rosorin_compile.diagnostics import Diagnostic
+
     from ...formats.imported import ReadOptions
     from .heightmap import Wanted
     from .into import Block
@@ -135,9 +136,10 @@ def _number(value: object) -> float | None:
 
 def reading(options: argparse.Namespace, console: Console) -> tuple[ReadOptions, dict[str, Path], list[str]]:
     """Return how robots are read, the packages by name, and the words that are no arguments. Raises WrongUsage."""
+    from rosorin_compile.extending import LoadError
+
     from ...formats.imported import ReadOptions
     from ...frontend.expression.functions import FUNCTIONS
-    from ...frontend.load import LoadError
 
     given, words = given_arguments(options, options.words)
     no_stdin(words, "name a file")
@@ -173,7 +175,8 @@ def surface(options: argparse.Namespace, console: Console, frame: str | None) ->
     """Return the triangles (n, 3, 3) for a height map in its frame, the names of the meshes, and that of the frame."""
     import numpy as np
 
-    from ...model import Pose
+    from rosorin_compile.model import Pose
+
     from .meshes import placed
     from .parts import part_of_link, read_source
     from .problems import fail
@@ -240,6 +243,6 @@ def _only(words: list[str]) -> str:
 
 def say(console: Console, diagnostics: list[Diagnostic]) -> None:
     """Print diagnostics, each once."""
-    from ...diagnostics import arrange
+    from rosorin_compile.diagnostics import arrange
 
     console.show(arrange(diagnostics))

@@ -7,16 +7,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, Span, did_you_mean, has_errors
+from rosorin_compile.extending import Map, NoDescription, locate
+from rosorin_compile.model import Mesh as MeshShape
+from rosorin_compile.model import Robot, Shape
+
 from ... import world
-from ...diagnostics import NOTE, WARNING, Diagnostic, Span, did_you_mean, has_errors
-from ...diagnostics.registry import MESHES, Rule
+from ...diagnostics.registry import MESHES
 from ...formats.imported import ReadOptions
 from ...formats.reading import read_robot
 from ...frontend.packages import Packages
-from ...frontend.tree import Map, locate
-from ...model import Mesh as MeshShape
-from ...model import Robot, Shape
-from ...project import NoDescription, find, shown
+from ...project import find, shown
 from .meshes import load_mesh, placed
 from .problems import ExtractProblem, missing
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...diagnostics import Diagnostic, Span, error
+from rosorin_compile.diagnostics import Diagnostic, Span, error
 
 
 class ExtractProblem(Exception):

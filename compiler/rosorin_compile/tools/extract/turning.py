@@ -6,9 +6,11 @@ import itertools
 import math
 from typing import TYPE_CHECKING, Any
 
-from ...diagnostics import Span
-from ...frontend.tree import Map, Seq
-from ...model import IDENTITY, Pose, Transform
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Map, Seq
+from rosorin_compile.model import Pose, Transform
+
+from ...model.geometry import IDENTITY
 from ..importer.layout import number
 from . import writing
 

@@ -10,10 +10,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from rosorin_compile.diagnostics import Rule
+from rosorin_compile.extending import scalar
+from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
+
 from ... import world
-from ...diagnostics.registry import MESHES, Rule
-from ...frontend.yaml_text import escaped, quoted, scalar
-from ...model import Box, Capsule, Cylinder, HeightMap, Shape
+from ...diagnostics.registry import MESHES
+from ...frontend.yaml_text import escaped, quoted
 from ...numbers import exact
 from ...output import cleared
 from ...output.ours import FOREIGN

@@ -19,12 +19,14 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile import Fact, Facts, Format
+from rosorin_compile.extending import FORMATS, parse_quantity
+from rosorin_compile.model import Transform
+
 from ... import world
-from ...formats import FORMATS, Fact, Facts, Format
 from ...formats.facts import ANGLES
-from ...model import Transform
 from ...model.geometry import rotation_of_rpy
-from ...units import ANGLE, INERTIA, LENGTH, MASS, TIME, TORQUE, parse_quantity
+from ...units import ANGLE, INERTIA, LENGTH, MASS, TIME, TORQUE
 from ...world.disk import status_of
 from .spread import is_same
 from .sweep_file import Variant

@@ -7,14 +7,26 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from rosorin_compile.diagnostics import (
+    ERROR,
+    NOTE,
+    Console,
+    Diagnostic,
+    Related,
+    Rule,
+    Span,
+    and_more,
+    counted,
+    error,
+    first_of,
+    listed,
+    printable,
+    step,
+)
+from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, console_of
+
 from ... import world
-from ...commands.options import console_of
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
-from ...diagnostics.console import Console
-from ...diagnostics.progress import step
-from ...diagnostics.registry import FLEETS, Rule
-from ...diagnostics.wording import and_more, counted, first_of, listed, printable
+from ...diagnostics.registry import FLEETS
 from .columns import Columns, Texts
 from .judging import Far, Row, far_of, outliers, rows_of
 from .spread import FEWEST

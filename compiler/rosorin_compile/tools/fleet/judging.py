@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Related, Span
-from ...diagnostics.registry import FLEETS, Rule
-from ...diagnostics.wording import counted, listed
-from ...formats import Fact
+from rosorin_compile import Fact
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Related, Rule, Span, counted, listed
+
+from ...diagnostics.registry import FLEETS
 from ...formats.facts import ANGLES
 from ...meaning.wording import number, subject
 from .columns import ARGUMENT, Column, Columns

@@ -8,14 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from rosorin_compile.diagnostics import ERROR, NOTE, Console, Diagnostic, counted
+from rosorin_compile.extending import Description, Given, WrongUsage
+
 from ... import world
-from ...commands.given import Given
-from ...commands.usage import WrongUsage
-from ...diagnostics import ERROR, NOTE, Diagnostic
-from ...diagnostics.console import Console
-from ...diagnostics.wording import counted
 from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
-from ...project import Description
 from .columns import recognised
 from .telling import page_rows
 
@@ -30,8 +27,8 @@ _MOST_ROWS = 400
 
 def write(fleet: Fleet, diagnostics: Sequence[Diagnostic], options: argparse.Namespace, console: Console) -> None:
     """Write the page of a fleet. Raises WrongUsage if it cannot be written."""
-    from ...output import OutputError
-    from ...output.one_file import write_file
+    from rosorin_compile.extending import OutputError, write_file
+
     from ..view.showing import on_disk
 
     file = Path(options.html)
@@ -102,7 +99,8 @@ def _typical(fleet: Fleet) -> Variant | None:
 
 def _shown(fleet: Fleet, variant: Variant) -> Shown | None:
     """Return the robot to show: from its description with its arguments, or else from one of its artifacts."""
-    from ...frontend.load import LoadError
+    from rosorin_compile.extending import LoadError
+
     from ..view.showing import look
 
     paths = [Path(fleet.file.head.description)] if fleet.file.head.description else []

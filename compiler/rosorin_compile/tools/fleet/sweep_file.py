@@ -9,12 +9,12 @@ from io import TextIOWrapper
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from rosorin_compile.diagnostics import Diagnostic, Rule, Source, Span, error, printable
+from rosorin_compile.extending import WrongUsage
+
 from ... import world
-from ...commands.usage import WrongUsage
-from ...diagnostics import Diagnostic, Source, Span, error
 from ...diagnostics.bounded import json_of
-from ...diagnostics.registry import FLEETS, Rule
-from ...diagnostics.wording import printable
+from ...diagnostics.registry import FLEETS
 
 RULES = (
     Rule(

@@ -8,8 +8,9 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from rosorin_compile.diagnostics import counted, first_of, printable
+
 from ...diagnostics.markdown import Block, Code, Table
-from ...diagnostics.wording import counted, first_of, printable
 from ...meaning.wording import subject
 from .columns import ARGUMENT, Columns
 from .judging import Row

@@ -10,20 +10,33 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.diagnostics import Console, counted
+from rosorin_compile.extending import (
+    DESCRIPTIONS,
+    FINE,
+    PROBLEMS,
+    ROOT_FILE,
+    WrongUsage,
+    argument_options,
+    console_of,
+    format_options,
+    given_arguments,
+    package_option,
+    place,
+)
+
 from ... import world
-from ...commands.given import given_arguments, packages_of
-from ...commands.options import argument_options, console_of, format_options, package_option, place
+from ...commands.given import packages_of
 from ...commands.robots import take_stdin
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics.console import Console
-from ...diagnostics.wording import counted, plural
-from ...project import DESCRIPTIONS, ON_STDIN, ROOT_FILE, STDIN, around, nearest_file
+from ...diagnostics.wording import plural
+from ...project import ON_STDIN, STDIN, around, nearest_file
 
 if TYPE_CHECKING:
-    from ...diagnostics import Diagnostic
-    from ...formats import Format
+    from rosorin_compile import Format
+    from rosorin_compile.diagnostics import Diagnostic
+    from rosorin_compile.extending import Map
+
     from ...formats.imported import Imported, ReadOptions
-    from ...frontend.tree import Map
     from ...output import Written
     from .into import Package
     from .merging.again import Wanted
@@ -77,7 +90,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def _companions() -> list[Format]:
     """Return the formats of files that say more about a robot of another file."""
-    from ...formats import FORMATS
+    from rosorin_compile.extending import FORMATS
 
     return [one for one in FORMATS.values() if one.join is not None]
 
@@ -144,8 +157,9 @@ def _target(options: argparse.Namespace, source: Path, arguments: dict[str, str]
 
 def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
     """Return the file to import, and the arguments for it as texts. Raises WrongUsage."""
+    from rosorin_compile.extending import LoadError
+
     from ...frontend.expression.functions import FUNCTIONS
-    from ...frontend.load import LoadError
 
     given, names = given_arguments(options, options.words)
     if len(names) != 1:
@@ -182,20 +196,20 @@ def _alike(path: Path) -> str:
 
 
 def _show(console: Console, diagnostics: list[Diagnostic]) -> None:
-    from ...diagnostics import arrange
+    from rosorin_compile.diagnostics import arrange
 
     console.show(arrange(diagnostics))
 
 
 def _strictly(diagnostic: Diagnostic) -> Diagnostic:
-    from ...diagnostics import ERROR
+    from rosorin_compile.diagnostics import ERROR
 
     carried = diagnostic.rule != "import-cannot-carry"
     return diagnostic if carried else diagnostic._replace(severity=ERROR)
 
 
 def _leniently(diagnostic: Diagnostic) -> Diagnostic:
-    from ...diagnostics import WARNING
+    from rosorin_compile.diagnostics import WARNING
 
     return diagnostic._replace(severity=WARNING, help="please report it with the file")
 
@@ -209,7 +223,8 @@ def _describe(
     how: ReadOptions,
 ) -> int:
     """Write what became of a source and say so; or say how many errors keep it from being written."""
-    from ...diagnostics import ERROR
+    from rosorin_compile.diagnostics import ERROR
+
     from .description import safe, tree_of
     from .merging.again import Wanted, recorded
     from .merging.record import of as record_of
@@ -330,7 +345,9 @@ def _put_into(
     wanted: Wanted,
 ) -> int:
     """Put a description into a package, and say what is left to be done there."""
-    from ...output import OutputError, Written
+    from rosorin_compile.extending import OutputError
+
+    from ...output import Written
     from .description import tree_of
     from .into import in_the_end, put_into, to_do, told
 
@@ -395,7 +412,7 @@ def _refused(console: Console, source: Path, errors: int) -> int:
 
 def _renamed(tree: Map, name: str) -> Map:
     """Return a tree with another name of the robot."""
-    from ...frontend.tree import Map
+    from rosorin_compile.extending import Map
 
     made = Map(tree.span, tree.via)
     for key, value in tree.items():
@@ -422,8 +439,10 @@ def _write(
     console: Console, folder: Path, files: Mapping[str, str], known: Mapping[str, str] | None = None
 ) -> Written | None:
     """Write the files of a description; what they replace is kept beside them, unless it is ``known``: taken over."""
+    from rosorin_compile.extending import OutputError
+
     from ...commands.all import put_aside
-    from ...output import OutputError, write_set
+    from ...output import write_set
     from ...output.ours import UNKNOWN
     from .merging.record import is_of
 
@@ -443,7 +462,8 @@ def _report(
     console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written, lines: list[str]
 ) -> None:
     """Say what was made, what was compared, what is kept as it was, and what comes next."""
-    from ...formats import FORMATS
+    from rosorin_compile.extending import FORMATS
+
     from .description import tree_of
     from .merging.record import is_of
     from .telling import accepted, kept, sizes

@@ -10,13 +10,12 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from ...diagnostics import Span
-from ...formats import FORMATS
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import FORMATS, ROOT_FILE, Map, Path, Seq
+
 from ...formats.imported import Imported
 from ...frontend.expression.functions import functions
 from ...frontend.load import plain_scalar
-from ...frontend.tree import Map, Path, Seq
-from ...project import ROOT_FILE
 from ...units import UNITS
 from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
 

@@ -14,15 +14,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from rosorin_compile.diagnostics import Diagnostic, Rule, error, listed
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, WrongUsage, load_mapping
+
 from ... import world
-from ...commands.usage import WrongUsage
-from ...diagnostics import Diagnostic, error
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import listed
-from ...frontend.load import LoadError, load_mapping
-from ...frontend.tree import Map
+from ...diagnostics.registry import READING
 from ...output.placing import alone
-from ...project import DESCRIPTIONS, ROOT_FILE
 from ..package.finding import package_of
 from ..package.installing import missing
 from .merging.again import Again, Wanted, imported_again, recorded, remove
@@ -305,7 +302,9 @@ def _text(path: Path) -> str:
 
 def _test(package: Package, source: str, description: str, given: Mapping[str, str]) -> str:
     """Return the test that holds a description against its source."""
-    from ...formats.templating import BUILTIN, Templates
+    from rosorin_compile import Templates
+
+    from ...formats.templating import BUILTIN
 
     values = {
         "source": source,

@@ -14,14 +14,14 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import MadeSpan, Span
-from ...diagnostics.wording import printable
+from rosorin_compile.diagnostics import Span, printable
+from rosorin_compile.extending import Map, Path, Quantity, parse_quantity, scalar
+
+from ...diagnostics import MadeSpan
 from ...formats.imported import BESIDE, END, INSIDE, Comment
 from ...frontend.load import plain_scalar
-from ...frontend.tree import Map, Path
-from ...frontend.yaml_text import MAX_KEY, escaped, is_raw, scalar
+from ...frontend.yaml_text import MAX_KEY, escaped, is_raw
 from ...numbers import exact
-from ...units import Quantity, parse_quantity
 
 WIDTH = 120
 _MAX_ALIGN = 60  # a list that is wrapped hangs below its bracket; further right it stands in a block

@@ -10,23 +10,36 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from rosorin_compile import Compiled, Format
+from rosorin_compile.diagnostics import (
+    ERROR,
+    Diagnostic,
+    Related,
+    Rule,
+    Source,
+    Span,
+    and_more,
+    counted,
+    error,
+    has_errors,
+    listed,
+    step,
+)
+from rosorin_compile.extending import FORMATS, ROOT_FILE, Map, Places, compile_robot
+from rosorin_compile.model import Joint, Output, Robot, Transform
+
 from ... import world
 from ...commands.init import SCHEMA
 from ...commands.mesh_copies import brought
-from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
-from ...diagnostics.progress import step
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import and_more, counted, listed
-from ...formats import FORMATS, Format, published
+from ...diagnostics.registry import READING
+from ...formats import published
 from ...formats.imported import Imported, Proof, ReadOptions
-from ...formats.mesh_files import Places, search
+from ...formats.mesh_files import search
 from ...formats.reading import join, read_robot
 from ...frontend.lower import lower
-from ...frontend.tree import Map
 from ...meaning.sameness import different, differently_said
-from ...model import Joint, Output, Robot, Transform
-from ...pipeline import Compiled, compile_robot, emitted, understand
-from ...project import ROOT_FILE, described_at
+from ...pipeline import emitted, understand
+from ...project import described_at
 from .description import Outputs, outputs, tree_of, write
 from .repeats import with_parts
 from .telling import seen_from

@@ -11,9 +11,10 @@ from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import NamedTuple
 
+from rosorin_compile.diagnostics import listed
+from rosorin_compile.extending import ROOT_FILE
+
 from ... import world
-from ...diagnostics.wording import listed
-from ...project import ROOT_FILE
 from ..package.finding import files_below
 from ..package.launch_files import is_launch_file
 

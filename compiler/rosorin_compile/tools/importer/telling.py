@@ -16,18 +16,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, Span, counted, first_of
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, Map, Seq
+
 from ... import world
-from ...diagnostics import WARNING, Diagnostic, Span
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted, first_of
+from ...diagnostics.registry import READING
 from ...formats.checked import copied
 from ...formats.described import as_tree
 from ...formats.imported import Imported
 from ...formats.mesh_files import files_named
 from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
 from ...frontend.packages import Packages, package_name
-from ...frontend.tree import Map, Seq
-from ...project import DESCRIPTIONS, OUTPUTS, ROOT_FILE
+from ...project import OUTPUTS
 
 RULES = (
     Rule(

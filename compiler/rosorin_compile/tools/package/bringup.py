@@ -9,15 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...diagnostics import NOTE, Diagnostic, error
-from ...diagnostics.registry import PACKAGES, Rule
-from ...diagnostics.wording import listed
+from rosorin_compile.diagnostics import NOTE, Diagnostic, Rule, error, listed
+from rosorin_compile.model import Robot
+
+from ...diagnostics.registry import PACKAGES
 from ...formats.distributions import HUMBLE, JAZZY, known
-from ...model import Robot
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
-    from ...formats import Artifact
+    from rosorin_compile import Artifact
+
     from ...formats.srdf.planning import Planning
 
 RULES = (

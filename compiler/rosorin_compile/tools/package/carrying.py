@@ -12,24 +12,26 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile import Artifact
+from rosorin_compile.diagnostics import Console, Diagnostic, Rule, Source, Span, error, first_of
+from rosorin_compile.extending import DESCRIPTIONS, Description, data_folder
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+
 from ... import world
-from ...diagnostics import Diagnostic, Source, Span, error
 from ...diagnostics.bounded import yaml_of
-from ...diagnostics.console import Console
-from ...diagnostics.registry import PACKAGES, Rule
-from ...diagnostics.wording import first_of
-from ...formats import Artifact, feeds
+from ...diagnostics.registry import PACKAGES
+from ...formats import feeds
 from ...formats.launching import free_names
-from ...model import ROBOT_STATE_PUBLISHER
-from ...project import DESCRIPTIONS, ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE, Description, data_folder
+from ...project import ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE
 from .meshes import named
 from .naming import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
-    from ...commands.given import Given
+    from rosorin_compile import Compiled
+    from rosorin_compile.extending import Given
+
     from ...frontend.arguments import Argument
-    from ...pipeline import Compiled
     from .package import Options
 
 RULES = (
@@ -102,7 +104,7 @@ def carry(
     The arguments of this run become the defaults at launch; ``modes`` are names of launch arguments that are taken.
     Raises LoadError.
     """
-    from ...frontend.arguments import declared
+    from rosorin_compile.extending import declared
 
     main = next((one for one in compiled.artifacts if feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
@@ -230,8 +232,8 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
 
     It has to say the same to the byte, and to read nothing outside.
     """
-    from ...commands.compiling import compile_one
-    from ...diagnostics import has_errors
+    from rosorin_compile.diagnostics import has_errors
+    from rosorin_compile.extending import compile_one
 
     packages = {one.name: Path(one.answer) for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
     packages |= {**given.packages, package: there}

@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile import Artifact
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, Source, error
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+
 from ... import world
-from ...diagnostics import NOTE, WARNING, Diagnostic, Source, error
-from ...diagnostics.registry import PACKAGES, Rule
-from ...formats import Artifact, feeds, names_meshes
-from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+from ...diagnostics.registry import PACKAGES
+from ...formats import feeds, names_meshes
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
 from .deploying import told_before

@@ -8,21 +8,30 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.diagnostics import Console
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    format_options,
+    given_arguments,
+    one_robot,
+    package_option,
+    place,
+)
+
 from ...commands.compiling import compiled_one
-from ...commands.given import given_arguments
-from ...commands.options import argument_options, format_options, one_robot, package_option, place
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics.console import Console
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ...commands.given import Given
-    from ...diagnostics import Diagnostic
+    from rosorin_compile import Compiled
+    from rosorin_compile.diagnostics import Diagnostic
+    from rosorin_compile.extending import Description, Given
+
     from ...output.placing import Holding
-    from ...pipeline import Compiled
-    from ...project import Description
     from .carrying import Carried
     from .package import Options
 
@@ -72,7 +81,8 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and write its package."""
-    from ...output import OutputError
+    from rosorin_compile.extending import OutputError
+
     from ...output.placing import alone
 
     console, description, compiled = compiled_one(options, "a package is for one robot", _HOW)

@@ -7,12 +7,14 @@ import posixpath
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from ...diagnostics.wording import printable
-from ...formats import FORMATS, Artifact, names_meshes
-from ...formats.templating import Templates
+from rosorin_compile import Artifact, Templates
+from rosorin_compile.diagnostics import printable
+from rosorin_compile.extending import FORMATS
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
+
+from ...formats import names_meshes
 from ...meaning.entities import Change
 from ...meaning.golden import NOT_TEXT, TextDifference, compare, shorten
-from ...model import ROBOT_STATE_PUBLISHER, Robot
 from ...rules.case import feeding
 from .meshes import settle
 

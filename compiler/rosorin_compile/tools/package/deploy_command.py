@@ -7,17 +7,27 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.diagnostics import Console, Rule
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    format_options,
+    one_robot,
+    package_option,
+    place,
+)
+
 from ... import world
 from ...commands.compiling import compiled_one
-from ...commands.options import argument_options, format_options, one_robot, package_option, place
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics.console import Console
-from ...diagnostics.registry import PACKAGES, Rule
+from ...diagnostics.registry import PACKAGES
 
 if TYPE_CHECKING:
-    from ...diagnostics import Diagnostic
-    from ...formats import Artifact
-    from ...model import Robot
+    from rosorin_compile import Artifact
+    from rosorin_compile.diagnostics import Diagnostic
+    from rosorin_compile.model import Robot
+
     from ...output.ours import Held
     from ...output.placing import Holding
     from .deploying import Plan
@@ -58,8 +68,8 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and put its artifacts into a folder."""
-    from ...frontend.load import LoadError
-    from ...output import OutputError
+    from rosorin_compile.extending import LoadError, OutputError
+
     from ...output.placing import alone
 
     folder = Path(options.to)
@@ -84,8 +94,9 @@ def _deploy(
     options: argparse.Namespace, console: Console, robot: Robot, artifacts: tuple[Artifact, ...], alone: Holding
 ) -> int:
     """Put artifacts into a folder; raises LoadError, OutputError, OSError."""
-    from ...diagnostics import has_errors
-    from ...formats import FORMATS
+    from rosorin_compile.diagnostics import has_errors
+    from rosorin_compile.extending import FORMATS
+
     from ...output.ours import held
     from ...output.placing import check_way
     from . import naming
@@ -123,7 +134,8 @@ def _files(planned: Plan) -> dict[str, bytes]:
 
 def _written(robot: Robot, planned: Plan, folder: Path) -> dict[str, str]:
     """Return the digests of what was written before; a list without a note that says whose it is, is as it stands."""
-    from ...formats import FORMATS
+    from rosorin_compile.extending import FORMATS
+
     from ...output.ours import digest, recorded
 
     ours = {}
@@ -179,7 +191,7 @@ def _mapped(texts: list[str], artifacts: tuple[Artifact, ...]) -> dict[str, str]
 
 def _tell(console: Console, lines: list[str]) -> None:
     """Print what changes; a program gets it as a note."""
-    from ...diagnostics import NOTE, Diagnostic
+    from rosorin_compile.diagnostics import NOTE, Diagnostic
 
     if console.for_people:
         for line in lines:
@@ -189,7 +201,7 @@ def _tell(console: Console, lines: list[str]) -> None:
 
 
 def _unreadable(folder: Path, problem: OSError) -> Diagnostic:
-    from ...diagnostics import error
+    from rosorin_compile.diagnostics import error
 
     message = f"cannot read {folder}: {problem.strerror or problem}"
     return error("deploy-unreadable", message, None, "name another folder")

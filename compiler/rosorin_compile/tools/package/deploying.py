@@ -10,13 +10,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile import Artifact
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, Source, error
+from rosorin_compile.extending import FORMATS, Element, MarkupError
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
+
 from ... import world
-from ...diagnostics import NOTE, WARNING, Diagnostic, Source, error
-from ...diagnostics.registry import PACKAGES, Rule
-from ...formats import FORMATS, Artifact, feeds, names_meshes
-from ...model import ROBOT_STATE_PUBLISHER, Robot
+from ...diagnostics.registry import PACKAGES
+from ...formats import feeds, names_meshes
 from ...output.ours import EDITED, FOREIGN, RECORD, UNKNOWN, Held
-from ...xml.markup import Element, MarkupError, parse
+from ...xml.markup import parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
 from .installing import install_space, missing, share_folder, undeclared

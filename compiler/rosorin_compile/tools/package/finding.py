@@ -6,8 +6,10 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from rosorin_compile import Artifact, Format
+from rosorin_compile.extending import FORMATS
+
 from ... import world
-from ...formats import FORMATS, Artifact, Format
 from ...formats.templating import comment
 
 MAX_FILES = 50_000

@@ -15,10 +15,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any, NamedTuple
 
-from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
-from ...diagnostics.registry import PACKAGES, Rule
-from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher, Robot
-from ...model.geometry import Pose, Transform, transform_of_quaternion
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Rule, Source, Span
+from rosorin_compile.model import (
+    ROBOT_STATE_PUBLISHER,
+    STATIC_TRANSFORM_PUBLISHER,
+    UNPUBLISHED,
+    Joint,
+    Pose,
+    Publisher,
+    Robot,
+    Transform,
+)
+
+from ...diagnostics.registry import PACKAGES
+from ...model.geometry import transform_of_quaternion
 from ...numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 from .plain_values import Unknown, constants, value
 
@@ -322,7 +332,9 @@ def _bound(function: ast.FunctionDef, call: ast.Call, names: Mapping[str, Any]) 
 
 
 def _xml(name: str, text: str) -> Iterator[Call]:
-    from ...xml.markup import MarkupError, parse
+    from rosorin_compile.extending import MarkupError
+
+    from ...xml.markup import parse
 
     try:
         root = parse(Source(name, text)).root
@@ -338,7 +350,7 @@ def _xml(name: str, text: str) -> Iterator[Call]:
 
 
 def _yaml(name: str, text: str) -> Iterator[Call]:
-    from ...frontend.load import LoadError, parse_yaml
+    from rosorin_compile.extending import LoadError, parse_yaml
 
     try:
         tree = parse_yaml(Source(name, text))

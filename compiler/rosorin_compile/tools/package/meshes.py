@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import unescape
 
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, first_of
+
 from ... import world
-from ...diagnostics import WARNING, Diagnostic
-from ...diagnostics.registry import PACKAGES, Rule
-from ...diagnostics.wording import first_of
+from ...diagnostics.registry import PACKAGES
 from .naming import is_legal
 
 if TYPE_CHECKING:

@@ -10,10 +10,11 @@ import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
 
+from rosorin_compile.diagnostics import Rule, error
+from rosorin_compile.extending import LoadError, load_mapping
+
 from ... import world
-from ...diagnostics import error
-from ...diagnostics.registry import PACKAGES, Rule
-from ...frontend.load import LoadError, load_mapping
+from ...diagnostics.registry import PACKAGES
 from ...frontend.yaml_text import quoted
 
 RULES = (

@@ -8,14 +8,16 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile import Artifact, Templates
+from rosorin_compile.diagnostics import Diagnostic, Rule, error
+from rosorin_compile.extending import DESCRIPTIONS, FORMATS
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
+
 from ... import world
-from ...diagnostics import Diagnostic, error
-from ...diagnostics.registry import PACKAGES, Rule
-from ...formats import FORMATS, Artifact, feeds, is_built_in, names_meshes, published
-from ...formats.templating import BUILTIN, Templates, comment
+from ...diagnostics.registry import PACKAGES
+from ...formats import feeds, is_built_in, names_meshes, published
+from ...formats.templating import BUILTIN, comment
 from ...frontend.yaml_text import quoted
-from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
-from ...project import DESCRIPTIONS
 from . import meshes, papers, starting, views
 from .bringup import Bringup, bringup
 from .naming import file_name

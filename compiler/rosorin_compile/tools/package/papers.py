@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.diagnostics import NOTE, Diagnostic, Rule
+
 from ... import world
-from ...diagnostics import NOTE, Diagnostic
-from ...diagnostics.registry import PACKAGES, Rule
+from ...diagnostics.registry import PACKAGES
 from ...output.ours import digest
 
 if TYPE_CHECKING:

@@ -6,7 +6,10 @@ import shlex
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...formats import FORMATS, launching
+from rosorin_compile.extending import FORMATS
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+
+from ...formats import launching
 from ...formats.static_tf import ARGUMENTS as COMMON
 from ...formats.static_tf import (
     FRAMES,
@@ -17,7 +20,6 @@ from ...formats.static_tf import (
     static_in_modes,
     static_transforms,
 )
-from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from ...rules.case import feeding
 
 if TYPE_CHECKING:

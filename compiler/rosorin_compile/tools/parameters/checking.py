@@ -8,20 +8,34 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Related,
+    Rule,
+    Source,
+    Span,
+    arrange,
+    counted,
+    error,
+    has_errors,
+    listed,
+)
+from rosorin_compile.extending import WrongUsage
+
 from ... import world
-from ...commands.usage import WrongUsage
-from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, arrange, error, has_errors
-from ...diagnostics.registry import PARAMETERS, Rule
-from ...diagnostics.wording import counted, listed
+from ...diagnostics.registry import PARAMETERS
 from ...formats.controllers.checking import against_robot, missing
 from ...formats.controllers.known import known
 from ...formats.controllers.topics import is_of_nobody, odometry_of
 from ...formats.controllers.types import full, of_type
 from ...formats.parameters.tables import MANAGER
-from ...model import NODE
 from ...model.control import Controller
+from ...model.joint import NODE
 from ...project import no_file
-from ...rules.case import Case
 from . import frames, owners, values
 from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, Setting, found

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from ...diagnostics import Diagnostic, Related, Source, Span, error
-from ...diagnostics.registry import PARAMETERS, Rule
+from rosorin_compile.diagnostics import Diagnostic, Related, Rule, Source, Span, error
+
+from ...diagnostics.registry import PARAMETERS
 
 RULES = (
     Rule(
@@ -113,7 +114,7 @@ def read(source: Source) -> tuple[list[Section], list[Diagnostic]]:
 
 def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
     """Read a parameter file. Raises NoParameters."""
-    from ...frontend.load import LoadError, read_utf8
+    from rosorin_compile.extending import LoadError, read_utf8
 
     try:
         source = read_utf8(path, str(path))

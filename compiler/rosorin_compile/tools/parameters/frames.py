@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from ...diagnostics import Diagnostic, Related, did_you_mean, error
-from ...diagnostics.registry import PARAMETERS, Rule
-from ...diagnostics.wording import quoted
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import Diagnostic, Related, Rule, did_you_mean, error, quoted
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+
+from ...diagnostics.registry import PARAMETERS
 from ...formats.parameters.tables import Key
-from ...model import ROBOT_STATE_PUBLISHER
-from ...rules.case import Case, suggest
+from ...rules.case import suggest
 from ...rules.tf_tree import Step, legal_steps, pieces
 from .nodes import DEFAULT, Node, Setting
 from .owners import Claim

@@ -6,8 +6,10 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Span, did_you_mean, error, nearest
-from ...diagnostics.registry import PARAMETERS, Rule
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, Span, did_you_mean, error, nearest
+from rosorin_compile.model import Publisher
+
+from ...diagnostics.registry import PARAMETERS
 from ...formats.controllers.types import full as full_type
 from ...formats.parameters.tables import (
     MANAGER,
@@ -19,7 +21,6 @@ from ...formats.parameters.tables import (
     is_of,
     plugins,
 )
-from ...model import Publisher
 from ...model.control import Controller
 from .files import Parameter, Section
 

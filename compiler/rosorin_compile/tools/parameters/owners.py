@@ -6,11 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Related, error
-from ...diagnostics.registry import PARAMETERS, Rule
-from ...frontend.tree import Path
-from ...model import NODE, UNPUBLISHED, Publisher
-from ...rules.case import Case
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Related, Rule, error
+from rosorin_compile.extending import Path
+from rosorin_compile.model import UNPUBLISHED, Publisher
+
+from ...diagnostics.registry import PARAMETERS
+from ...model.joint import NODE
 from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic
 from .values import world_problem

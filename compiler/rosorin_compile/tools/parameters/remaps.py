@@ -13,8 +13,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Source, Span, error
-from ...diagnostics.registry import PARAMETERS, Rule
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, Source, Span, error
+
+from ...diagnostics.registry import PARAMETERS
 from ..package.plain_values import Unknown, constants, value
 
 RULES = (
@@ -73,7 +74,7 @@ def is_tf(topic: str, namespace: str) -> bool:
 
 def of_launch(path: Path) -> tuple[list[Remap], list[Diagnostic]]:
     """Return the remaps that a launch file says, and what is to say of it."""
-    from ...frontend.load import LoadError, read_utf8
+    from rosorin_compile.extending import LoadError, read_utf8
 
     try:
         source = read_utf8(path, str(path))
@@ -154,7 +155,9 @@ def _of_arguments(words: list[str], node: str) -> Iterator[Remap]:
 
 
 def _xml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
-    from ...xml.markup import MarkupError, parse
+    from rosorin_compile.extending import MarkupError
+
+    from ...xml.markup import parse
 
     try:
         root = parse(source).root
@@ -173,8 +176,7 @@ def _xml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
 
 
 def _yaml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
-    from ...frontend.load import LoadError, parse_yaml
-    from ...frontend.tree import Map, locate
+    from rosorin_compile.extending import LoadError, Map, locate, parse_yaml
 
     try:
         tree = parse_yaml(source)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
-from ...diagnostics.registry import PARAMETERS, Rule
-from ...diagnostics.wording import quoted
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, did_you_mean, error, quoted
+
+from ...diagnostics.registry import PARAMETERS
 from ...formats.parameters.checking import against_kind
 from .files import Parameter
 from .nodes import Node

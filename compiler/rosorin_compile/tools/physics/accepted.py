@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-from ...diagnostics import NOTE, Diagnostic
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import NOTE, Diagnostic
+
 from ...frontend.accepting import accepted, settled, unused
 from ...rules import acceptable
-from ...rules.case import Case
 
 Member = TypeVar("Member")
 

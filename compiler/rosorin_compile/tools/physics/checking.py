@@ -7,13 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import Diagnostic, arrange, counted, listed, step
+from rosorin_compile.extending import Description, Places
+
 from ... import world
-from ...diagnostics import Diagnostic, arrange
-from ...diagnostics.progress import step
-from ...diagnostics.wording import counted, listed
-from ...formats.mesh_files import Places, files_of
-from ...project import Description
-from ...rules.case import Case
+from ...formats.mesh_files import files_of
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
 from .accepted import settle

@@ -9,9 +9,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic
-from ...model import Mesh, Shape
-from ...rules.case import Case
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import WARNING, Diagnostic
+from rosorin_compile.model import Mesh, Shape
+
 from ..extract.meshes import Colour, load_mesh
 from ..extract.problems import ExtractProblem
 

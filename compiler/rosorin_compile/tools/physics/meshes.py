@@ -10,11 +10,13 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.registry import PHYSICS, Rule
-from ...diagnostics.wording import first_of
-from ...model import Inertial, Link, Mesh, Robot, Shape, principal_moments, volume_of
-from ...rules.case import Case, number
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, first_of
+from rosorin_compile.model import Inertial, Link, Mesh, Robot, Shape
+
+from ...diagnostics.registry import PHYSICS
+from ...model.mass import principal_moments, volume_of
+from ...rules.case import number
 from .accepted import apart
 from .files import PURPOSES, Meshes, Named, named_meshes
 from .overlaps import at_most

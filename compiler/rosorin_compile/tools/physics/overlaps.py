@@ -10,12 +10,24 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Related
-from ...diagnostics.registry import PHYSICS, Rule
-from ...diagnostics.wording import and_more, counted, first_of, listed, quoted
-from ...frontend.tree import Path, at
-from ...model import Joint, Mesh
-from ...rules.case import Case
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import (
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Related,
+    Rule,
+    and_more,
+    counted,
+    first_of,
+    listed,
+    quoted,
+)
+from rosorin_compile.extending import Path
+from rosorin_compile.model import Joint, Mesh
+
+from ...diagnostics.registry import PHYSICS
+from ...frontend.tree import at
 from .accepted import apart, is_accepted
 from .scene import Overlap, Pair, Scene, Solid
 

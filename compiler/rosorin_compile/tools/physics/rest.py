@@ -10,12 +10,13 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import ERROR, WARNING, Diagnostic
-from ...diagnostics.registry import PHYSICS, Rule
-from ...formats.templating import Templates
-from ...model import Joint, Robot
+from rosorin_compile import Case, Templates
+from rosorin_compile.diagnostics import ERROR, WARNING, Diagnostic, Rule
+from rosorin_compile.model import Joint, Robot
+
+from ...diagnostics.registry import PHYSICS
 from ...model.simulation import POSITION
-from ...rules.case import Case, number
+from ...rules.case import number
 from ..simulate.moved import first_to_go, moved
 from ..simulate.world import FIXED, Refused, joint_of, moving, quiet, set_joints, simulated, without_meshes
 from .overlaps import ZERO, State

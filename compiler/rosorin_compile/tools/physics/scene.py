@@ -13,7 +13,7 @@ from importlib import import_module
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...model import (
+from rosorin_compile.model import (
     Box,
     Capsule,
     Cylinder,
@@ -25,8 +25,9 @@ from ...model import (
     Shape,
     Sphere,
     Transform,
-    volume_of,
 )
+
+from ...model.mass import volume_of
 from .files import Hull, Loaded, Meshes
 
 if TYPE_CHECKING:

@@ -13,11 +13,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.registry import PHYSICS, Rule
-from ...diagnostics.wording import and_more, counted
-from ...model import Joint, Robot
-from ...rules.case import Case, number
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, and_more, counted
+from rosorin_compile.model import Joint, Robot
+
+from ...diagnostics.registry import PHYSICS
+from ...rules.case import number
 from .accepted import apart
 from .overlaps import CORNER, ZERO, State, at_most, shape_path, shape_word
 from .scene import Overlap, Pair, Scene

@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...model import Vector
+from rosorin_compile.model import Vector
+
 from ...model.geometry import minus, plus, unit
 
 if TYPE_CHECKING:

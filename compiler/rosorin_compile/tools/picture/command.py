@@ -9,20 +9,30 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.diagnostics import WARNING, Console, error, pip_install, step
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    given_arguments,
+    mode_option,
+    mode_states,
+    one_robot,
+    package_option,
+    parse_quantity,
+    place,
+    quiet_option,
+)
+
 from ... import world
-from ...commands.given import given_arguments
-from ...commands.options import argument_options, mode_option, one_robot, package_option, place, quiet_option
 from ...commands.robots import one
-from ...commands.understanding import Known, mode_states
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics import WARNING, error
-from ...diagnostics.console import Console
-from ...diagnostics.installing import pip_install
-from ...diagnostics.progress import step
-from ...units import ANGLE, dimension_of, parse_quantity
+from ...commands.understanding import Known
+from ...units import ANGLE, dimension_of
 
 if TYPE_CHECKING:
-    from ...model import Mesh, Robot, Transform, Vector
+    from rosorin_compile.model import Mesh, Robot, Transform, Vector
+
     from ..view.showing import Shown
     from .camera import Box, Camera
     from .painting import Progress
@@ -95,7 +105,8 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write a picture of a robot."""
-    from ...frontend.load import LoadError
+    from rosorin_compile.extending import LoadError
+
     from ..view.showing import look
 
     given, words = given_arguments(options, options.words)
@@ -128,10 +139,10 @@ def _draw(
     shown: Shown, asked: Asked, options: argparse.Namespace, target: Path, inputs: Sequence[Path], console: Console
 ) -> int:
     """Draw a robot and write the picture."""
+    from rosorin_compile.extending import OutputError, write_file
+
     from ...commands.transforms.states import NoState, beyond, beyond_limit, given
     from ...model.pulses import NoPulse, NoServo
-    from ...output import OutputError
-    from ...output.one_file import write_file
     from ...output.ours import wrote
 
     lacking = _lacking(shown.robot)
@@ -280,7 +291,8 @@ def _size(text: str) -> tuple[int, int]:
 
 def _direction(text: str) -> Vector:
     """Return the direction to the camera of a named view, or of two angles. Raises WrongUsage."""
-    from ...diagnostics import did_you_mean
+    from rosorin_compile.diagnostics import did_you_mean
+
     from .camera import VIEWS, looking
 
     if text in VIEWS:
@@ -314,7 +326,7 @@ def _is_ours(path: Path) -> bool:
 
 def _frames(robot: Robot, options: argparse.Namespace) -> list[str]:
     """Return the names of the frames to show. Raises WrongUsage."""
-    from ...diagnostics import did_you_mean
+    from rosorin_compile.diagnostics import did_you_mean
 
     modes = mode_states(robot, options.modes)
     for name in options.chosen:

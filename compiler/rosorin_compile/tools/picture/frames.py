@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Transform
+from rosorin_compile.model import Transform
+
 from .camera import Camera
 from .light import Theme
 

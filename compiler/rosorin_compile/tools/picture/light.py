@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Vector
+from rosorin_compile.model import Vector
+
 from ...model.geometry import unit
 from .camera import Box, along, cross
 from .raster import NOTHING, Whole, first_seen, scene

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Box as BoxShape
-from ...model import (
+from rosorin_compile.model import Box as BoxShape
+from rosorin_compile.model import (
     Capsule,
     Cylinder,
     Ellipsoid,
@@ -29,6 +29,7 @@ from ...model import (
     Transform,
     Vector,
 )
+
 from ...model.looks import own_colours
 from .camera import Box
 

@@ -9,23 +9,30 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.diagnostics import Console, Diagnostic, Rule, arrange, counted, error, listed, pip_install, step
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    Description,
+    WrongUsage,
+    argument_options,
+    given_arguments,
+    json_option,
+    one_robot,
+    package_option,
+    place,
+    quiet_option,
+)
+
 from ... import world
-from ...commands.given import given_arguments
-from ...commands.options import argument_options, json_option, one_robot, package_option, place, quiet_option
 from ...commands.robots import one
 from ...commands.understanding import Known, understood
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics import Diagnostic, arrange, error
-from ...diagnostics.console import Console
-from ...diagnostics.installing import pip_install
-from ...diagnostics.progress import step
-from ...diagnostics.registry import SIMULATION, Rule
-from ...diagnostics.wording import counted, listed
-from ...project import Description
+from ...diagnostics.registry import SIMULATION
 from .judging import LIMITS, Judge
 
 if TYPE_CHECKING:
-    from ...commands.given import Given
+    from rosorin_compile.extending import Given
+
     from .trials import Trials
     from .world import World
 
@@ -91,7 +98,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _limits(texts: Sequence[str]) -> dict[str, float]:
     """Return the limits, those of the command line in place of the usual ones. Raises WrongUsage."""
-    from ...diagnostics import did_you_mean
+    from rosorin_compile.diagnostics import did_you_mean
 
     made = {name: one.value for name, one in LIMITS.items()}
     for text in texts:
@@ -137,9 +144,9 @@ def _simulate(
 
 def _world(mujoco: object, known: Known, description: Description, given: Given, base: str) -> World:
     """Return the robot in MuJoCo. Raises Refused."""
-    from ...commands.compiling import search_meshes
-    from ...formats import FORMATS
-    from ...formats.templating import Templates
+    from rosorin_compile import Templates
+    from rosorin_compile.extending import FORMATS, search_meshes
+
     from .world import World, simulated
 
     robot = known.robot
@@ -192,8 +199,8 @@ def _written(
     world: World, trials: Trials, found: Sequence[Diagnostic], file: Path, known: Known, console: Console
 ) -> bool:
     """Write the page; say whether that was possible."""
-    from ...output import OutputError
-    from ...output.one_file import write_file
+    from rosorin_compile.extending import OutputError, write_file
+
     from .telling import page
 
     inputs = {Path(span.source.path) for span in known.case.tree.value_spans.values()}

@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
-from ...diagnostics.registry import SIMULATION, Rule
-from ...diagnostics.wording import and_more, counted
-from ...frontend.tree import Path, exists
-from ...model import Joint
-from ...rules.case import Case, number
+from rosorin_compile import Case
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Rule, and_more, counted
+from rosorin_compile.extending import Path
+from rosorin_compile.model import Joint
+
+from ...diagnostics.registry import SIMULATION
+from ...frontend.tree import exists
+from ...rules.case import number
 from .moved import first_to_go, moved
 from .trials import Driven, Held, Stop, Swept, Swung, Trials
 from .world import Touch, World

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...model import Robot
+from rosorin_compile.model import Robot
+
 from ...model.bounds import bounds_of
 from ...rules.case import number
 

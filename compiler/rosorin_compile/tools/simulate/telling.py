@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ...diagnostics import Diagnostic
-from ...diagnostics.wording import counted
-from ...formats.templating import BUILTIN, Templates
+from rosorin_compile import Templates
+from rosorin_compile.diagnostics import Diagnostic, counted
+
+from ...formats.templating import BUILTIN
 from .judging import LIMITS
 from .trials import Curve, Driven, Held, Swept, Trials
 from .world import FREE, Touch, World

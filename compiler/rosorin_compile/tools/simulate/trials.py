@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...model import Joint
+from rosorin_compile.model import Joint
+
 from ...model.driving import Driving, Twist, driving_of
 from .world import FREE, POSITION, Broken, Touch, World, moving
 

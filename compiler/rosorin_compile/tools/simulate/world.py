@@ -10,12 +10,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...diagnostics import Diagnostic, has_errors
-from ...formats import FORMATS
+from rosorin_compile import Templates
+from rosorin_compile.diagnostics import Diagnostic, has_errors
+from rosorin_compile.extending import FORMATS
+from rosorin_compile.model import Joint, Link, Mesh, Output, Robot
+
 from ...formats.mjcf.bodies import body_name
 from ...formats.mjcf.engine import reason
-from ...formats.templating import Templates
-from ...model import Joint, Link, Mesh, Output, Robot
 
 if TYPE_CHECKING:
     import numpy as np

@@ -19,15 +19,16 @@ from operator import length_hint
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.diagnostics import Diagnostic, Rule, error, pip_install
+from rosorin_compile.extending import data_folder
+
 from ... import world
-from ...diagnostics import Diagnostic, error
-from ...diagnostics.installing import pip_install
-from ...diagnostics.registry import WRITING, Rule
+from ...diagnostics.registry import WRITING
 from ...frontend.asked import Asked
 from ...frontend.variants import Variant
 from ...output.ours import digest
 from ...output.variants import VariantsFolder
-from ...project import DATA, ROS_PACKAGE, data_folder, projects_of
+from ...project import DATA, ROS_PACKAGE, projects_of
 from ...world import noting
 from ...world.asking import BYTES, note_tool
 from .engines import Result, death, died
@@ -36,7 +37,7 @@ from .running import Stopped
 from .worker import Answer, Answers, Batch, Bundle, Task, tool, work
 
 if TYPE_CHECKING:
-    from ...pipeline import Compiled
+    from rosorin_compile import Compiled
 
 RULES = (
     Rule(
@@ -308,7 +309,7 @@ class Cluster:
 
 def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Variant]) -> Iterator[Compiled]:
     """Yield what becomes of variants on a cluster, as it comes (see ``library``)."""
-    from ...pipeline import Compiled
+    from rosorin_compile import Compiled
 
     rest, total = enumerate(variants), length_hint(variants)
     flight: _Flight | None = None

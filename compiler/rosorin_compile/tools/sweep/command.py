@@ -8,22 +8,31 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile.diagnostics import NOTE, WARNING, Console, Diagnostic, Rule, counted, listed
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    Description,
+    Given,
+    LoadError,
+    OutputError,
+    WrongUsage,
+    argument_options,
+    console_of,
+    declared,
+    format_options,
+    given_arguments,
+    one_robot,
+    package_option,
+    place,
+)
+
 from ... import world
-from ...commands.given import Given, given_arguments
-from ...commands.options import argument_options, console_of, format_options, one_robot, package_option, place
 from ...commands.robots import no_stdin, one
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.console import Console
-from ...diagnostics.registry import WRITING, Rule
-from ...diagnostics.wording import counted, listed
-from ...frontend.arguments import declared
-from ...frontend.load import LoadError
+from ...diagnostics.registry import WRITING
 from ...frontend.variants import Variants
-from ...output import OutputError
 from ...output.remote import RemoteIndex, folder_of
 from ...output.variants import Index
-from ...project import Description
 from ...startup import system
 from .engines import Engine, InProcess, Processes
 from .making import Folder, Job, Maker, job, plain
@@ -181,7 +190,7 @@ def _listed(
         raise WrongUsage("--as goes with a folder of files, one a variant")
     wrong = [problem for problem in wrong if problem.severity == "error"]
     if options.whole and options.whole not in types and not wrong:
-        from ...diagnostics import did_you_mean
+        from rosorin_compile.diagnostics import did_you_mean
 
         known = did_you_mean(options.whole, types) or "it has none"
         raise WrongUsage(f'{description.name} has no argument "{options.whole}"; {known}')

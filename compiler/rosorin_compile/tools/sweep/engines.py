@@ -15,8 +15,10 @@ from contextlib import suppress
 from multiprocessing import connection, get_context
 from typing import TYPE_CHECKING, Any, Protocol
 
-from ...diagnostics import Diagnostic, error, progress
-from ...diagnostics.registry import WRITING, Rule
+from rosorin_compile.diagnostics import Diagnostic, Rule, error
+
+from ...diagnostics import progress
+from ...diagnostics.registry import WRITING
 from ...frontend.variants import Variant
 from ...output.remote import folder_of
 from ...startup import system

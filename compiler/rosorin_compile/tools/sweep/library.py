@@ -7,12 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...diagnostics import Diagnostic, error
-from ...frontend.arguments import declared
+from rosorin_compile import Compiled
+from rosorin_compile.diagnostics import Diagnostic, error
+from rosorin_compile.extending import declared
+
 from ...frontend.asked import ask, description_of
 from ...frontend.expand.files import Kept
 from ...frontend.variants import NAME, Variant, Variants, given, wrong_name
-from ...pipeline import Compiled
 from .making import compiled_here
 
 if TYPE_CHECKING:

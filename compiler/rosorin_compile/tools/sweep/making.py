@@ -17,24 +17,25 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...diagnostics import Diagnostic, Related, has_errors, progress
+from rosorin_compile.diagnostics import Diagnostic, Related, has_errors
+from rosorin_compile.extending import Description, Map, OutputError, Quantity, Seq, Text
+
+from ...diagnostics import progress
 from ...diagnostics.report import as_object
 from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
-from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import Variant
-from ...output import OutputError, check_names, encoded
+from ...output import check_names, encoded
 from ...output.ours import digest
 from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
-from ...project import Description, shown, tool_folders
-from ...units import Quantity
+from ...project import shown, tool_folders
 from ...world import Notes, noting
 from ...world.asking import answer, note_tool
 from ...world.notes import rows
 
 if TYPE_CHECKING:
-    from ...pipeline import Compiled
+    from rosorin_compile import Compiled
 
 Folder = VariantsFolder | RemoteFolder
 MADE, UNCHANGED, ERROR = "made", "unchanged", "error"
@@ -152,9 +153,10 @@ class Maker:
 
     def compiled(self, variant: Variant) -> Compiled:
         """Return what becomes of a variant; nothing is written."""
-        from ...commands.compiling import proven, search_meshes
-        from ...commands.given import Given
-        from ...pipeline import Compiled, compile_robot
+        from rosorin_compile import Compiled
+        from rosorin_compile.extending import Given, compile_robot, search_meshes
+
+        from ...commands.compiling import proven
 
         if has_errors(variant.diagnostics):
             return Compiled(None, (), [], ())
@@ -205,7 +207,8 @@ class Maker:
 
 def compiled_here(first: Path, asked: Asked, variant: Variant, kept: Kept | None = None) -> Compiled:
     """Return what becomes of one variant, for the library."""
-    from ...pipeline import Compiled, compile_robot
+    from rosorin_compile import Compiled
+    from rosorin_compile.extending import compile_robot
 
     if has_errors(variant.diagnostics):
         return Compiled(None, (), list(variant.diagnostics), (), variant=variant)

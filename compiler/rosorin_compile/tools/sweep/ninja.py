@@ -20,15 +20,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile.diagnostics import Rule
+from rosorin_compile.extending import Description, Given, Map, OutputError, Quantity, Seq, Text, write_file
+
 from ... import world
-from ...commands.given import Given
-from ...diagnostics.registry import WRITING, Rule
-from ...frontend.tree import Map, Seq, Text
+from ...diagnostics.registry import WRITING
 from ...frontend.variants import TABLES, Variant, Variants
-from ...output import OutputError
-from ...output.one_file import write_file
-from ...project import Description
-from ...units import Quantity
 
 RULES = (
     Rule(

@@ -11,9 +11,9 @@ from collections import deque
 from collections.abc import Callable, Container, Iterable, Iterator
 from typing import NamedTuple
 
+from rosorin_compile.diagnostics import Diagnostic, step
+
 from ... import __version__
-from ...diagnostics import Diagnostic
-from ...diagnostics.progress import step
 from ...frontend.variants import Variant
 from ...output.remote import RemoteIndex
 from ...output.variants import Index

@@ -12,12 +12,11 @@ from io import TextIOWrapper
 from itertools import islice
 from typing import Any, NamedTuple
 
+from rosorin_compile.diagnostics import ERROR as WRONG
+from rosorin_compile.diagnostics import Console, Diagnostic, Related, Source, Span, and_more, counted
+
 from ... import world
-from ...diagnostics import ERROR as WRONG
-from ...diagnostics import Diagnostic, Related, Source, Span
-from ...diagnostics.console import Console
 from ...diagnostics.progress import AFTER
-from ...diagnostics.wording import and_more, counted
 from ...frontend.variants import Row
 from ...output.variants import Stored
 from .making import ERROR, MADE, UNCHANGED, Made

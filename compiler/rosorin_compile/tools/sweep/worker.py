@@ -22,22 +22,23 @@ from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.diagnostics import Diagnostic, has_errors
+from rosorin_compile.extending import Description, OutputError, data_folder
+
 from ... import __version__, world
-from ...diagnostics import Diagnostic, has_errors
 from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
 from ...frontend.variants import Variant
-from ...output import OutputError
 from ...output.ours import digest
 from ...output.remote import folder_of
 from ...output.variants import VariantsFolder
-from ...project import DATA, Description, Resolved, data_folder
+from ...project import DATA, Resolved
 from ...startup.cache import digest as digest_of_bytes
 from ...world.asking import BYTES
 from .making import Folder, Job, Made, Maker, compiled_here, files_of, line_of
 
 if TYPE_CHECKING:
-    from ...pipeline import Compiled
+    from rosorin_compile import Compiled
 
 _MISSING = ("file-unreadable", "package-missing", "template-missing", "include-outside")
 

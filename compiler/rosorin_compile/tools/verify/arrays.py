@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Transform
+from rosorin_compile.model import Transform
+
 from ...model.geometry import transform_of_quaternion
 
 Floats = NDArray[np.float64]

@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, counted, pip_install
+
 from ... import world
-from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.installing import pip_install
-from ...diagnostics.registry import RECORDINGS, Rule
-from ...diagnostics.wording import counted
+from ...diagnostics.registry import RECORDINGS
 from . import cdr, cut_bags
 from .arrays import SECOND, Samples, Times
 from .findings import YEAR, problem, seconds

@@ -10,23 +10,38 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.diagnostics import Console, Rule, pip_install, step
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    ROOT_FILE,
+    Description,
+    Given,
+    NoDescription,
+    WrongUsage,
+    argument_options,
+    compile_one,
+    given_arguments,
+    is_foreign,
+    json_option,
+    mode_option,
+    mode_states,
+    package_option,
+    quiet_option,
+)
+
 from ... import world
-from ...commands.compiling import compile_one
-from ...commands.given import Given, given_arguments, texts
-from ...commands.options import argument_options, json_option, mode_option, package_option, quiet_option
-from ...commands.robots import is_foreign, meant
-from ...commands.understanding import mode_states, read
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics.console import Console
-from ...diagnostics.installing import pip_install
-from ...diagnostics.progress import step
-from ...diagnostics.registry import RECORDINGS, Rule
-from ...project import ROOT_FILE, STDIN, Description, NoDescription, find
+from ...commands.given import texts
+from ...commands.robots import meant
+from ...commands.understanding import read
+from ...diagnostics.registry import RECORDINGS
+from ...project import STDIN, find
 
 if TYPE_CHECKING:
-    from ...diagnostics import Diagnostic
-    from ...model import Robot
-    from ...pipeline import Compiled
+    from rosorin_compile import Compiled
+    from rosorin_compile.diagnostics import Diagnostic
+    from rosorin_compile.model import Robot
+
     from .expected import Choice, Options
     from .judge import Verdict
 
@@ -99,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
     try:
         verdict = verify(compiled.robot, compiled.artifacts, source, said, told, sys.stdin.buffer.read)
     except Unreadable as problem:
-        from ...diagnostics import error
+        from rosorin_compile.diagnostics import error
 
         console.show([error("recording-unreadable", str(problem), None, problem.help)])
         return PROBLEMS
@@ -113,9 +128,10 @@ def _compiled(given: Given, description: Description, console: Console) -> Compi
     """Return a description, or a robot in another format, with its artifacts."""
     if not is_foreign(description.path):
         return compile_one(given, description, console)
+    from rosorin_compile import Compiled
+    from rosorin_compile.extending import LoadError
+
     from ...commands.foreign import compile_foreign
-    from ...frontend.load import LoadError
-    from ...pipeline import Compiled
 
     try:
         return compile_foreign(description.path, texts(given.values()), given.packages, console.ahead, given.trust)
@@ -166,7 +182,8 @@ def _is_robot(source: str) -> bool:
 
 def _options(options: argparse.Namespace, robot: Robot) -> Options:
     """Return what the command line says about the recording. Raises WrongUsage."""
-    from ...diagnostics import did_you_mean
+    from rosorin_compile.diagnostics import did_you_mean
+
     from .expected import Options
 
     modes = mode_states(robot, options.modes)
@@ -195,7 +212,8 @@ def _options(options: argparse.Namespace, robot: Robot) -> Options:
 
 
 def _pose(name: str, robot: Robot) -> Choice | None:
-    from ...diagnostics import did_you_mean
+    from rosorin_compile.diagnostics import did_you_mean
+
     from .expected import Choice
 
     if not name:
@@ -209,7 +227,8 @@ def _pose(name: str, robot: Robot) -> Choice | None:
 
 def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Diagnostic]:
     """Return the findings with the places in the description of the edges that they are about."""
-    from ...frontend.tree import locate
+    from rosorin_compile.extending import locate
+
     from .findings import with_place
 
     edges = {edge.name: edge for edge in verdict.description.edges}
@@ -231,13 +250,14 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
 
 def _takes_arguments(path: Path) -> bool:
     """Say whether a robot in another format than a description is told arguments."""
-    from ...formats import FORMATS
+    from rosorin_compile.extending import FORMATS
 
     return any(one.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values())
 
 
 def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:
-    from ...diagnostics import ERROR, WARNING
+    from rosorin_compile.diagnostics import ERROR, WARNING
+
     from .lines import summary, table
 
     if options.format == "json":
@@ -274,8 +294,7 @@ def _write(verdict: Verdict, options: argparse.Namespace) -> None:
 
 def _save(name: str, text: str, kind: str) -> None:
     """Write a file; what is there is replaced if it is of that kind, as the one of the last run. Raises WrongUsage."""
-    from ...output import OutputError
-    from ...output.one_file import write_file
+    from rosorin_compile.extending import OutputError, write_file
 
     try:
         stands = world.kind(name)

@@ -8,10 +8,8 @@ from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
-from ...formats import FORMATS
-from ...frontend.expression import ExpressionError, evaluate
-from ...model import (
-    AXLELESS,
+from rosorin_compile.extending import FORMATS, ExpressionError, evaluate
+from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     SEVERAL_COORDINATES,
     STATIC_TRANSFORM_PUBLISHER,
@@ -21,6 +19,8 @@ from ...model import (
     Robot,
     Transform,
 )
+
+from ...model.joint import AXLELESS
 from ...rules.case import feeding
 
 MAX_MODES = 10

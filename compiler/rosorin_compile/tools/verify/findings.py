@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
+from rosorin_compile.model import Transform, Vector
+
 from ...meaning.wording import amount
-from ...model import Transform, Vector
 from ...model.geometry import minus, norm
 
 _WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...model import Joint
+from rosorin_compile.model import Joint
+
 from .arrays import Flags, Floats, Times
 from .expected import Description
 from .pace import Leaps, Pace

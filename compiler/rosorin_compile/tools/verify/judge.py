@@ -11,13 +11,24 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean
-from ...diagnostics.registry import RECORDINGS, Rule
-from ...diagnostics.wording import and_more, counted, first_of
-from ...formats import Artifact, feeds
+from rosorin_compile import Artifact
+from rosorin_compile.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Rule,
+    and_more,
+    counted,
+    did_you_mean,
+    first_of,
+)
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Transform
+
+from ...diagnostics.registry import RECORDINGS
+from ...formats import feeds
 from ...meaning.golden import compare
 from ...meaning.wording import amount
-from ...model import ROBOT_STATE_PUBLISHER, Joint, Transform
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
 from .expected import Description, Expected
 from .findings import YEAR, difference, half_turn_about, ordered, pose_text, problem, seconds, share

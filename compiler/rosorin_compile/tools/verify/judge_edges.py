@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from ...diagnostics import WARNING, Diagnostic, did_you_mean
-from ...diagnostics.registry import RECORDINGS, Rule
-from ...diagnostics.wording import and_more, counted, listed
-from ...model import Transform
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, and_more, counted, did_you_mean, listed
+from rosorin_compile.model import Transform
+
+from ...diagnostics.registry import RECORDINGS
 from .arrays import SECOND, Samples, transform_from
 from .expected import Expected
 from .findings import difference, half_turn_about, pose_text, problem, rate_text, seconds, share

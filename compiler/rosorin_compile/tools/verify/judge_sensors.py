@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ...diagnostics import ERROR, WARNING, Diagnostic, did_you_mean, nearest
-from ...diagnostics.registry import RECORDINGS, Rule
-from ...diagnostics.wording import counted, listed
-from ...model import Sensor
+from rosorin_compile.diagnostics import ERROR, WARNING, Diagnostic, Rule, counted, did_you_mean, listed, nearest
+from rosorin_compile.model import Sensor
+
+from ...diagnostics.registry import RECORDINGS
 from .arrays import SECOND
 from .findings import problem, rate_text, seconds, share
 from .judge_edges import owner_of

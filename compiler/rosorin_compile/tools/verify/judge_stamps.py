@@ -9,9 +9,9 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic
-from ...diagnostics.registry import RECORDINGS, Rule
-from ...diagnostics.wording import first_of
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, first_of
+
+from ...diagnostics.registry import RECORDINGS
 from .arrays import SECOND
 from .findings import YEAR, problem, seconds
 from .judge_edges import owner_of, two_values

@@ -7,10 +7,10 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.registry import RECORDINGS, Rule
-from ...diagnostics.wording import and_more, first_of
-from ...model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, and_more, first_of
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+
+from ...diagnostics.registry import RECORDINGS
 from .arrays import SECOND
 from .expected import Expected
 from .findings import YEAR, problem, rate_text, seconds

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from ...diagnostics import ERROR, NOTE, WARNING
-from ...diagnostics.wording import and_more, counted, printable
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, and_more, counted, printable
+
 from .arrays import SECOND
 from .expected import Expected
 from .findings import rate_text, seconds

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
-from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
-from ...diagnostics.wording import masked
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, masked
+
 from .arrays import SECOND
 from .judge import Verdict
 from .judge_tree import best_way

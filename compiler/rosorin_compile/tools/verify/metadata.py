@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from rosorin_compile.diagnostics import printable
+
 from ... import world
 from ...diagnostics.bounded import yaml_of
-from ...diagnostics.wording import printable
 
 FILE = "metadata.yaml"
 MAX_BYTES = 16 << 20

@@ -18,10 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from rosorin_compile.diagnostics import Rule
+from rosorin_compile.model import Transform, Vector
+
 from ...diagnostics.bounded import python_of, yaml_of
-from ...diagnostics.registry import RECORDINGS, Rule
-from ...model import Transform
-from ...model.geometry import Rows, Vector, rotation_of_rpy, transform_of_quaternion
+from ...diagnostics.registry import RECORDINGS
+from ...model.geometry import Rows, rotation_of_rpy, transform_of_quaternion
 from .arrays import SECOND, Samples
 from .expected import EXACT, SIX_ANGLE
 from .findings import problem

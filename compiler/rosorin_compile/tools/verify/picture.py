@@ -6,7 +6,8 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from ...diagnostics.wording import masked
+from rosorin_compile.diagnostics import masked
+
 from .arrays import SECOND
 from .findings import rate_text, seconds
 from .judge import Verdict

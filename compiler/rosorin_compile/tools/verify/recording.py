@@ -12,8 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...diagnostics import Diagnostic
-from ...model.geometry import Rows, Vector
+from rosorin_compile.diagnostics import Diagnostic
+from rosorin_compile.model import Vector
+
+from ...model.geometry import Rows
 from .arrays import NO_SAMPLES, SECOND, Samples, Times
 from .expected import Description, Expected
 from .joints import JointLog

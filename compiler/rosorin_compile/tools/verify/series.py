@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import Joint, Transform
+from rosorin_compile.model import Joint, Transform
+
 from .arrays import (
     NO_SAMPLES,
     Flags,

@@ -12,27 +12,27 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.diagnostics import Console, counted
+from rosorin_compile.extending import Given, WrongUsage
+from rosorin_compile.model import Link, Mesh, Robot
+
 from ... import world
-from ...commands.given import Given
-from ...commands.usage import WrongUsage
-from ...diagnostics.console import Console
-from ...diagnostics.wording import counted
 from ...formats.page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from ...formats.page.data import before_data
 from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
 from ...meaning.past import past
 from ...meaning.wording import brief
-from ...model import Link, Mesh, Robot
 from ...model.seen import Data
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
-    from ...meaning.difference import Difference, Item, Side
+    from rosorin_compile import Compiled, Difference
+    from rosorin_compile.extending import Description
+
+    from ...meaning.difference import Item, Side
     from ...meaning.entities import Change
     from ...meaning.golden import Comparison
     from ...meaning.pairing import Pairing
-    from ...pipeline import Compiled
-    from ...project import Description
 
 COMMITTED = "what is committed"
 _RGBA = "rgba"
@@ -78,8 +78,7 @@ class Pictures:
 
     def write(self, console: Console) -> None:
         """Write the page: robots that changed first. Raises WrongUsage if it cannot be written."""
-        from ...output import OutputError
-        from ...output.one_file import write_file
+        from rosorin_compile.extending import OutputError, write_file
 
         if not self.taken:
             gone = _removed(self.file)

@@ -13,19 +13,27 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from rosorin_compile.diagnostics import Console, Diagnostic, pip_install
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    Description,
+    Given,
+    WrongUsage,
+    argument_options,
+    given_arguments,
+    one_robot,
+    package_option,
+    quiet_option,
+)
+from rosorin_compile.model import SEVERAL_COORDINATES, Joint
+
 from ... import world
-from ...commands.given import Given, given_arguments
-from ...commands.options import argument_options, one_robot, package_option, page_options, quiet_option
+from ...commands.options import page_options
 from ...commands.robots import one
-from ...commands.usage import FINE, PROBLEMS, WrongUsage
-from ...diagnostics import Diagnostic
-from ...diagnostics.console import Console
-from ...diagnostics.installing import pip_install
 from ...diagnostics.report import text as as_text
 from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
-from ...model import SEVERAL_COORDINATES, Joint
 from ...output.watch import Inputs
-from ...project import Description
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from .showing import Looked, Shown, look, on_disk, served
 
@@ -67,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _looked(given: Given, description: Description, console: Console) -> Looked:
-    from ...frontend.load import LoadError
+    from rosorin_compile.extending import LoadError
 
     try:
         return look(given, description, console)
@@ -77,8 +85,7 @@ def _looked(given: Given, description: Description, console: Console) -> Looked:
 
 def _write(options: argparse.Namespace, given: Given, description: Description) -> int:
     """Write the page of a robot into a file."""
-    from ...output import OutputError
-    from ...output.one_file import write_file
+    from rosorin_compile.extending import OutputError, write_file
 
     console = Console("text", options.quiet)
     looked = _looked(given, description, console)

@@ -7,26 +7,23 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.diagnostics import WARNING, Console, Diagnostic, Span, has_errors, printable
+from rosorin_compile.extending import Description, Given, Map, Places, is_foreign, locate
+
 from ... import world
-from ...commands.given import Given
-from ...commands.robots import is_foreign
 from ...commands.understanding import read
-from ...diagnostics import WARNING, Diagnostic, Span, has_errors
-from ...diagnostics.console import Console
-from ...diagnostics.wording import printable
-from ...formats.mesh_files import Places, files_of, textures_of
+from ...formats.mesh_files import files_of, textures_of
 from ...formats.named_files import named_meshes
 from ...formats.page import MESHES, Embedding
 from ...formats.page.data import mesh_names, robot_data, texture_names
 from ...formats.page.images import Side, beside, image_type
-from ...frontend.tree import Map, locate
 from ...model.seen import Data
-from ...project import Description
 
 if TYPE_CHECKING:
-    from ...model import Robot
+    from rosorin_compile import Case
+    from rosorin_compile.model import Robot
+
     from ...pipeline import Understood
-    from ...rules.case import Case
 
 _BYTES = "application/octet-stream"
 _NO_IMAGE = "not found, or no image that browsers read"
@@ -61,7 +58,8 @@ class Shown(NamedTuple):
 
     def case(self) -> Case:
         """Return the robot with the places of all that it says, for checks."""
-        from ...rules.case import Case
+        from rosorin_compile import Case
+
         from ...rules.remarkable import collect
 
         tree, lowered = self.understood.expanded.tree, self.understood.lowered

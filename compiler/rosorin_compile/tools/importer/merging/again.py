@@ -8,12 +8,10 @@ from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
+from rosorin_compile.diagnostics import Diagnostic, has_errors, listed
+from rosorin_compile.extending import ROOT_FILE, LoadError, WrongUsage
+
 from .... import world
-from ....commands.usage import WrongUsage
-from ....diagnostics import Diagnostic, has_errors
-from ....diagnostics.wording import listed
-from ....frontend.load import LoadError
-from ....project import ROOT_FILE
 from . import record as records
 from .record import ENDING, Record, text_of
 from .telling import in_the_way, of_proof, told

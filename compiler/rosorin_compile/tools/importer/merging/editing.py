@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from ....diagnostics import Source
-from ....frontend.load import LoadError, parse_yaml
-from ....frontend.tree import Path
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.extending import LoadError, Path, parse_yaml
+
 from ....frontend.yaml_text import quoted
 from .three_way import MISSING, OURS, Change, same
 

@@ -12,8 +12,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from rosorin_compile.extending import ROOT_FILE
+
 from .... import world
-from ....project import ROOT_FILE
 
 ENDING = ".imported"
 _PROGRAM = "# rosorin-compile import "

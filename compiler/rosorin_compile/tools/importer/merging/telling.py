@@ -6,13 +6,22 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ....diagnostics import ERROR, WARNING, Diagnostic, Related, Source, Span, error
-from ....diagnostics.registry import READING, Rule
-from ....diagnostics.wording import and_more, counted
-from ....frontend.tree import Map, locate
-from ....frontend.tree import Path as Keys
-from ....frontend.yaml_text import scalar
-from ....units import Quantity
+from rosorin_compile.diagnostics import (
+    ERROR,
+    WARNING,
+    Diagnostic,
+    Related,
+    Rule,
+    Source,
+    Span,
+    and_more,
+    counted,
+    error,
+)
+from rosorin_compile.extending import Map, Quantity, locate, scalar
+from rosorin_compile.extending import Path as Keys
+
+from ....diagnostics.registry import READING
 from .three_way import MISSING, Change, Conflict, merged
 from .together import Cannot, Proof, Together
 

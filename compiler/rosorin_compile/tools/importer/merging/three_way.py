@@ -13,7 +13,8 @@ from collections.abc import Iterator, Sequence
 from difflib import SequenceMatcher
 from typing import Any, NamedTuple
 
-from ....frontend.tree import Path
+from rosorin_compile.extending import Path
+
 from ..layout import within_part
 
 OURS, THEIRS = "ours", "theirs"

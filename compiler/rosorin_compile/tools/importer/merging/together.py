@@ -11,12 +11,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ....diagnostics import ERROR, Diagnostic, Source, error
+from rosorin_compile.diagnostics import ERROR, Diagnostic, Source, error
+from rosorin_compile.extending import ROOT_FILE, Map, compile_robot, parse_yaml
+
 from ....frontend.expand import expand
-from ....frontend.load import parse_yaml, unsaved
-from ....frontend.tree import Map
-from ....pipeline import compile_robot
-from ....project import ROOT_FILE
+from ....frontend.load import unsaved
 from . import three_way
 from .editing import CannotEdit, edited
 from .three_way import MISSING, Change, Conflict, Merge, merged, same

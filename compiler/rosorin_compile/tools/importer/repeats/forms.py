@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ....diagnostics import Span
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Map, Path, Quantity, Seq, parse_quantity
+
 from ....frontend.expand.placing import AXES
-from ....frontend.tree import Map, Path, Seq
-from ....units import Quantity, parse_quantity
 
 MARKS = ("sites", "cameras", "lights")  # what a link has by name: the names are no keys, they differ
 _KINDS = ("type", "kind")  # two things of different kinds are never instances of one

@@ -15,11 +15,12 @@ from functools import cached_property
 from keyword import iskeyword
 from typing import Any
 
+from rosorin_compile.extending import Path, Quantity, parse_quantity
+
 from ....frontend.expression.functions import CONSTANTS, functions
-from ....frontend.tree import Path
 from ....frontend.yaml_text import escaped
 from ....numbers import exact
-from ....units import UNITS, Quantity, parse_quantity
+from ....units import UNITS
 from ..layout import ROTATING, Expression, in_degrees
 from .forms import Form, Leaf, Node, flat, leaves, sliced
 from .names import side_word

@@ -10,9 +10,9 @@ from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from ....frontend.tree import Map, Seq
+from rosorin_compile.extending import Map, Quantity, Seq, parse_quantity
+
 from ....numbers import exact
-from ....units import Quantity, parse_quantity
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
 from .forms import says_nothing
 from .names import whole

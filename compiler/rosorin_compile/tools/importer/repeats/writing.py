@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ....diagnostics import Span
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Map, Path, Seq
+
 from ....formats.imported import BEFORE, INSIDE, Comment
 from ....frontend.expand.placing import MOUNT
-from ....frontend.tree import Map, Path, Seq
 from ..layout import ROTATING, Expression, Verbatim, joint_unit
 from .finding import Body, Part, Use
 from .forms import Form, Leaf, Node, flat, says_nothing

@@ -14,10 +14,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from ....diagnostics import Span
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Element, Map, MarkupError
+
 from ....formats.imported import Imported, ReadOptions
-from ....frontend.tree import Map
-from ....xml.markup import Element, MarkupError
 from ..description import Outputs, tree_of
 from .attempting import Attempt, Changed, How, accepted, attempt
 from .fixing import MOST_SWITCHES, reached, switches_of, undecided, value_of

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile.extending import ROOT_FILE, Map
+
 from ....formats.imported import Imported, ReadOptions
-from ....frontend.tree import Map
-from ....project import ROOT_FILE
 from ..description import Outputs, tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .chosen import said_by_uses

@@ -11,9 +11,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from rosorin_compile.extending import DESCRIPTIONS
+
 from .... import world
 from ....frontend.packages import Packages, package_name
-from ....project import DESCRIPTIONS
 from .pieces import File
 from .program import Program
 from .texts import Unsupported

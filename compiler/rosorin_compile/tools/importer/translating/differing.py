@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from ....model import Robot
+from rosorin_compile.model import Robot
+
 from ....xml.elements import canonical, tree_of
 
 if TYPE_CHECKING:

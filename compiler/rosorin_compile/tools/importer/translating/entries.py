@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ....xml.markup import Element
+from rosorin_compile.extending import Element
+
 from .blocks import ORIGIN_LEVELS, owner
 from .pieces import Call, Entry, Given, Handed, Item, Macro, Whens, Xml
 from .scopes import FILE, FREE, NAME, XML, Scope, Value, is_plain, literal, note

@@ -661,7 +661,7 @@ def folded(node: ast.expr) -> Any:
     """Return the value of an expression without names but constants; None if it has others, or no value."""
     if any(isinstance(one, ast.Name) and one.id not in ("pi", "e", "tau", *functions()) for one in ast.walk(node)):
         return None
-    from ....frontend.expression import ExpressionError, evaluate
+    from rosorin_compile.extending import ExpressionError, evaluate
 
     try:
         return evaluate(written(node), _nothing)

@@ -11,7 +11,9 @@ from collections.abc import Collection, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import NamedTuple
 
-from ....xml.markup import Element, Remark
+from rosorin_compile.extending import Element
+
+from ....xml.markup import Remark
 from .flattened import Place
 from .lifting import called_by, elements_at, macro_around
 from .pieces import Macro

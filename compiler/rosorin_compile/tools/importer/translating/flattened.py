@@ -9,8 +9,9 @@ import os
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ....diagnostics import Span
-from ....frontend.tree import Map
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Map
+
 from ..description import _Document
 from .pieces import Whens
 

@@ -7,10 +7,12 @@ import re
 from typing import Any
 from xml.sax.saxutils import escape
 
-from ....diagnostics import Source
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.extending import Element, MarkupError
+
 from ....frontend.expression.functions import CONSTANTS, OF_DESCRIPTIONS, functions
 from ....units import UNITS
-from ....xml.markup import COMMENT, Element, MarkupError, Remark, parse
+from ....xml.markup import COMMENT, Remark, parse
 from ..layout import Expression
 from .choices import node_of
 from .expressions import negated, usable, written

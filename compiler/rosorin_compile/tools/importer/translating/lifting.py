@@ -11,7 +11,8 @@ from collections.abc import Collection, Iterator
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from ....xml.markup import Element
+from rosorin_compile.extending import Element
+
 from .flattened import Place, place_of
 from .pieces import Macro
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, tokens

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from ....diagnostics import Span
-from ....xml.markup import Document, Element
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Element
+
+from ....xml.markup import Document
 from .scopes import Scope, Value, Variable
 from .texts import Parameter
 

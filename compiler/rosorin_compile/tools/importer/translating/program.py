@@ -13,11 +13,13 @@ from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Element, MarkupError
+
 from .... import world
-from ....diagnostics import Span
 from ....frontend.packages import Packages
 from ....xml.files import read_source
-from ....xml.markup import Element, MarkupError, Remark, parse
+from ....xml.markup import Remark, parse
 from .pieces import Body, File, Macro, When, Whens
 from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Bound, Scope, Space, Unsaid, Value, Variable
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens

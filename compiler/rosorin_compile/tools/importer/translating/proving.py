@@ -17,20 +17,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, step
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, parse_yaml
+from rosorin_compile.model import Robot
+
 from .... import world
-from ....diagnostics import ERROR, Diagnostic, Span
-from ....diagnostics.progress import step
 from ....formats import published
 from ....formats.imported import Imported, ReadOptions
 from ....formats.reading import read_robot
 from ....frontend.expand.prefixing import moved
-from ....frontend.load import LoadError, parse_yaml
 from ....frontend.lower import lower
-from ....frontend.tree import Map
 from ....meaning.elements import asks_for_humble, context_of, differently_meant
 from ....meaning.sameness import different
-from ....model import Robot
-from ....project import DESCRIPTIONS, ROOT_FILE
 from ....xml.elements import canonical, tree_of
 from ..round_trip import compile_unrounded
 from ..words.proving import without_words
@@ -307,7 +305,7 @@ def _elements_at(
     diagnostic: Diagnostic, stage: Path, files: Mapping[str, str], elements: Mapping[tuple[str, str, str], Place]
 ) -> tuple[Place, ...]:
     """Return the elements at the top of the source that the entries come from that an error stands in."""
-    from ....diagnostics import Source as Text
+    from rosorin_compile.diagnostics import Source as Text
 
     found: list[Place] = []
     for span in (diagnostic.span, *(related.span for related in diagnostic.related)):
@@ -329,7 +327,7 @@ def _elements_at(
 
 
 def _part_at(text: str, line: int) -> list[str]:
-    from ....diagnostics import Source as Text
+    from rosorin_compile.diagnostics import Source as Text
 
     try:
         tree = parse_yaml(Text("", text))

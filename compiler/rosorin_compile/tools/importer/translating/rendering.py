@@ -12,8 +12,9 @@ from contextlib import contextmanager, suppress
 from types import MappingProxyType
 from typing import Any
 
+from rosorin_compile.extending import Element
+
 from ....frontend.load import plain_scalar
-from ....xml.markup import Element
 from ..layout import Expression
 from .blocks import inserted, leaves, type_of
 from .choices import conditional, merged

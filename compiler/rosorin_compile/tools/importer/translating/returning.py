@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from ....xml.markup import Element
+from rosorin_compile.extending import Element
+
 from .pieces import Body, Call, Entry, Macro, Whens
 from .program import with_comments
 from .scopes import FREE, RETURNED, Bound, Returned, Scope, Unsaid, Value, note

@@ -14,7 +14,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
-from ....diagnostics import Span
+from rosorin_compile.diagnostics import Span
+
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, signed, tokens
 
 ARGUMENT, GLOBAL, PARAMETER, LOCAL = "argument", "global", "parameter", "local"

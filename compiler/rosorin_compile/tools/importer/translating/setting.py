@@ -10,7 +10,8 @@ import ast
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ....xml.markup import Element
+from rosorin_compile.extending import Element
+
 from .naming import variables_in
 from .pieces import Body, Macro, When, Whens
 from .program import Program

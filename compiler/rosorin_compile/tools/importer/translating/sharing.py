@@ -15,13 +15,13 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
+from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE
+from rosorin_compile.model import Robot
+
 from .... import world
-from ....diagnostics import ERROR, Diagnostic, Span, has_errors
-from ....diagnostics.wording import listed
 from ....frontend.packages import package_name
 from ....meaning.sameness import different
-from ....model import Robot
-from ....project import DESCRIPTIONS, ROOT_FILE
 from ..merging.record import ENDING, read, text_of
 from ..merging.together import renewed
 from .pieces import File, Macro
@@ -250,8 +250,9 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
     """Return the robot of a description by what its arguments are; what is wrong in words where there is none."""
+    from rosorin_compile.extending import declared
+
     from ....commands.check import choices, combinations
-    from ....frontend.arguments import declared
     from ....pipeline import understand
 
     arguments, wrong = declared(root, {}, packages)

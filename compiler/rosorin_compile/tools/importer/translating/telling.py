@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from ....diagnostics import Span
-from ....diagnostics.wording import counted, listed
+from rosorin_compile.diagnostics import Span, counted, listed
+
 from . import WITHIN, Translation, WrittenOut
 
 

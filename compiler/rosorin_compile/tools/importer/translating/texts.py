@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ....diagnostics import Span
-from ....xml.markup import Element
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Element
 
 TEXT, EXPRESSION, EXTENSION = "text", "expression", "extension"
 # As LEXER of xacro 2.1.

@@ -11,9 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any, NamedTuple
 
-from ....diagnostics import Source
-from ....frontend.load import LoadError, parse_yaml
-from ....frontend.tree import Map
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.extending import LoadError, Map, parse_yaml
 
 ASKED_FOR = ("args", "let", "materials", "parts")  # what does nothing until it is named
 _KINDS = {"args": "argument", "let": "value", "materials": "material", "parts": "part"}

@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Any
 
-from ....frontend.tree import Map
-from ....xml.markup import Element, Remark
+from rosorin_compile.extending import Element, Map
+
+from ....xml.markup import Remark
 from .entries import joint_entry, link_entry, material_entry, one_of_level, reads, units_of
 from .fixing import value_of
 from .flattened import Place, flat_entries, place_of

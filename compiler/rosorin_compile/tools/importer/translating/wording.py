@@ -15,9 +15,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.extending import Map, Seq, Text
+
 from ....formats.imported import Imported
 from ....frontend.lower import lower
-from ....frontend.tree import Map, Seq, Text
 from ....xml.elements import canonical, tree_of
 from ..description import Outputs, _Document
 from ..layout import Expression, Verbatim
@@ -30,7 +31,7 @@ from .expressions import negated, written
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from ....model import Joint, Robot
+    from rosorin_compile.model import Joint, Robot
 
 EXPRESSION = re.compile(r"\$\{([^{}]*)\}")
 _FIRST = 731_001  # numbers that stand for expressions, and on, with the same digits behind the point

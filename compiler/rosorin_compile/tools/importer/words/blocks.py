@@ -15,7 +15,7 @@ from ....numbers import exact
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from ....model import Robot
+    from rosorin_compile.model import Robot
 
 _TYPES = ("system", "actuator", "sensor")
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")

@@ -11,7 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ....model import Robot
+from rosorin_compile.model import Robot
+
 from ....model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, Drive
 from ....model.driving import driving_of
 

@@ -9,20 +9,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ....diagnostics import ERROR
-from ....formats import FORMATS
+from rosorin_compile import Templates
+from rosorin_compile.diagnostics import ERROR
+from rosorin_compile.extending import FORMATS, Map, Seq, data_folder
+from rosorin_compile.model import Output, Robot
+
 from ....formats.gazebo_sensors import DISTRIBUTIONS
 from ....formats.imported import Imported
-from ....formats.templating import Templates
 from ....frontend.expand.ledger import Ledger
 from ....frontend.expand.scope import Scope
 from ....frontend.expand.sensor_types import apply_types
 from ....frontend.lower import lower
-from ....frontend.tree import Map, Seq
 from ....frontend.validate import validate
 from ....meaning.elements import Context, context_of, differently_meant
-from ....model import GazeboSensor, Output, Robot
-from ....project import data_folder
+from ....model.simulated import GazeboSensor
 from ....rules import check
 from ....xml.elements import tree_of
 from .blocks import Unsayable, block

@@ -11,8 +11,10 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.model import Robot
+
 from ....meaning.elements import DEFAULTS, FLAGS, TOLERANCE, TRUTH
-from ....model import GazeboSensor, Robot, SdfElement
+from ....model.simulated import GazeboSensor, SdfElement
 from .blocks import Unsayable, plain
 
 if TYPE_CHECKING:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ....diagnostics import Source
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.extending import Element, Map, Path, Seq, Text
+
 from ....formats.imported import BEFORE, Comment
-from ....frontend.tree import Map, Path, Seq, Text
 from ....xml.elements import indented, tree_of
-from ....xml.markup import COMMENT, Element, Remark, parse
+from ....xml.markup import COMMENT, Remark, parse
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element as Tree

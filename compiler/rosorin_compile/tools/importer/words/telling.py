@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from ....diagnostics.wording import and_more, first_of, plural
+from rosorin_compile.diagnostics import and_more, first_of
+
+from ....diagnostics.wording import plural
 from .proving import Worded
 
 _FEW = 3

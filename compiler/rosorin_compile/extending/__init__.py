@@ -1,0 +1,146 @@
+"""What a package is made of that reads descriptions, writes files or brings a command: the third part of the door.
+
+With ``rosorin_compile`` (the verbs and their records), ``.model`` and ``.diagnostics`` these are all names that stay as
+they are; docs/python.md has a line for each. The tools beside the core import nothing else of it. Each name is imported
+when it is first asked for, so that importing this module costs nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..startup.lazily import lazily
+
+if TYPE_CHECKING:
+    from ..commands.compiling import compile_one, search_meshes
+    from ..commands.given import Given, given_arguments
+    from ..commands.options import (
+        argument_options,
+        console_of,
+        format_options,
+        json_option,
+        mode_option,
+        one_robot,
+        package_option,
+        place,
+        quiet_option,
+    )
+    from ..commands.robots import is_foreign
+    from ..commands.understanding import mode_states
+    from ..commands.usage import FINE, PROBLEMS, WrongUsage
+    from ..formats import FORMATS
+    from ..formats.mesh_files import Places
+    from ..frontend.arguments import declared
+    from ..frontend.expression import ExpressionError, evaluate
+    from ..frontend.load import LoadError, load_mapping, parse_yaml, read_utf8
+    from ..frontend.tree import Map, Path, Seq, Text, locate
+    from ..frontend.yaml_text import scalar
+    from ..output import OutputError
+    from ..output.one_file import write_file
+    from ..pipeline import compile_robot
+    from ..project import DESCRIPTIONS, ROOT_FILE, Description, NoDescription, data_folder
+    from ..units import Quantity, parse_quantity
+    from ..xml.markup import Element, MarkupError
+
+# Each public name and the module that has it.
+_HOMES = {
+    "DESCRIPTIONS": "project",
+    "Description": "project",
+    "Element": "xml.markup",
+    "ExpressionError": "frontend.expression",
+    "FINE": "commands.usage",
+    "FORMATS": "formats",
+    "Given": "commands.given",
+    "LoadError": "frontend.load",
+    "Map": "frontend.tree",
+    "MarkupError": "xml.markup",
+    "NoDescription": "project",
+    "OutputError": "output",
+    "PROBLEMS": "commands.usage",
+    "Path": "frontend.tree",
+    "Places": "formats.mesh_files",
+    "Quantity": "units",
+    "ROOT_FILE": "project",
+    "Seq": "frontend.tree",
+    "Text": "frontend.tree",
+    "WrongUsage": "commands.usage",
+    "argument_options": "commands.options",
+    "compile_one": "commands.compiling",
+    "compile_robot": "pipeline",
+    "console_of": "commands.options",
+    "data_folder": "project",
+    "declared": "frontend.arguments",
+    "evaluate": "frontend.expression",
+    "format_options": "commands.options",
+    "given_arguments": "commands.given",
+    "is_foreign": "commands.robots",
+    "json_option": "commands.options",
+    "load_mapping": "frontend.load",
+    "locate": "frontend.tree",
+    "mode_option": "commands.options",
+    "mode_states": "commands.understanding",
+    "one_robot": "commands.options",
+    "package_option": "commands.options",
+    "parse_quantity": "units",
+    "parse_yaml": "frontend.load",
+    "place": "commands.options",
+    "quiet_option": "commands.options",
+    "read_utf8": "frontend.load",
+    "scalar": "frontend.yaml_text",
+    "search_meshes": "commands.compiling",
+    "write_file": "output.one_file",
+}
+
+__all__ = [
+    "DESCRIPTIONS",
+    "FINE",
+    "FORMATS",
+    "PROBLEMS",
+    "ROOT_FILE",
+    "Description",
+    "Element",
+    "ExpressionError",
+    "Given",
+    "LoadError",
+    "Map",
+    "MarkupError",
+    "NoDescription",
+    "OutputError",
+    "Path",
+    "Places",
+    "Quantity",
+    "Seq",
+    "Text",
+    "WrongUsage",
+    "argument_options",
+    "compile_one",
+    "compile_robot",
+    "console_of",
+    "data_folder",
+    "declared",
+    "evaluate",
+    "format_options",
+    "given_arguments",
+    "is_foreign",
+    "json_option",
+    "load_mapping",
+    "locate",
+    "mode_option",
+    "mode_states",
+    "one_robot",
+    "package_option",
+    "parse_quantity",
+    "parse_yaml",
+    "place",
+    "quiet_option",
+    "read_utf8",
+    "scalar",
+    "search_meshes",
+    "write_file",
+]
+
+__getattr__ = lazily(__name__, _HOMES, globals())
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import types
 from collections.abc import Iterator
 from importlib import import_module
@@ -12,6 +13,8 @@ import rosorin_compile
 from support.door import DOOR
 
 _OURS = rosorin_compile.__name__
+# A default that is a function shows where it is today.
+_AT = re.compile(r"<function (\w+) at \w+>")
 
 
 def lines() -> Iterator[str]:
@@ -62,4 +65,4 @@ def _returned(function: Any) -> str:
 
 
 def _signature(function: Any) -> str:
-    return str(inspect.signature(function)).replace("'", "")
+    return _AT.sub(r"\1", str(inspect.signature(function)).replace("'", ""))

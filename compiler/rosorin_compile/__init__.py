@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 __version__ = "0.2.0"
 
 if TYPE_CHECKING:
+    from .commands.record import Command
     from .commands.sides import diff
     from .diagnostics import Diagnostic
     from .diagnostics.registry import Rule, rule
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Artifact": "formats.format",
     "Case": "rules.case",
+    "Command": "commands.record",
     "Compiled": "pipeline",
     "Diagnostic": "diagnostics",
     "Difference": "meaning.difference",
@@ -56,6 +58,7 @@ _HOMES = {
 __all__ = [
     "Artifact",
     "Case",
+    "Command",
     "Compiled",
     "Diagnostic",
     "Difference",

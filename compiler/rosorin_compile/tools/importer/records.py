@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...commands.record import Command
+from rosorin_compile import Command
 
 COMMANDS = (
     Command(

@@ -9,7 +9,7 @@ from unittest import mock
 
 import pytest
 
-from rosorin_compile.world import asking, memory, notes
+from rosorin_compile.world import asking, listening, memory, notes
 from rosorin_compile.world.disk import disk
 from support.memory.differential import ANSWERED, APPEARED, CHANGED, Differential, Wrong
 from support.memory.folder import Folder
@@ -49,12 +49,12 @@ def test_memory_answers_what_a_run_would_many_times() -> None:
 
 
 @pytest.mark.slow
-def test_memory_answers_so_on_a_disk_too(tmp_path: Path) -> None:
+def test_memory_answers_so_on_a_disk_with_a_plugin_too(tmp_path: Path) -> None:
     judged(play(SOME // 10, 0, tmp_path), SOME // 10)
 
 
 @pytest.mark.tier("memory")
-def test_memory_answers_so_on_a_disk_many_times(tmp_path: Path) -> None:
+def test_memory_answers_so_on_a_disk_with_a_plugin_many_times(tmp_path: Path) -> None:
     judged(play(SOME, 1_000, tmp_path), SOME)
 
 
@@ -143,3 +143,9 @@ def test_a_planted_fault_is_found(fault: str) -> None:
         stack.enter_context(FAULTS[fault]())
         with pytest.raises(Wrong):
             play(SOME)
+
+
+@pytest.mark.slow
+def test_a_plugin_that_is_not_listened_to_is_found(tmp_path: Path) -> None:
+    with mock.patch.object(listening, "_opened"), pytest.raises(Wrong):
+        play(SOME, 0, tmp_path)

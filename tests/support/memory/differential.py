@@ -12,9 +12,10 @@ from unittest import mock
 
 from rosorin_compile import world
 from rosorin_compile.startup.remembering import forget
-from rosorin_compile.world import memory, spoil
+from rosorin_compile.world import Notes, memory, noting, spoil
 from rosorin_compile.world.disk import FILE, FOLDER, OTHER, behind
 
+from . import plugin
 from .program import PATHS, Program
 from .values import SECOND, Values
 
@@ -46,6 +47,7 @@ class Differential:
         self.chance = random.Random(seed)  # noqa: S311 - the same steps each time
         self.world = world or Values(self.chance.choice((1, 4_000_000, SECOND)))
         self.store: dict[str, bytes] = {}
+        self.told = Notes()  # of the last run, or of the one that was remembered
         self.counts: Counter[str] = Counter()
         self.first = "/r/robot"
         self.named = self.first  # as it is seen from the folder that the run starts in
@@ -55,17 +57,17 @@ class Differential:
     def _begin(self) -> None:
         for folder in ("/r", "/p", "/q", "/out", OUT, "/r/a", "/p/a"):
             self.world.make(folder, FOLDER)
-        self.world.write(self.first, b"include b\nmesh c\nfind a\nenv X\nlist a\n")
+        self.world.write(self.first, b"include b\nmesh c\nfind a\nenv X\nlist a\nplug rules\n")
         self.world.write("/p/robot", b"mesh a\nglob b\n")
         self.world.write("/r/b", b"link d\nreal a\nglob d\n")
         self.world.write("/r/c", b"texture d\nmesh")
         self.world.variables[PATHS] = "/p:/q"
+        self._install()
         self.world.tick(10 * SECOND + 1)
 
     def step(self) -> None:
         """Change something, and ask with and without memory. Raises Wrong."""
-        wish = self.chance.choice((CHANGED, APPEARED))
-        self._change(wish)
+        happened = self._changed(self.chance.choice((CHANGED, APPEARED, APPEARED)))
         if self.chance.random() < 0.1:
             self._go()
         self.world.tick(self.chance.choice((0, 1, 5_000_001, SECOND, 3 * SECOND + 7)))
@@ -74,8 +76,31 @@ class Differential:
         for _ in range(2):
             known = self._ask()
             self.world.tick(self.chance.choice((0, 2 * SECOND + 3)))
-        self.counts[wish] += 1
+        self.counts.update(happened)
         self.counts[ANSWERED] += known
+
+    def _changed(self, wish: str) -> set[str]:
+        """Change something until what is wished for has come to pass, or some times; return what has."""
+        happened: set[str] = set()
+        for _ in range(self.chance.randint(1, 6)):
+            self._change(wish)
+            happened = self._happened()
+            if wish in happened:
+                break
+        return happened
+
+    def _happened(self) -> set[str]:
+        """Return what has come to pass since the last run: what it was told is answered otherwise now."""
+        asked = list(self.world.asked)
+        with behind(self.world):
+            now = memory.answers_now(self.told)
+        self.world.asked[:] = asked
+        before = self.told.answers.items()
+        return {
+            APPEARED if _is_none(kind, told) else CHANGED
+            for ((kind, _), told), after in zip(before, now, strict=True)
+            if after != told
+        }
 
     def _go(self) -> None:
         """Start from another folder, and name the file, or the one of that name which stands there, if there is one."""
@@ -127,7 +152,7 @@ class Differential:
                 memory.hear(memory.OUT, one)
 
         self._hear = hear
-        with behind(self.world), self._kept():
+        with behind(self.world), self._kept(), self.world.process(), noting() as self.told:
             return memory.once(memory.line(["program", self.named]), work, [OUT])
 
     def _say(self, said: Sequence[str]) -> None:
@@ -141,7 +166,7 @@ class Differential:
         words: list[str] = []
         self._hear = words.extend
         program = Program()
-        with behind(self.world):
+        with behind(self.world), self.world.process():
             program.run(self.named)
         self._say(program.said)
         files = self.world.folder_of(OUT)
@@ -163,6 +188,9 @@ class Differential:
 
     def _change(self, wish: str) -> None:
         asked = [(how, path) for how, path, there in self.world.asked if there == (wish == CHANGED)]
+        if not asked and wish == APPEARED and self.chance.random() < 0.7:
+            self._restore()
+            return
         if not asked or self.chance.random() < 0.25:
             self._anything()
             return
@@ -175,6 +203,7 @@ class Differential:
             self._alter(path)
 
     def _appear(self, path: str, how: str) -> None:
+        self.world.make(posixpath.dirname(path), FOLDER)
         if how == "status" and self.chance.random() < 0.6:
             self.world.make(path, FOLDER)
         elif self.chance.random() < 0.2:
@@ -213,6 +242,7 @@ class Differential:
                 self._folder,
                 self._restore,
                 self._pipe,
+                self._plugin,
             )
         )
         change()
@@ -248,28 +278,62 @@ class Differential:
         if self.chance.random() < 0.2:
             self.world.make(self._place(), OTHER)
 
+    def _install(self) -> None:
+        for folder in ("/s", "/s/toy-1.dist-info"):
+            self.world.make(folder, FOLDER)
+        for name, text in plugin.FILES.items():
+            self.world.write(f"/s/{name}", text.encode())
+
+    def _plugin(self) -> None:
+        name, text = plugin.changed(self.chance)
+        self._install()
+        if self.chance.random() < 0.3:
+            self.world.remove(f"/s/{name.partition('/')[0]}")
+        else:
+            self.world.write(f"/s/{name}", text.encode(), self.chance.random() < 0.5)
+
     def _restore(self) -> None:
         """Come back to something that a program can do much with."""
         for folder in FOLDERS:
             self.world.make(folder, FOLDER)
-        if self.chance.random() < 0.5:
-            self.world.remove("/r/b")
-        self.world.write(self.first, b"include b\nmesh c\nfind a\nenv X\nlist a\nreal d\n")
+        for name in self.chance.sample(NAMES, 2):
+            self.world.remove(f"/r/{name}")
+        self.world.write(self.first, b"include b\nmesh c\nfind a\nenv X\nlist a\nreal d\nplug rules\n")
         self.world.write("/r/b", b"mesh d\nlink d\nreal a\nglob d\nhead c\nsize d\n")
         self.world.write("/r/c", b"texture d\nsurface")
         self.world.write("/p/a/model", b"model")
+        self._install()
 
     def _place(self) -> str:
         return f"{self.chance.choice(FOLDERS)}/{self.chance.choice(NAMES)}"
 
     def _text(self) -> bytes:
-        words = ("include", "list", "find", "env", "link", "real", "size", "same", "glob", "head", "mesh", "texture")
+        words = (
+            "include",
+            "list",
+            "find",
+            "env",
+            "link",
+            "real",
+            "size",
+            "same",
+            "glob",
+            "head",
+            "mesh",
+            "texture",
+            "plug",
+        )
         lines = []
         for _ in range(self.chance.randint(1, 6)):
             word = self.chance.choice(words)
             what = self.chance.choice(("X", "Y")) if word == "env" else self.chance.choice((*NAMES, "a/b", "../p/a"))
             lines.append(f"{word} {what}")
         return "\n".join(lines).encode()
+
+
+def _is_none(kind: str, told: str) -> bool:
+    """Say whether a run was told that there is nothing."""
+    return told.startswith("! ") or (not told and kind in ("kind", "variable"))
 
 
 def mesh_results() -> Callable[[], None]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import posixpath
 import shutil
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from rosorin_compile.world.disk import Disk, Status
 
+from . import plugin
 from .values import FILE, FOLDER, Node, Values
 
 
@@ -22,6 +24,8 @@ class Folder(Values):
         super().__init__(1)
 
     def _at(self, path: str) -> str:
+        if path.startswith(self.top + os.sep):  # as Python names it
+            return path
         return self.top + posixpath.join(self.folder, path)
 
     def _below(self, path: str) -> str:
@@ -55,12 +59,17 @@ class Folder(Values):
         self._note("real", path)
         return self._below(self.disk.real(self._at(path)))
 
+    def process(self) -> AbstractContextManager[Any]:
+        """Have for a while what a process has that has just begun, with packages in /s."""
+        return plugin.process(f"{self.top}/s", self.variables)
+
     def now(self) -> int:
         return self.disk.now()
 
     def _note(self, how: str, path: str) -> None:
-        whole = posixpath.join(self.folder, path)
-        self.asked.append((how, whole, os.path.lexists(self._at(path))))
+        whole = posixpath.join(self.folder, self._below(path))
+        if not whole.startswith(plugin.STANDARD):
+            self.asked.append((how, whole, os.path.lexists(self._at(path))))
 
     # Changes.
 

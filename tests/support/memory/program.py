@@ -6,8 +6,9 @@ Each line of a file says what is asked; what comes of all lines is what is said,
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-from rosorin_compile import world
+from rosorin_compile import plugins, world
 
 PATHS = "PATHS"
 
@@ -22,6 +23,13 @@ def mesh(path: str) -> str:
         except OSError:
             return f"{rest} without a texture"
     return f"{first} {rest}"
+
+
+def _called(made: Any) -> str:
+    try:
+        return str(made())
+    except Exception as problem:
+        return type(problem).__name__
 
 
 class Program:
@@ -100,6 +108,10 @@ class Program:
             return repr(world.head(folder / rest, 3))
         except OSError as problem:
             return type(problem).__name__
+
+    def _plug(self, _: Path, rest: str) -> str:
+        loaded, problems = plugins.load(rest, object, lambda _: (), lambda _: False)
+        return str([*(_called(made) for _, made in loaded), *map(str, problems)])
 
     def _mesh(self, folder: Path, rest: str) -> str:
         try:

@@ -9,9 +9,12 @@ import errno
 import os
 import posixpath
 import stat
+import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import Any, BinaryIO
+from unittest import mock
 
 from rosorin_compile.world.disk import ABSENT, FILE, FOLDER, OTHER, Disk, Status
 
@@ -104,6 +107,10 @@ class Values(Disk):
 
     def package(self, name: str) -> tuple[str, ...]:
         return () if name else (name,)
+
+    def process(self) -> AbstractContextManager[Any]:
+        """Have for a while what a process has that has just begun: here no folder to import from."""
+        return mock.patch.object(sys, "path", [])
 
     def now(self) -> int:
         return self.clock

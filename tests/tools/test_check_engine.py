@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from rosorin_compile import world
 from rosorin_compile.cli import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.mjcf import process
+from rosorin_compile.world import memory
 from support.commands import Shown, edit, write_files
 
 pytest.importorskip("mujoco", minversion="4")
@@ -74,6 +77,30 @@ def test_a_mesh_that_mujoco_loads_is_nothing_to_say(project: Path) -> None:
     asset = '<asset><mesh name="m" file="cover.obj"/></asset>'
     text = f'<mujoco>{asset}<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
     assert FORMATS["mjcf"].refusal(text, Path("outputs/cart")).reason == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("asset", "is_noted"),
+    [
+        ('<mesh name="m" file="../a&amp;b.obj"/>', True),
+        ('<mesh name="m" file="../a&amp;b.obj"/><skin file="../a.skn"/>', False),
+    ],
+)
+def test_what_mujoco_reads_is_noted(project: Path, asset: str, is_noted: bool) -> None:
+    (project / "outputs/cart").mkdir(parents=True)
+    mesh = project / "outputs/a&b.obj"
+    mesh.write_text(OBJ)
+    time.sleep(0.05)  # of a file that was written just now nobody knows which version MuJoCo reads
+    assert FORMATS["mjcf"].refusal is not None
+    text = f'<mujoco><asset>{asset}</asset><worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
+    with world.noting() as notes:
+        FORMATS["mjcf"].refusal(text, project / "outputs/cart")
+    assert ("bytes", str(project / "outputs/cart/../a&b.obj")) in notes.answers
+    assert (not notes.spoiled) is is_noted
+    assert memory.holds(notes)
+    mesh.write_text(OBJ.replace("0.1", "0.2"))
+    assert not memory.holds(notes)
 
 
 def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys: Shown) -> None:

@@ -20,8 +20,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from ...world import note_read, now, spoil
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
@@ -77,9 +79,18 @@ def _syntax(text: str) -> object:
 
 
 def _refusal(text: str, folder: Path) -> Refusal:
+    from xml.sax.saxutils import unescape
+
     from .process import refusal
 
-    return refusal(text, folder, by_itself=not _FILE.search(text))
+    files, begun = _FILE.findall(text), now()
+    found = refusal(text, folder, by_itself=not files)
+    for file in files:  # MuJoCo has read them, too
+        with suppress(OSError):  # it is noted that there is none
+            note_read(folder / unescape(file, {"&quot;": '"'}), begun)
+    if len(_ANY_FILE.findall(text)) > len(files):
+        spoil("nobody says which files MuJoCo has read")
+    return found
 
 
 def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
@@ -130,6 +141,7 @@ def _opens(file: str) -> str:
     return mesh_path(file) or texture_path(file)
 
 
+_ANY_FILE = re.compile(r'\bfile\w*="|<plugin\b')
 _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 

@@ -65,6 +65,10 @@ class Project:
         done = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
         return done.returncode, done.stdout, done.stderr
 
+    def records(self) -> dict[str, tuple[int, int]]:
+        """Return what tells the records that are kept from others: a run that is made keeps its own anew."""
+        return {one.name: (one.stat().st_ino, one.stat().st_mtime_ns) for one in (self.cache / "runs").iterdir()}
+
     def asked(self) -> list[str]:
         """Return the paths below the project, the home and the packages that the kernel was asked for to read."""
         found: dict[str, None] = {}
@@ -89,7 +93,9 @@ class Project:
         found: set[str] = set()
         for record in (self.cache / "runs").iterdir():
             answers = marshal.loads(record.read_bytes().partition(b"\n")[2])[1]  # noqa: S302 - our own
-            for (_, subject), _ in answers:
+            for (kind, subject), _ in answers:
+                if kind == "tool":  # under -m the folder that one stands in is one that Python imports from
+                    found |= {str(inside / "__init__.py") for inside in self.folder.iterdir()}
                 for path in subject.split("\0"):
                     whole = Path(os.path.normpath(self.folder / path))
                     found |= {str(whole), *map(str, whole.parents)}

@@ -33,17 +33,29 @@ class Held(NamedTuple):
     kept: str
     data: bytes
 
+    @property
+    def is_foreign(self) -> bool:
+        """Whether somebody else wrote it: it has no line that tells, and ours has one."""
+        return self.why == FOREIGN
 
-def held(folder: Path, files: Mapping[str, bytes], record: Mapping[str, str]) -> Iterator[Held]:
+    @property
+    def is_edited(self) -> bool:
+        """Whether it was changed since we wrote it."""
+        return self.why == EDITED
+
+
+def held(folder: Path, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False) -> Iterator[Held]:
     """Yield what stands at the names of ``files``, has other bytes, and is not ours or not as we wrote it.
 
-    ``record`` are the digests of what we wrote, by name. Raises OSError.
+    ``record`` are the digests of what we wrote, by name. In a folder of our ``own`` nothing is foreign: what nobody
+    noted in it may have been written by a version that made no notes. Raises OSError.
     """
     for name, new in files.items():
         path = folder / name
         old = path.read_bytes() if path.is_file() and not path.is_symlink() else new
         why = _why(old, new, record.get(name)) if old != new else ""
         if why:
+            why = UNKNOWN if own and why == FOREIGN else why
             yield Held(name, why, f"{name.rpartition('/')[0]}/{kept_name(path, old).name}".lstrip("/"), old)
 
 

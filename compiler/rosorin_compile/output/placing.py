@@ -26,8 +26,8 @@ from ..diagnostics.bounded import json_of
 from ..diagnostics.registry import PACKAGES, Rule
 from ..diagnostics.wording import listed
 from ..startup import system
-from . import OutputError, cleared
-from .ours import digest, kept_name
+from . import OutputError, cleared, ours
+from .ours import Held, digest, kept_name
 from .staging import STAGE, discard, replace, staged, tidy
 
 RULES = (
@@ -100,6 +100,27 @@ class Holding(NamedTuple):
     root: Path
     is_new: bool
     finished: Finished
+
+    @property
+    def record(self) -> str:
+        """The name of the file in which it stands what was written into the folder."""
+        return ours.RECORD
+
+    def recorded(self) -> dict[str, str]:
+        """Return the digests of what was written into the folder, by name; none if nobody noted that."""
+        return ours.recorded(self.root)
+
+    def with_record(self, files: Mapping[str, bytes]) -> dict[str, bytes]:
+        """Return ``files`` with the note on what was written into the folder, themselves among it."""
+        return {**files, ours.RECORD: ours.record_of(self.root, files)}
+
+    def held(self, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False) -> list[Held]:
+        """Return what stands at the names of ``files`` and is not replaced in silence, as ``ours.held``."""
+        return list(ours.held(self.root, files, record, own=own))
+
+    def check_way(self, name: str) -> None:
+        """Raise OutputError for a name that is not below the folder, or to which a link leads."""
+        check_way(self.root, name)
 
     def place(self, files: Mapping[str, bytes]) -> tuple[str, ...]:
         """Write ``files``, bytes by relative POSIX name; other files in the folder stay as they are.

@@ -111,7 +111,6 @@ def _write(
     alone: Holding,
 ) -> int:
     """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
-    from ...output.ours import FOREIGN, RECORD, UNKNOWN, held, record_of, recorded
     from .carrying import described
     from .deploying import kept, refused
     from .package import make
@@ -128,13 +127,11 @@ def _write(
     console.show([*wrong, *package.diagnostics, *([problem] if problem else [])])
     if wrong or problem or not package.files:
         return PROBLEMS
-    left = left_alone(target, package.files, recorded(target))
+    left = left_alone(target, package.files, alone.recorded())
     ours = {name: data for name, data in package.files.items() if name not in left}
-    # The package is ours; what nobody noted in it may have been written by a version that made no notes.
-    found = held(target, ours, recorded(target))
-    there = [one._replace(why=UNKNOWN) if one.why == FOREIGN else one for one in found]
+    there = alone.held(ours, alone.recorded(), own=True)
     console.show(list(kept(there)))
-    files = {**ours, RECORD: record_of(target, ours), **{one.kept: one.data for one in there}}
+    files = {**alone.with_record(ours), **{one.kept: one.data for one in there}}
     fresh = [name for name in alone.place(files) if name in package.files]
     written = f"{len(fresh)} written" if fresh else "unchanged"
     console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")

@@ -97,8 +97,6 @@ def _deploy(
     from rosorin_compile.diagnostics import has_errors
     from rosorin_compile.extending import FORMATS
 
-    from ...output.ours import held
-    from ...output.placing import check_way
     from . import naming
     from .checking import launch_files
     from .deploying import afterwards, not_ours, plan, told
@@ -112,9 +110,9 @@ def _deploy(
     if has_errors(planned.diagnostics):
         return PROBLEMS
     for copy in planned.copies:
-        check_way(world.real(folder), copy.place)
-    there = list(held(folder, _files(planned), {**_written(robot, planned, folder), **alone.finished.before}))
-    found = list(not_ours(planned, there))
+        alone.check_way(copy.place)
+    there = alone.held(_files(planned), {**_written(robot, planned, folder, alone), **alone.finished.before})
+    found = list(not_ours(planned, there, alone.record))
     console.show(found)
     if has_errors(found):
         return PROBLEMS
@@ -132,18 +130,18 @@ def _files(planned: Plan) -> dict[str, bytes]:
     return {copy.place: copy.artifact.text.encode() for copy in planned.copies}
 
 
-def _written(robot: Robot, planned: Plan, folder: Path) -> dict[str, str]:
+def _written(robot: Robot, planned: Plan, folder: Path, alone: Holding) -> dict[str, str]:
     """Return the digests of what was written before; a list without a note that says whose it is, is as it stands."""
     from rosorin_compile.extending import FORMATS
 
-    from ...output.ours import digest, recorded
+    from ...output.ours import digest
 
     ours = {}
     for copy in planned.copies:
         robot_of = FORMATS[copy.artifact.backend].robot_of
         if copy.old is not None and robot_of is not None and robot_of(folder / copy.place) == robot.name:
             ours[copy.place] = digest(copy.old)
-    return {**ours, **recorded(folder)}
+    return {**ours, **alone.recorded()}
 
 
 def _write(
@@ -156,7 +154,6 @@ def _write(
     alone: Holding,
 ) -> None:
     """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""
-    from ...output.ours import RECORD, record_of
     from . import naming
 
     folder = Path(options.to)
@@ -165,8 +162,7 @@ def _write(
     if options.dry_run:
         console.say(f"{summary} would be written")
         return
-    files = _files(planned)
-    files[RECORD] = record_of(folder, files)
+    files = alone.with_record(_files(planned))
     files |= {one.kept: one.data for one in there}
     if options.map:
         files[naming.FILE] = naming.text(folder, robot.name, wanted).encode()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, Source, error
@@ -18,7 +18,6 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from ... import world
 from ...diagnostics.registry import PACKAGES
 from ...formats import feeds, names_meshes
-from ...output.ours import EDITED, FOREIGN, RECORD, UNKNOWN, Held
 from ...xml.markup import parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
@@ -27,6 +26,9 @@ from .meshes import beside, not_placed, settle
 from .naming import FILE, NOWHERE
 from .package import Options, folder_of
 from .views import topics_of
+
+if TYPE_CHECKING:
+    from ...output.ours import Held
 
 RULES = (
     Rule(
@@ -207,18 +209,21 @@ def _copy(robot: Robot, artifact: Artifact, folder: Path) -> Copy:
 
 
 # What makes a folder a package, or is remembered there: no artifact goes there, whoever wrote it.
-_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE, RECORD)
+_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE)
 
 
-def not_ours(plan: Plan, there: Sequence[Held]) -> Iterator[Diagnostic]:
-    """Yield what is in the way of a plan: files of others are not replaced, those that were changed are kept."""
+def not_ours(plan: Plan, there: Sequence[Held], record: str) -> Iterator[Diagnostic]:
+    """Yield what is in the way of a plan: files of others are not replaced, those that were changed are kept.
+
+    ``record`` is the name of the note on what was written.
+    """
     outputs = {copy.place: copy.artifact.output for copy in plan.copies}
-    of_package = [place for place in outputs if place.rpartition("/")[2] in _OF_PACKAGES]
+    of_package = [place for place in outputs if place.rpartition("/")[2] in (*_OF_PACKAGES, record)]
     for place in of_package:
         message = f"{place} is a file of the package itself: no artifact goes there"
         yield error("deploy-not-ours", message, None, f"say another place with --map {outputs[place]}=PLACE")
     for one in there:
-        if one.why == FOREIGN and one.name not in of_package:
+        if one.is_foreign and one.name not in of_package:
             message = f"this tool did not write {one.name}: it is not replaced"
             help = f"move it away, or say another place with --map {outputs[one.name]}=PLACE ({NOWHERE} for nowhere)"
             yield error("deploy-not-ours", message, None, help)
@@ -228,14 +233,14 @@ def not_ours(plan: Plan, there: Sequence[Held]) -> Iterator[Diagnostic]:
 def kept(there: Iterable[Held]) -> Iterator[Diagnostic]:
     """Yield which files are kept beside those that replace them, and why."""
     for one in there:
-        if one.why == EDITED:
+        if one.is_foreign:
+            continue
+        if one.is_edited:
             message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
             help = "bring the change into the description, and remove that file"
-        elif one.why == UNKNOWN:
+        else:
             message = f"nothing says that this tool wrote {one.name}; as it was, it goes to {one.kept}"
             help = "if nobody needs it, remove that file"
-        else:
-            continue
         yield Diagnostic("deploy-kept", WARNING, message, None, (), help)
 
 

@@ -21,10 +21,12 @@ from typing import TYPE_CHECKING
 from .. import world
 from ..model import ROBOT_STATE_PUBLISHER
 from ..plugins import are_installed
+from ..rules.case import feeding
 from .format import Artifact, Fact, Facts, Format, Opened, Value
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
+    from ..model import Output, Robot
     from .plugged import Plugged
 
 __all__ = [
@@ -37,9 +39,6 @@ __all__ = [
     "Opened",
     "Value",
     "endings",
-    "feeds",
-    "is_built_in",
-    "names_meshes",
     "plugged_diagnostics",
     "published",
 ]
@@ -59,6 +58,14 @@ class Formats(Mapping[str, Format]):
 
     def __len__(self) -> int:
         return len(_names())
+
+    def is_own(self, name: str) -> bool:
+        """Say whether a format is one of this folder, and not of another package."""
+        return _built_in(name) is not None
+
+    def feeding(self, robot: Robot, publisher: str) -> list[Output]:
+        """Return the outputs of a robot that publishers of a kind read, by their format."""
+        return feeding(robot, publisher, self)
 
 
 FORMATS = Formats()
@@ -122,11 +129,6 @@ def _known_files() -> frozenset[str]:
     return frozenset(mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots)))
 
 
-def is_built_in(name: str) -> bool:
-    """Say whether a format is one of this folder."""
-    return _built_in(name) is not None
-
-
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:
     """Return what is wrong with the formats of other packages."""
     others = _plugged()
@@ -142,15 +144,3 @@ def endings(*, include: bool = False) -> tuple[str, ...]:
 def published() -> Format:
     """Return the format that robot_state_publisher reads."""
     return next(one for one in FORMATS.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.feeds)
-
-
-def feeds(artifact: Artifact, publisher: str) -> bool:
-    """Say whether publishers of a kind read an artifact, by its format."""
-    return publisher in FORMATS[artifact.backend].feeds and not artifact.withheld
-
-
-def names_meshes(artifact: Artifact) -> bool:
-    """Say whether an artifact names meshes as URDF does; one of a template by the name of its file."""
-    if FORMATS[artifact.backend].meshes:
-        return True
-    return any(one.meshes and artifact.file.endswith(one.endings) for one in FORMATS.values())

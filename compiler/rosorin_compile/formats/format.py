@@ -41,6 +41,21 @@ class Artifact(NamedTuple):
         """Return all but the text, which may be long."""
         return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
 
+    def feeds(self, publisher: str) -> bool:
+        """Say whether publishers of a kind read it, by its format."""
+        from . import FORMATS
+
+        return publisher in FORMATS[self.backend].feeds and not self.withheld
+
+    @property
+    def names_meshes(self) -> bool:
+        """Whether it names meshes as URDF does; one of a template by the name of its file."""
+        from . import FORMATS
+
+        if FORMATS[self.backend].meshes:
+            return True
+        return any(one.meshes and self.file.endswith(one.endings) for one in FORMATS.values())
+
 
 class Refusal(NamedTuple):
     """Why an engine does not load an artifact; empty if it does, or is not installed.

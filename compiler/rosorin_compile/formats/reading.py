@@ -12,7 +12,7 @@ from ..project import ENDINGS, stdin_of
 from ..xml.files import mended, read_source, without_late_declaration
 from ..xml.markup import RULE as SYNTAX
 from ..xml.markup import Document, MarkupError, parse
-from . import FORMATS, Format, Opened, is_built_in, plugged_diagnostics, published
+from . import FORMATS, Format, Opened, plugged_diagnostics, published
 from .imported import Imported, ReadOptions
 
 if TYPE_CHECKING:
@@ -161,7 +161,7 @@ def _format_of(document: Document, path: Path) -> Format | None:
     What is built in is asked first.
     """
     for built_in in (True, False):
-        readable = [one for one in _readable() if is_built_in(one.name) is built_in]
+        readable = [one for one in _readable() if FORMATS.is_own(one.name) is built_in]
         recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
         format = next(recognised, None) or next((one for one in readable if document.root.tag in one.roots), None)
         if format is not None:

@@ -20,7 +20,6 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from ... import world
 from ...diagnostics.bounded import yaml_of
 from ...diagnostics.registry import PACKAGES
-from ...formats import feeds
 from ...formats.launching import free_names
 from ...project import ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE
 from .meshes import named
@@ -106,7 +105,7 @@ def carry(
     """
     from rosorin_compile.extending import declared
 
-    main = next((one for one in compiled.artifacts if feeds(one, ROBOT_STATE_PUBLISHER)), None)
+    main = next((one for one in compiled.artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         return None, []  # a package without a URDF is refused anyway
     statics = next((one.output for one in compiled.artifacts if one.backend == STATICS), STATICS)

@@ -12,7 +12,6 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 
 from ... import world
 from ...diagnostics.registry import PACKAGES
-from ...formats import feeds, names_meshes
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
 from .deploying import told_before
@@ -100,7 +99,7 @@ def check(
     ``carry`` returns the description as a package with some options carries it. Raises OSError.
     """
     by_place = _by_place(robot, artifacts, folder, files, told)
-    urdfs = [place for place, those in by_place.items() if any(map(names_meshes, those))]
+    urdfs = [place for place, those in by_place.items() if any(one.names_meshes for one in those)]
     same, lines = [], []
     unlike: list[tuple[str, Difference | None]] = []
     for place, those in sorted(by_place.items()):
@@ -177,7 +176,7 @@ def _missing(
         name = place or artifact.file.rpartition("/")[2]
         if artifact.output in there or place == NOWHERE:
             continue
-        if place or feeds(artifact, ROBOT_STATE_PUBLISHER):
+        if place or artifact.feeds(ROBOT_STATE_PUBLISHER):
             message = f"there is no {name} in {folder}"
             yield error("deployed-missing", message, None, "rosorin-compile deploy writes it")
         else:

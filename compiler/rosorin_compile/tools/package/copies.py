@@ -12,10 +12,8 @@ from rosorin_compile.diagnostics import printable
 from rosorin_compile.extending import FORMATS
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 
-from ...formats import names_meshes
 from ...meaning.entities import Change
 from ...meaning.golden import NOT_TEXT, TextDifference, compare, shorten
-from ...rules.case import feeding
 from .meshes import settle
 
 _SAME = "same meaning, different text"
@@ -42,7 +40,7 @@ def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact as it is for a place: the launch file looks for the URDF where that is (relative names)."""
     if not FORMATS[artifact.backend].located or not urdf:
         return artifact._replace(file=place)
-    urdfs = [output.name for output in feeding(robot, ROBOT_STATE_PUBLISHER, FORMATS)]
+    urdfs = [output.name for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)]
     names = {**dict.fromkeys(urdfs, urdf), artifact.output: place}
     moved = tuple(dataclasses.replace(output, file=names.get(output.name, output.file)) for output in robot.outputs)
     there = dataclasses.replace(robot, outputs=moved)
@@ -58,7 +56,7 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     """
     near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, posixpath.dirname(place) or ".")), urdf))
     copies = [placed(robot, artifact, place, urdf) for urdf in near] if FORMATS[artifact.backend].located else []
-    if names_meshes(artifact) and package:
+    if artifact.names_meshes and package:
         from pathlib import Path
 
         settled = settle(artifact.text, package, (), Path(posixpath.dirname(place) or "."))

@@ -15,7 +15,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 
 from ... import world
 from ...diagnostics.registry import PACKAGES
-from ...formats import feeds, is_built_in, names_meshes, published
+from ...formats import published
 from ...formats.templating import BUILTIN, comment
 from ...frontend.yaml_text import quoted
 from . import meshes, papers, starting, views
@@ -88,7 +88,7 @@ def make(
     ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
     package will stand, which may hold such files already.
     """
-    main = next((one for one in artifacts if feeds(one, ROBOT_STATE_PUBLISHER)), None)
+    main = next((one for one in artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         help = f"add an output with the backend {published().name}"
         return Package(
@@ -103,7 +103,7 @@ def make(
     diagnostics: list[Diagnostic] = []
     for place, artifact in placed.items():
         beside = FORMATS[artifact.backend].beside
-        if names_meshes(artifact):
+        if artifact.names_meshes:
             settled = meshes.settle(artifact.text, options.name, sources, target, searched)
             artifact = artifact._replace(text=settled.text)
             needs.update(settled.packages)
@@ -228,7 +228,7 @@ def _made(
 
 def _folders(placed: Sequence[tuple[str, Artifact]], carried: Carried | None) -> list[str]:
     """Return the folders that a package installs: those of the tool's own formats, and those of its artifacts."""
-    own = (one.folder for one in FORMATS.values() if one.folder and is_built_in(one.name))
+    own = (one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name))
     more = [DESCRIPTIONS] if carried else []
     return sorted({*FOLDERS, *own, *more, *(place.partition("/")[0] for place, _ in placed)})
 

@@ -20,7 +20,6 @@ from ...formats.static_tf import (
     static_in_modes,
     static_transforms,
 )
-from ...rules.case import feeding
 
 if TYPE_CHECKING:
     from .carrying import Carried
@@ -105,7 +104,7 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
 
     ``taken`` are names of launch arguments that are no modes. Numbers are printed as the outputs of the robot ask for.
     """
-    numbers = numbers_of(*feeding(robot, STATIC_TRANSFORM_PUBLISHER, FORMATS))
+    numbers = numbers_of(*FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     in_modes = static_in_modes(robot, numbers)
     modes = launching.mode_arguments(robot, in_modes, taken)
     nodes = [_static(transform) for transform in static_transforms(robot, numbers)[0]]

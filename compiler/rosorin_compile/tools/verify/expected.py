@@ -21,7 +21,6 @@ from rosorin_compile.model import (
 )
 
 from ...model.joint import AXLELESS
-from ...rules.case import feeding
 
 MAX_MODES = 10
 # Messages carry doubles; what is below a micrometre or microradian is the way through quaternions.
@@ -181,7 +180,7 @@ def _holds(when: str, combination: Mapping[str, bool]) -> bool:
 
 def _edges(robot: Robot) -> Iterator[Expected]:
     """Yield the edges of the joints from the root down, then those of other nodes."""
-    read = feeding(robot, ROBOT_STATE_PUBLISHER, FORMATS)
+    read = FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)
     six = any(output.options.get("number_format") == "six" for output in read)
     urdf = Tolerance(EXACT, SIX_ANGLE) if six else Tolerance()
     for joint in robot.joints_down():

@@ -26,7 +26,6 @@ from rosorin_compile.diagnostics import (
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Transform
 
 from ...diagnostics.registry import RECORDINGS
-from ...formats import feeds
 from ...meaning.golden import compare
 from ...meaning.wording import amount
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
@@ -287,7 +286,7 @@ def _span(lower: float, upper: float) -> str:
 
 def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
     """Yield how the URDF that ran differs from the compiled one."""
-    compiled = next((one for one in artifacts if feeds(one, ROBOT_STATE_PUBLISHER)), None)
+    compiled = next((one for one in artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
     if not recording.descriptions or compiled is None:
         return
     topic = "/robot_description"

@@ -168,8 +168,8 @@ def test_a_decimal_reads_back_and_has_no_exponent(value: float) -> None:
 
 def test_the_default_stays_as_people_write_it() -> None:
     pose = Pose((7.5552e-05, -1e-9, 0.1), (math.pi, 0.0, 1e-7))
-    robot = chain([pose], {})
-    (rounded,), (exact,) = (static_tf.static_transforms(robot, how)[0] for how in (static_tf.ROUNDED, static_tf.EXACT))
+    robot = chain([pose], EXACT)
+    (rounded,), (exact,) = (static_tf.static_transforms(robot, how)[0] for how in ((), robot.outputs))
     assert rounded.arguments[1:12:2] == ("0.0000756", "0", "0.1", "3.14159265", "0", "0.0000001")
     assert exact.arguments[1:12:2] == ("0.000075552", "-0.000000001", "0.1", "3.141592653589793", "0", "0.0000001")
 

@@ -272,9 +272,7 @@ def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]])
     told = error("outputs-differ", "\n".join(said), None, "rosorin-compile all writes them anew")
 
     def blocks() -> list[Block]:
-        from ..meaning.tables import blocks
-
-        return blocks(comparison.changes, comparison.texts, meshes)
+        return comparison.blocks(meshes)
 
     run.console.differ("not as committed", said, told, blocks)
 

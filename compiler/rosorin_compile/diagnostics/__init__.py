@@ -321,8 +321,13 @@ def _holds(longer: list[str], shorter: list[str]) -> bool:
     return any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return 'did you mean "x"?' for the nearest known words, or the list of known words if none is near."""
+def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Return 'did you mean "x"?' for the nearest known words, or the list of known words if none is near.
+
+    ``otherwise`` is what to do then: it comes before the list.
+    """
+    if otherwise:
+        return or_else(did_you_mean(word, known), otherwise)
     names = sorted(known)
     close = _alike(word, names)
     if close:
@@ -331,6 +336,13 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
         alike = not (word + close[0]).isascii() and look(word) == look(close[0])
         return told + (f" the two differ in {difference(word, close[0])}" if alike else "")
     return f"known: {first_of(names, MAX_LISTED)}" if names else ""
+
+
+def or_else(guess: str, otherwise: str) -> str:
+    """Return 'did you mean "x"?' as it is; before a list of known words what to do."""
+    if guess.startswith("did"):
+        return guess
+    return f"{otherwise} ({guess})" if guess else otherwise
 
 
 # Public names that stand in modules which import this one.

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..diagnostics import Diagnostic, error
+from ..diagnostics import Diagnostic, did_you_mean, error
 from ..diagnostics.registry import OUTPUTS, Rule
 from ..model import Output, Robot
-from ..rules.case import suggest
 from .drawing import SUFFIXES, picture, suffix
 from .drawing import read as shown_in
 from .format import Asked, Facts, Format
@@ -104,7 +103,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     for index, mode in enumerate(output.options.get("modes", ())):
         if mode not in case.robot.modes:
             message = f'there is no mode "{mode}"'
-            help = suggest(mode, case.robot.modes, f'add "{mode}" to modes')
+            help = did_you_mean(mode, case.robot.modes, f'add "{mode}" to modes')
             yield case.problem("unknown-mode", message, (*path, "modes", index), help)
 
 

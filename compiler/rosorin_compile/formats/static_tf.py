@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import posixpath
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -55,7 +55,7 @@ ARGUMENTS = {
     "namespace": "the namespace of the nodes, such as left; empty: none",
     FRAME_PREFIX: "what stands before the name of each frame, such as left/; empty: nothing",
 }
-FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
+_FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
 
 
 class Numbers(NamedTuple):
@@ -83,6 +83,36 @@ class StaticTransform(NamedTuple):
     source: Source
     when: str = ""
 
+    def words(self) -> Iterator[tuple[str, str, bool]]:
+        """Yield the arguments in pairs: the flag, the value, and whether that is the name of a frame."""
+        for flag, value in zip(self.arguments[::2], self.arguments[1::2], strict=True):
+            yield flag, value, flag in _FRAMES
+
+    def in_python(self) -> Iterator[tuple[str, str]]:
+        """Yield the arguments in pairs: the flag, and the value as Python; frames have the prefix."""
+        for flag, value, is_frame in self.words():
+            yield flag, f"[{FRAME_PREFIX}, {value!r}]" if is_frame else repr(value)
+
+    def described(self) -> str:
+        """Return where its numbers come from as one line of printable text; empty if nobody says."""
+        return describe(self.source)
+
+
+class StaticTransforms(NamedTuple):
+    """What static_transform_publisher nodes publish: always, joints in their order, then turns; in some modes alone.
+
+    ``diagnostics`` say which joints none of them can publish.
+    """
+
+    always: list[StaticTransform]
+    in_modes: list[StaticTransform]
+    diagnostics: list[Diagnostic]
+
+    @staticmethod
+    def launch_arguments() -> Mapping[str, str]:
+        """Return the arguments that every launch file of ours has, with their help."""
+        return ARGUMENTS
+
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the launch file of a robot. Option: ``number_format`` (exact; left out: 7 and 8 decimals).
@@ -91,9 +121,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     in the outputs folder; the launch argument ``urdf_file`` names another. Modes on which a static publisher depends
     are launch arguments, and so are ``namespace`` and ``frame_prefix``, which let two robots run side by side.
     """
-    numbers = numbers_of(output)
-    transforms, diagnostics = static_transforms(robot, numbers)
-    in_modes = static_in_modes(robot, numbers)
+    transforms, in_modes, diagnostics = static_transforms(robot, [output])
     urdf = _urdf_file(robot)
     moved = robot.published_by(ROBOT_STATE_PUBLISHER)
     if urdf is None and moved:
@@ -102,7 +130,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
         )
     values: dict[str, Any] = {"robot": robot, "statics": [*transforms, *in_modes], "literal": repr, "source": _source}
-    values |= {"pairs": in_python, **_of_modes(robot, in_modes)}
+    values |= {"pairs": StaticTransform.in_python, **_of_modes(robot, in_modes)}
     values["urdf"] = urdf and posixpath.relpath(urdf, posixpath.dirname(output.file) or ".")
     values["declared"] = list(_declared(values))
     values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
@@ -148,12 +176,6 @@ def _of_modes(robot: Robot, in_modes: Sequence[StaticTransform]) -> dict[str, An
     }
 
 
-def in_python(transform: StaticTransform) -> Iterator[tuple[str, str]]:
-    """Yield the arguments of a static transform in pairs: the flag, and the value as Python; frames have the prefix."""
-    for flag, value in zip(transform.arguments[::2], transform.arguments[1::2], strict=True):
-        yield flag, f"[{FRAME_PREFIX}, {value!r}]" if flag in FRAMES else repr(value)
-
-
 def _urdf_file(robot: Robot) -> str | None:
     """Return the first file among the outputs that robot_state_publisher reads."""
     from . import FORMATS
@@ -162,13 +184,13 @@ def _urdf_file(robot: Robot) -> str | None:
     return output.file if output is not None else None
 
 
-def numbers_of(*outputs: Output) -> Numbers:
-    """Return how arguments are printed: to the last digit if one of the outputs asks for it."""
-    return EXACT if any(output.options.get("number_format") == "exact" for output in outputs) else ROUNDED
+def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
+    """Return the edges that static_transform_publisher nodes publish.
 
-
-def static_transforms(robot: Robot, numbers: Numbers = ROUNDED) -> tuple[list[StaticTransform], list[Diagnostic]]:
-    """Return the edges that static_transform_publisher nodes publish always: joints in their order, then turns."""
+    Numbers are printed to the last digit if one of the outputs asks for it.
+    """
+    is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
+    numbers = EXACT if is_exact else ROUNDED
     transforms, diagnostics = [], []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
         if joint.type == "fixed":
@@ -177,13 +199,10 @@ def static_transforms(robot: Robot, numbers: Numbers = ROUNDED) -> tuple[list[St
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
         diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
-    transforms += (turn for turn in _turns(robot, numbers) if not modes_in(robot, [turn.when]))
-    return transforms, diagnostics
-
-
-def static_in_modes(robot: Robot, numbers: Numbers = ROUNDED) -> list[StaticTransform]:
-    """Return the edges that static_transform_publisher nodes publish in some modes alone, by joint."""
-    return [turn for turn in _turns(robot, numbers) if modes_in(robot, [turn.when])]
+    in_modes: list[StaticTransform] = []
+    for turn in _turns(robot, numbers):
+        (in_modes if modes_in(robot, [turn.when]) else transforms).append(turn)
+    return StaticTransforms(transforms, in_modes, diagnostics)
 
 
 def _turns(robot: Robot, numbers: Numbers) -> Iterator[StaticTransform]:

@@ -17,11 +17,8 @@ from .format import Facts, Format
 from .static_tf import (
     NUMBER_FORMAT,
     check_numbers,
-    describe,
     frames,
     node_facts,
-    numbers_of,
-    static_in_modes,
     static_transforms,
 )
 
@@ -35,13 +32,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
     import json
 
-    numbers = numbers_of(output)
-    transforms, diagnostics = static_transforms(robot, numbers)
+    transforms, in_modes, diagnostics = static_transforms(robot, [output])
     nodes: list[dict[str, Any]] = []
-    for transform in [*transforms, *static_in_modes(robot, numbers)]:
+    for transform in [*transforms, *in_modes]:
         node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
         if transform.source.status == "stand_in":
-            node["stand_in"] = describe(transform.source)
+            node["stand_in"] = transform.described()
         if transform.when:
             node["when"] = transform.when
         node["arguments"] = list(transform.arguments)

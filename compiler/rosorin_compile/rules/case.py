@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
+from ..diagnostics import ERROR, Diagnostic, Related, Span, or_else
 from ..frontend.accepting import names_at
 from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import told
@@ -17,6 +17,7 @@ from .remarkable import Remarkable
 
 if TYPE_CHECKING:
     from ..formats import Format
+    from .tf_tree import Step
 
 
 class Case(NamedTuple):
@@ -133,7 +134,19 @@ class Case(NamedTuple):
         from ..frontend.misnamed import name_meant
 
         guess = name_meant(self.tree, path, word, known, more)
-        return _or_else(guess, otherwise)
+        return or_else(guess, otherwise)
+
+    def transforms(self) -> list[Step]:
+        """Return the transforms that are published in some combination of modes and whose conditions mean something."""
+        from .tf_tree import legal_steps
+
+        return legal_steps(self)
+
+    def connected(self, published: Iterable[tuple[str, str]] = ()) -> list[set[str]]:
+        """Return the sets of frames that transforms connect; ``published`` are more of them, parent and child."""
+        from .tf_tree import pieces
+
+        return pieces([*((step.parent, step.child) for step in self.transforms()), *published])
 
     def stands_in(self, *paths: Path) -> str:
         """Return " (a stand-in)" if one of the values at some paths only holds a place, else nothing."""
@@ -175,17 +188,6 @@ def _stands_in(tree: Map, path: Path) -> bool:
         source = node.get("source") if isinstance(node, Map) else None
         found = source.get("status") == "stand_in" if isinstance(source, Map) else found
     return found
-
-
-def suggest(word: str, known: Iterable[str], otherwise: str) -> str:
-    """Return 'did you mean "x"?' if a known word is near, else what to do and the known words."""
-    return _or_else(did_you_mean(word, known), otherwise)
-
-
-def _or_else(guess: str, otherwise: str) -> str:
-    if guess.startswith("did"):
-        return guess
-    return f"{otherwise} ({guess})" if guess else otherwise
 
 
 def number(value: float) -> str:

@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 
-from ..diagnostics import WARNING, Diagnostic
+from ..diagnostics import WARNING, Diagnostic, did_you_mean
 from ..diagnostics.registry import FRAMES, rule
 from ..frontend.expression import ExpressionError, evaluate
 from ..frontend.tree import Path, Text, at
 from ..model import Edge, Robot
-from .case import Case, suggest
+from .case import Case
 
 AFTER = "signs"
 
@@ -74,7 +74,7 @@ def _not_readable(case: Case, path: Path, edge: Edge, wrong: ExpressionError) ->
     modes = case.robot.modes
     name = wrong.unknown
     if name and not name.endswith("()"):
-        help = suggest(name, modes, f'add "{name}" to modes')
+        help = did_you_mean(name, modes, f'add "{name}" to modes')
         rule, message = "unknown-mode", f'there is no mode "{name}"'
     else:
         reason = wrong.message.removeprefix("not an expression: ")

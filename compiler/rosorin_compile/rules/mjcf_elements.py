@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostics import Diagnostic
+from ..diagnostics import Diagnostic, did_you_mean
 from ..diagnostics.registry import SIMULATED, rule
 from ..xml import mujoco
 from ..xml.elements import Found, found_in
 from ..xml.mujoco import BODY, GEOM, JOINT
-from .case import Case, suggest
+from .case import Case
 from .simulated_names import WORDS, Names, kept, simulates
 from .xml_elements import at_name
 
@@ -66,12 +66,14 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
     if top and tag == "compiler":
         return "<compiler> would change what all numbers of the MJCF mean", "leave it out; angles are in radians here"
     if top and tag not in mujoco.SECTIONS:
-        where = "write it in a link" if tag in _IN_BODIES else suggest(tag, mujoco.SECTIONS, "write a whole section")
+        where = (
+            "write it in a link" if tag in _IN_BODIES else did_you_mean(tag, mujoco.SECTIONS, "write a whole section")
+        )
         return f"<{tag}> is no section of an MJCF", where
     if not top and tag in mujoco.SECTIONS:
         return f"<{tag}> is a section of the MJCF, and stands in a link", "write it under mjcf_elements at the top"
     if not top and tag not in _IN_BODIES:
-        return f"<{tag}> is no element of a body", suggest(tag, _IN_BODIES, "write one of them")
+        return f"<{tag}> is no element of a body", did_you_mean(tag, _IN_BODIES, "write one of them")
     return None
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ..diagnostics import NOTE, WARNING, Diagnostic
+from ..diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ..diagnostics.registry import SIMULATED, Check, rule
 from ..diagnostics.wording import counted
 from ..frontend.tree import Path, at
 from ..model.simulation import SHARED_LAYER
-from .case import Case, number, suggest
+from .case import Case, number
 from .simulated import drivers
 
 AFTER = "simulated"
@@ -145,7 +145,9 @@ def layers(case: Case) -> Iterator[Diagnostic]:
     for name, path in named.items() if listed else ():
         if name not in listed:
             message = f'there is no layer "{name}" of contacts'
-            yield case.problem("contact-layer", message, path, suggest(name, set(listed), "add it to contact_layers"))
+            yield case.problem(
+                "contact-layer", message, path, did_you_mean(name, set(listed), "add it to contact_layers")
+            )
     if not listed and len({*named, SHARED_LAYER}) > MOST_LAYERS:
         message = f"shapes name {len({*named, SHARED_LAYER})} layers of contacts: MuJoCo has bits for {MOST_LAYERS}"
         yield case.problem("contact-layer", message, next(iter(named.values())), "use fewer layers")
@@ -170,7 +172,7 @@ def _lonely(case: Case) -> Iterator[Diagnostic]:
             otherwise = f'the floor and all that names no layer is on "{SHARED_LAYER}"'
             if key == "layers" and name in inert:
                 otherwise = "write layers: [] where nothing is to find it"
-            help = suggest(name, {*sides[other], SHARED_LAYER}, otherwise)
+            help = did_you_mean(name, {*sides[other], SHARED_LAYER}, otherwise)
             if key == "touches" or name in inert or help.startswith("did"):
                 message = f'no shape {what} the layer "{name}" of contacts'
                 yield case.problem("contact-layer", message, path, help, severity=WARNING)

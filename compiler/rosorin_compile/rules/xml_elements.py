@@ -18,7 +18,7 @@ from ..model.robot import of_robot
 from ..xml.elements import Found, canonical, damage, found_in, tree_of
 from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from . import alike
-from .case import Case, suggest
+from .case import Case
 from .kinematics import WORLD_FRAMES
 
 if TYPE_CHECKING:
@@ -295,7 +295,7 @@ class _Materials:
         for use in self.uses:
             if use.found.name not in names:
                 message = f'there is no material "{use.found.name}", {use.found.where}'
-                help = suggest(use.found.name, self.case.robot.material, "define it under materials")
+                help = did_you_mean(use.found.name, self.case.robot.material, "define it under materials")
                 yield _problem(self.case, message, [use], help)
 
 

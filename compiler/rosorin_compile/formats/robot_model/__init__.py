@@ -15,7 +15,7 @@ from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import SEVERAL_COORDINATES, Box, HeightMap, Joint, Output, Pose, Robot, ServoGroup, Shape, Vector
 from ...model.geometry import IDENTITY
-from ...rules.case import Case, suggest
+from ...rules.case import Case
 from ...startup.remembering import remembered
 from ..format import Facts, Format, Opened, Value
 
@@ -330,7 +330,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
         message = f'there is no servo group "{group}", asked for by output "{output.name}"'
-        help = suggest(group, groups, "name a group")
+        help = did_you_mean(group, groups, "name a group")
         yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
 
 

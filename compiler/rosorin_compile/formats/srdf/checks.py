@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from ...diagnostics import NOTE, WARNING, Diagnostic
+from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import OUTPUTS, Rule
 from ...diagnostics.wording import counted, first_of, quoted
 from ...frontend.tree import Path, at
 from ...model import Joint, Output
 from ...model.moveit import EndEffector, Group
-from ...rules.case import Case, suggest
+from ...rules.case import Case
 from ...rules.section_names import state_path
 from ...rules.tf_tree import is_tree
 from .planning import URDF, Planning, planning_of
@@ -116,7 +116,7 @@ def _no_urdf(case: Case, output: Output) -> Diagnostic:
     said = case.robot.moveit
     if said is not None and said.urdf:
         message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
-        help = suggest(said.urdf, urdfs, "name an output that is a URDF")
+        help = did_you_mean(said.urdf, urdfs, "name an output that is a URDF")
         return case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
     message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
     help = "add one: urdf: {file: NAME.urdf}"
@@ -318,6 +318,6 @@ def _unknown_in_pairs(case: Case, within: Path) -> Iterator[Diagnostic]:
         for side, name in enumerate(pair["links"]):
             if name not in case.robot.link:
                 path: Path = (*within, index, "links", side)
-                help = suggest(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
+                help = did_you_mean(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
                 message = f'there is no link "{name}", one of two links of the collision matrix'
                 yield case.problem("unknown-link", message, path, help)

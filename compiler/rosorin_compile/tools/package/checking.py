@@ -12,6 +12,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 
 from ... import world
 from ...diagnostics.registry import PACKAGES
+from ...meaning.golden import Comparison
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
 from .deploying import told_before
@@ -73,8 +74,6 @@ class Checked(NamedTuple):
 
     def blocks(self) -> list[Block]:
         """Return how copies differ as tables: a change that several copies show is one row."""
-        from ...meaning.tables import blocks
-
         changes: dict[tuple[str, ...], Change] = {}
         for place, other in self.unlike:
             for change in other.changes if other else ():
@@ -82,7 +81,7 @@ class Checked(NamedTuple):
                 changes[change[:5]] = known._replace(artifacts=(*known.artifacts, place))
         texts = [text._replace(file=place) for place, other in self.unlike for text in (other.texts if other else ())]
         others = [(place, _NOT_AS_WRITTEN) for place, other in self.unlike if other is None]
-        return blocks(tuple(changes.values()), texts, others)
+        return Comparison(tuple(changes.values()), tuple(texts), same=False).blocks(others)
 
 
 def check(

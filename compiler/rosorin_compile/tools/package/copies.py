@@ -13,27 +13,26 @@ from rosorin_compile.extending import FORMATS
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 
 from ...meaning.entities import Change
-from ...meaning.golden import NOT_TEXT, TextDifference, compare, shorten
+from ...meaning.golden import TextDifference, compare
 from .meshes import settle
 
 _SAME = "same meaning, different text"
 
 
 class Difference(NamedTuple):
-    """How a file differs from what is compiled: in words, and the lines of a unified diff; and what these are made of.
+    """How a file differs from what is compiled: in words, and what these are made of.
 
-    ``changes`` are those of meaning, ``texts`` the difference of text.
+    ``changes`` are those of meaning, ``texts`` the difference of text, the first of them with a unified diff.
     """
 
     meaning: tuple[str, ...]
-    lines: tuple[str, ...]
     changes: tuple[Change, ...]
     texts: tuple[TextDifference, ...]
 
     def told(self, place: str, full: bool) -> list[str]:
         """Return the difference as lines of plain text, each change with the place of the file before it."""
         lines = [f"{printable(place)}: {line}" for line in self.meaning]
-        return lines + list(self.lines if full else shorten(self.lines))
+        return lines + [line for one in self.texts[:1] for line in (one.lines if full else one.shortened())]
 
 
 def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
@@ -73,13 +72,12 @@ def difference(robot: Robot, artifact: Artifact, old: bytes) -> Difference | Non
     meaning = [change.text + (f" ({change.remark})" if change.remark else "") for change in comparison.changes]
     texts = tuple(map(_deployed, comparison.texts))
     meaning += [text.remark for text in texts if text.remark]
-    lines = next((text.lines for text in texts), ())
-    return Difference(tuple(meaning) or (_SAME,), lines, comparison.changes, texts)
+    return Difference(tuple(meaning) or (_SAME,), comparison.changes, texts)
 
 
 def _deployed(text: TextDifference) -> TextDifference:
     """Return a difference of text as it is said of a copy."""
-    if text.kind == NOT_TEXT:
+    if not text.is_text:
         return text._replace(remark="no UTF-8 text")
     return text._replace(remark=text.remark.replace("the committed file", "the file"), lines=_headed(text.lines))
 

@@ -10,16 +10,7 @@ from rosorin_compile.extending import FORMATS
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 
 from ...formats import launching
-from ...formats.static_tf import ARGUMENTS as COMMON
-from ...formats.static_tf import (
-    FRAMES,
-    StaticTransform,
-    describe,
-    in_python,
-    numbers_of,
-    static_in_modes,
-    static_transforms,
-)
+from ...formats.static_tf import StaticTransform, StaticTransforms, static_transforms
 
 if TYPE_CHECKING:
     from .carrying import Carried
@@ -43,6 +34,7 @@ class LaunchArgument(NamedTuple):
     choices: tuple[str, ...] = ()
 
 
+COMMON = StaticTransforms.launch_arguments()
 ARGUMENTS = (
     *(LaunchArgument(name, "", help) for name, help in COMMON.items()),
     LaunchArgument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
@@ -104,10 +96,9 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
 
     ``taken`` are names of launch arguments that are no modes. Numbers are printed as the outputs of the robot ask for.
     """
-    numbers = numbers_of(*FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
-    in_modes = static_in_modes(robot, numbers)
+    always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = launching.mode_arguments(robot, in_modes, taken)
-    nodes = [_static(transform) for transform in static_transforms(robot, numbers)[0]]
+    nodes = [_static(transform) for transform in always]
     read = {one.when: launching.condition(robot, one.when) for one in in_modes}
     for one in in_modes:
         condition = launching.in_frontends(read[one.when], modes)
@@ -118,10 +109,9 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
 
 
 def _static(transform: StaticTransform) -> Static:
-    words = zip(transform.arguments[::2], transform.arguments[1::2], strict=True)
-    args = " ".join(f"{flag} {PREFIX if flag in FRAMES else ''}{in_args(value)}" for flag, value in words)
+    words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
     name = transform.name
-    return Static(name, plain(name), tuple(in_python(transform)), args, describe(transform.source))
+    return Static(name, plain(name), tuple(transform.in_python()), " ".join(words), transform.described())
 
 
 def words_of(carried: Carried, package: str) -> str:

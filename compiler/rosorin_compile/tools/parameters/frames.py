@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from rosorin_compile import Case
 from rosorin_compile.diagnostics import Diagnostic, Related, Rule, did_you_mean, error, quoted
@@ -10,10 +11,11 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from ...diagnostics.registry import PARAMETERS
 from ...formats.parameters.tables import Key
-from ...rules.case import suggest
-from ...rules.tf_tree import Step, legal_steps, pieces
 from .nodes import DEFAULT, Node, Setting
 from .owners import Claim
+
+if TYPE_CHECKING:
+    from ...rules.tf_tree import Step
 
 RULES = (
     Rule(
@@ -36,13 +38,13 @@ BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 
 def check(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
     """Yield what is wrong with the frames that nodes name. What they publish is judged by ``owners``."""
-    steps = legal_steps(case)
+    steps = case.transforms()
     simulated = case.robot.simulated_frames
     known = {*case.robot.frames, *(name for edge in case.robot.edges for name in (edge.parent, edge.child))}
     claimed = {claim.node.full: {claim.parent.span, claim.child.span} for claim in found if not claim.silent}
     made = {str(claim.parent.value) for claim in found if not claim.silent}
     published = [(str(claim.parent.value), str(claim.child.value)) for claim in found if not claim.silent]
-    parts = pieces([*((step.parent, step.child) for step in steps), *published])
+    parts = case.connected(published)
     for node in nodes:
         yield from _prefixed(node)
         for key, name, setting in _named(node):
@@ -109,7 +111,7 @@ def _frame(
         yield from _base(case, node, key, setting, value, parts, steps)
     elif value not in known:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        yield error("parameters-frame", message, setting.span, suggest(value, known, "name a frame of the robot"))
+        yield error("parameters-frame", message, setting.span, did_you_mean(value, known, "name a frame of the robot"))
     elif not any(value in part for part in parts) and len(known) > 1:
         message = f'{name} is "{value}"{assumed}, a frame that nobody publishes'
         yield error("parameters-frame", message, setting.span, "say who publishes it", _unpublished(case, value))

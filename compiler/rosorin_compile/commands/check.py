@@ -272,7 +272,9 @@ def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]])
     told = error("outputs-differ", "\n".join(said), None, "rosorin-compile all writes them anew")
 
     def blocks() -> list[Block]:
-        return comparison.blocks(meshes)
+        from ..meaning.tables import blocks
+
+        return blocks(comparison.changes, comparison.texts, meshes)
 
     run.console.differ("not as committed", said, told, blocks)
 

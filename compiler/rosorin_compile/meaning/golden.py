@@ -8,12 +8,11 @@ Differences of text are unified diffs; two texts may differ in white space, comm
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..diagnostics.markdown import Block, Cell, Code, Diff, Table
 from ..diagnostics.progress import step
-from ..diagnostics.wording import and_more, printable
+from ..diagnostics.wording import printable
 from ..formats import FORMATS, Artifact, Fact, Facts
 from ..model import Robot
 from ..model.looks import colours_of, is_own
@@ -24,6 +23,7 @@ from .text_values import differing
 from .view import View, called, view_of
 
 if TYPE_CHECKING:
+    from ..diagnostics.markdown import Block
     from ..formats import Format
 
 
@@ -33,8 +33,6 @@ _NOT_TEXT = "the committed file is no UTF-8 text; rosorin-compile all writes it 
 _SAME_MEANING = "same meaning, different text"
 _NOTHING_COMPARED = "different text; nothing that is compared by meaning differs"
 _MAX_CHANGES = 100
-_HEAD = ("what", "quantity", "before", "after", "by", "artifacts")
-_MOST = 12  # names in one cell
 
 
 class Comparison(NamedTuple):
@@ -50,7 +48,9 @@ class Comparison(NamedTuple):
 
     def blocks(self, others: Sequence[tuple[str, str]] = ()) -> list[Block]:
         """Return what differs as the blocks of a document; ``others`` are further files, each with what is to say."""
-        return _blocks(self.changes, self.texts, others)
+        from .tables import blocks
+
+        return blocks(self.changes, self.texts, others)
 
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
@@ -290,46 +290,3 @@ def same_syntax(format: Format, old: str, new: str) -> bool:
         return bool(format.syntax(old) == format.syntax(new))
     except (ValueError, SyntaxError):
         return False
-
-
-def _blocks(
-    changes: Sequence[Change], texts: Sequence[TextDifference], others: Sequence[tuple[str, str]] = ()
-) -> list[Block]:
-    """Return changes and differences of text as blocks; ``others`` are further files, each with what is to say."""
-    found: list[Block] = []
-    if changes:
-        found.append(Table("change", _HEAD, tuple(map(_as_row, changes))))
-    diffs = [text for text in texts if text.kind == CHANGED and text.shown and text.lines]
-    told = {name for change in changes for name in change.artifacts}
-    files = [(text.file, _said(text, bool(told))) for text in texts if text not in diffs]
-    files = [(name, remark) for name, remark in [*files, *others] if remark]
-    if files:
-        rows = tuple(((Code(name),), (remark,)) for name, remark in files)
-        found.append(Table("file", ("file", "what is wrong"), rows))
-    return found + [_as_diff(text) for text in diffs]
-
-
-def _as_diff(text: TextDifference) -> Diff:
-    shown = tuple(narrowed(text.lines, MAX_LINES))
-    return Diff(text.file, text.remark, shown, len(text.lines) - len(shown))
-
-
-def _said(text: TextDifference, told: bool) -> str:
-    """Return what there is to say of a file whose text is not shown; nothing where the changes say it."""
-    return text.remark or ("" if told else "different text")
-
-
-def _as_row(change: Change) -> tuple[Cell, ...]:
-    row = change.row
-    what = [Code(row.what), *((" in ", Code(row.where)) if row.where else ())]
-    if change.therefore:
-        what += ["\nand therefore the shapes of ", *_as_code(change.therefore)]
-    return (tuple(what), (row.quantity,), (row.before,), (row.after,), (row.by,), tuple(_as_code(change.artifacts)))
-
-
-def _as_code(names: Sequence[str]) -> Iterable[str]:
-    """Yield names as code, commas between them; of many the first ones and the number of the others."""
-    for at, name in enumerate(names[:_MOST]):
-        yield from ([", "] if at else [])
-        yield Code(name)
-    yield and_more(len(names) - _MOST)

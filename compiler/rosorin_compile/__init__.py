@@ -1,8 +1,9 @@
 """rosorin-compile: one description of a robot in YAML, and every artifact that other programs read.
 
-The public Python API: ``compile``, ``read``, ``diff`` and the values that they return (docs/python.md), and what a
-plug-in is made of (docs/extend.md). Each name is imported when it is first asked for, so that importing the package
-costs nothing.
+The public Python API: the verbs ``compile``, ``read``, ``check``, ``diff``, ``explain``, ``write`` and ``schema`` with
+what they return (docs/python.md), and what a plug-in is made of (docs/extend.md); more of that is in ``model``,
+``diagnostics`` and ``extending``. Each name is imported when it is first asked for, so that importing the package costs
+nothing.
 """
 
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ __version__ = "0.2.0"
 if TYPE_CHECKING:
     from .commands.record import Command
     from .commands.sides import diff
+    from .commands.verbs import Checked, Explained, Written, check, explain, schema, write
     from .diagnostics import Diagnostic
     from .diagnostics.registry import Rule, rule
     from .formats.facts import frame_facts
@@ -33,10 +35,12 @@ if TYPE_CHECKING:
 _HOMES = {
     "Artifact": "formats.format",
     "Case": "rules.case",
+    "Checked": "commands.verbs",
     "Command": "commands.record",
     "Compiled": "pipeline",
     "Diagnostic": "diagnostics",
     "Difference": "meaning.difference",
+    "Explained": "commands.verbs",
     "Fact": "formats.format",
     "Facts": "formats.format",
     "Format": "formats.format",
@@ -46,22 +50,29 @@ _HOMES = {
     "Rule": "diagnostics.registry",
     "Templates": "formats.templating",
     "Value": "formats.format",
+    "Written": "commands.verbs",
+    "check": "commands.verbs",
     "compile": "pipeline",
     "diff": "commands.sides",
+    "explain": "commands.verbs",
     "frame_facts": "formats.facts",
     "function": "frontend.expression.functions",
     "read": "pipeline",
     "rule": "diagnostics.registry",
+    "schema": "commands.verbs",
     "sweep": "tools.sweep.library",
+    "write": "commands.verbs",
 }
 
 __all__ = [
     "Artifact",
     "Case",
+    "Checked",
     "Command",
     "Compiled",
     "Diagnostic",
     "Difference",
+    "Explained",
     "Fact",
     "Facts",
     "Format",
@@ -71,14 +82,19 @@ __all__ = [
     "Rule",
     "Templates",
     "Value",
+    "Written",
     "__version__",
+    "check",
     "compile",
     "diff",
+    "explain",
     "frame_facts",
     "function",
     "read",
     "rule",
+    "schema",
     "sweep",
+    "write",
 ]
 
 

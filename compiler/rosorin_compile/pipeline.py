@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -41,7 +42,8 @@ MAX_SHOWN = 200
 FILE = "file"  # begins the names of all attributes of MJCF that name one
 
 
-class Compiled(NamedTuple):
+@dataclass(frozen=True)
+class Compiled:
     """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
 
     ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
@@ -66,7 +68,8 @@ class Compiled(NamedTuple):
         return _html(self.robot, self.diagnostics)
 
 
-class Reading(NamedTuple):
+@dataclass(frozen=True)
+class Reading:
     """The robot of a file in any format (None if it has errors), all that is to say, and the files that were read."""
 
     robot: Robot | None

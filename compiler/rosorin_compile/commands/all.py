@@ -176,7 +176,6 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
 
 
 def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> Written | None:
-    from ..diagnostics import NOTE, Diagnostic
     from ..output import OutputError, write_outputs
 
     try:
@@ -187,10 +186,20 @@ def _write(run: Run, description: Description, files: Mapping[str, str | bytes])
     if written.aside:
         world.spoil("what was there before is told once")
     run.console.show(put_aside(description.outputs, written))
-    for name in written.kept if not run.options.only else ():
-        message = f"{description.outputs}/{name} is no artifact of this robot; it is kept"
-        run.console.show([Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it")])
+    for note in left_alone(description.outputs, written) if not run.options.only else ():
+        run.console.show([note])
     return written
+
+
+def left_alone(folder: Path, written: Written) -> list[Diagnostic]:
+    """Return what there is to say of files in the folder of a robot that are none of its artifacts."""
+    from ..diagnostics import NOTE, Diagnostic
+
+    help = "all --prune removes it"
+    return [
+        Diagnostic("not-an-artifact", NOTE, f"{folder}/{name} is no artifact of this robot; it is kept", help=help)
+        for name in written.kept
+    ]
 
 
 def put_aside(folder: Path, written: Written) -> list[Diagnostic]:

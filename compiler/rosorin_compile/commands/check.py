@@ -15,7 +15,7 @@ from contextlib import redirect_stdout
 from functools import partial
 from itertools import islice, product
 from math import prod
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
@@ -35,7 +35,7 @@ from .compiling import (
     tell_build,
     telling,
 )
-from .given import MARK, Given, given_arguments
+from .given import MARK, given_arguments
 from .options import (
     console_of,
     depfile_options,
@@ -53,13 +53,11 @@ from .usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..diagnostics.markdown import Block
-    from ..formats import Artifact
-    from ..formats.format import Refusal
     from ..frontend.arguments import Argument
     from ..frontend.expand.included_robots import Tell
-    from ..meaning.golden import Comparison
     from ..tools.package.checking import Checked
     from ..tools.view.changed import Pictures
+    from .comparing import Held
 
 RULES = (
     Rule(
@@ -219,15 +217,14 @@ def _check_depfile(options: argparse.Namespace) -> None:
 def check_one(run: Run, description: Description, pictures: Pictures | None = None) -> int:
     """Compile one robot in memory and compare with its outputs folder; ``pictures`` take what a page shows of that."""
     if pictures is not None:  # they are taken of what is compiled
-        return _compared(run, description, pictures)
-    return once(run, description, lambda: _compared(run, description, None))
+        return _compare(run, description, pictures)
+    return once(run, description, lambda: _compare(run, description, None))
 
 
-def _compared(run: Run, description: Description, pictures: Pictures | None) -> int:
+def _compare(run: Run, description: Description, pictures: Pictures | None) -> int:
     """Do the same, whether or not it was done before."""
     from ..diagnostics import has_errors
-    from ..meaning.golden import compare
-    from ..output import OutputError, read_set
+    from .comparing import compared
 
     compiled = compile_proven(run.given, description, run.console)
     run.console.show(compiled.diagnostics)
@@ -236,45 +233,38 @@ def _compared(run: Run, description: Description, pictures: Pictures | None) -> 
     if description.path == ON_STDIN:
         run.console.say(f"{description.name}: {count(compiled.artifacts)} compiled; there are no committed ones")
         return FINE
-    try:
-        committed = read_set(description.outputs)
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
+    held = compared(run.given, description, compiled)
+    run.console.show(held.diagnostics)
+    if held.comparison is None:
         return PROBLEMS
-    meshes = mesh_files(compiled)
-    written = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
-    refusals = refused(run.given, description, written)
-    run.console.show(refusals)
-    comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
-    changed = [(name, what) for name, data in meshes.items() if (what := _mesh(data, committed.get(name)))]
     if pictures is not None:
-        pictures.take(run.given, description, compiled, comparison, committed, changed)
-    if not comparison.same or changed:
-        _differ(run, comparison, changed)
+        pictures.take(run.given, description, compiled, held.comparison, held.committed, held.meshes)
+    if not held.same:
+        _differ(run, held)
         _tell_no_folder(run, description)
         return PROBLEMS
-    if has_errors(refusals):
+    if has_errors(held.diagnostics):
         return PROBLEMS
-    run.console.say(f"{description.name}: {count(compiled.artifacts, meshes)} as committed in {description.outputs}")
-    compared = [description.outputs / name for name in committed]
+    found = count(compiled.artifacts, mesh_files(compiled))
+    run.console.say(f"{description.name}: {found} as committed in {description.outputs}")
+    files = [description.outputs / name for name in held.committed]
     if run.options.depfile is None:
         return FINE
-    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *compared])
+    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *files])
 
 
-def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]]) -> None:
-    """Say how committed artifacts differ, and the ``meshes`` beside them, each with what is to say of it."""
+def _differ(run: Run, held: Held) -> None:
+    """Say how committed files differ."""
     from ..diagnostics import error
-    from ..meaning.golden import lines
 
-    said = lines(comparison, full=getattr(run.options, "full", False))
-    said += [f"{name}: {what}" for name, what in meshes]
+    said = held.lines(full=getattr(run.options, "full", False))
     told = error("outputs-differ", "\n".join(said), None, "rosorin-compile all writes them anew")
 
     def blocks() -> list[Block]:
         from ..meaning.tables import blocks
 
-        return blocks(comparison.changes, comparison.texts, meshes)
+        comparison = held.comparison
+        return blocks(comparison.changes, comparison.texts, held.meshes) if comparison is not None else []
 
     run.console.differ("not as committed", said, told, blocks)
 
@@ -284,56 +274,6 @@ def _tell_no_folder(run: Run, description: Description) -> None:
     if getattr(run.options, "outputs", None) is not None and kind(description.outputs) != FOLDER:
         way = "rosorin-compile all with the same --outputs and arguments writes it"
         run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
-
-
-def _mesh(compiled: bytes, committed: bytes | None) -> str:
-    """Return what is to say of a mesh file beside the artifacts; empty if it is the one that was found."""
-    if compiled == committed:
-        return ""
-    what = "missing" if committed is None else "another file than the mesh is"
-    return f"{what}; rosorin-compile all writes it"
-
-
-def refused(given: Given, description: Description, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
-    """Return an error for each artifact that its engine does not load, or for each mesh that keeps it from that.
-
-    An engine that is too old is a warning. Asked are those of which there is a file, with all that stands beside it.
-
-    MuJoCo takes 0.3 s to be imported, and some milliseconds a robot; with meshes 0.5 s, in a process of its own.
-    """
-    from ..formats import FORMATS
-
-    told = []
-    for artifact in artifacts:
-        ask = FORMATS[artifact.backend].refusal
-        found = ask(artifact.text, (description.outputs / artifact.file).parent) if ask else None
-        if found is not None and found.reason:
-            told += _refusal(given, description, artifact, found)
-    return told
-
-
-def _refusal(given: Given, description: Description, artifact: Artifact, found: Refusal) -> list[Diagnostic]:
-    """Return why an engine does not load an artifact, at the meshes that it names, or else at the output."""
-    from ..diagnostics import WARNING, Diagnostic, error
-    from ..frontend.tree import locate
-    from ..model import Mesh
-
-    message = f"{artifact.file} is not loaded by the engine that it is for: {found.reason}"
-    if found.outdated:  # which says nothing of the artifact
-        return [Diagnostic("engine-refuses", WARNING, message)]
-    known = understood(given, description, Console("json"))  # a second time, for the places; said is nothing
-    if known is None:
-        return [error("engine-refuses", message, None)]
-    case, help = known.case, "correct the file, or name another one; it is looked for from the folder of the artifact"
-    at_meshes = [
-        case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
-        for link in known.robot.links
-        for purpose in ("collision", "visual")
-        for index, shape in enumerate(getattr(link, purpose))
-        if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
-    ]
-    output = locate(case.tree, ("outputs", artifact.output), key=True)
-    return at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]
 
 
 def _check_with_physics(options: argparse.Namespace, each: Callable[[Run, Description], int]) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence, Sized
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -65,7 +66,7 @@ def proven(compiled: Compiled) -> Compiled:
     from ..meaning.agreement import agreement
 
     wrong = agreement(compiled.robot, compiled.artifacts)
-    return compiled._replace(artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
+    return replace(compiled, artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
 
 
 def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[Console, Description, Compiled | None]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
     found = compare_robots(*sides, tolerance, options.prefix)
     each = options.full or options.format == "json"
     left = [line for word, side in zip(words, read, strict=True) for line in side.lines(word, each)]
-    found = found._replace(not_compared=(*found.not_compared, *left))
+    found = replace(found, not_compared=(*found.not_compared, *left))
     if options.format == "json":
         import json
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -70,7 +71,7 @@ def diff(
         diagnostics.append(problem.diagnostic)
         return Difference(None, None, (), (), (), tolerance, tuple(diagnostics))
     left = [line for read in (first, second) if read.side for line in read.lines(read.side.label, each=True)]
-    return difference._replace(not_compared=(*difference.not_compared, *left), diagnostics=tuple(diagnostics))
+    return replace(difference, not_compared=(*difference.not_compared, *left), diagnostics=tuple(diagnostics))
 
 
 def _wrong_options(tolerance: object, prefix: object) -> list[Diagnostic]:

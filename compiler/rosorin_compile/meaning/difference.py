@@ -69,7 +69,8 @@ class Item:
     at: Mapping[str, float] = field(default_factory=dict)
 
 
-class Difference(NamedTuple):
+@dataclass(frozen=True)
+class Difference:
     """How two robots differ by meaning; ``notes`` say what is written differently and means the same.
 
     ``a`` and ``b`` are None where they could not be read, or not be compared: then ``diagnostics`` has errors.

@@ -13,6 +13,7 @@ import math
 import os
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -213,7 +214,7 @@ def compiled_here(first: Path, asked: Asked, variant: Variant, kept: Kept | None
     if has_errors(variant.diagnostics):
         return Compiled(None, (), list(variant.diagnostics), (), variant=variant)
     compiled = compile_robot(first, merged(asked.arguments, variant), packages=asked.packages, kept=kept)
-    return compiled._replace(diagnostics=[*variant.diagnostics, *compiled.diagnostics], variant=variant)
+    return replace(compiled, diagnostics=[*variant.diagnostics, *compiled.diagnostics], variant=variant)
 
 
 def files_of(compiled: Compiled) -> dict[str, bytes]:

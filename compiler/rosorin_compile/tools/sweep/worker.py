@@ -18,6 +18,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -235,7 +236,7 @@ def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer
     inputs = tuple(Path(_shown(str(path), root, bundle)) for path in compiled.inputs)
     said = [_moved(one, root, bundle) for one in compiled.diagnostics]
     resolved = tuple(Resolved(*(_shown(text, root, bundle) for text in one)) for one in compiled.resolved)
-    moved = compiled._replace(inputs=inputs, diagnostics=said, resolved=resolved)
+    moved = replace(compiled, inputs=inputs, diagnostics=said, resolved=resolved)
     return Answer("", {}, {}, lacking, compiled=moved)
 
 

@@ -1,0 +1,210 @@
+"""The commands ``check``, ``write`` (``all``), ``explain`` and ``schema`` for programs: values in, values out.
+
+``compile`` and ``read`` stand in ``pipeline``, ``diff`` in ``sides``. Nothing is printed, and what is wrong with a
+robot's files is no exception: it is among the diagnostics.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..diagnostics import Diagnostic, error, has_errors
+from ..frontend.asked import ask
+from ..project import Description, NoDescription, find
+from .given import Given
+
+if TYPE_CHECKING:
+    from ..pipeline import Compiled
+    from .explain.explanation import Answer, Explanation
+
+    Name = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """Whether the committed artifacts of a robot are those of its description.
+
+    ``differing`` are the files that are not as compiled (missing, changed, or no artifact any more); ``lines`` says
+    how they differ, as the command line does. Both are empty where ``compiled`` has errors.
+    """
+
+    compiled: Compiled
+    folder: Path
+    differing: tuple[str, ...]
+    lines: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def same(self) -> bool:
+        """Whether the robot has no errors, no engine refuses an artifact, and each is as committed."""
+        return not self.differing and not has_errors(self.diagnostics)
+
+    def __str__(self) -> str:
+        """Return what differs, in lines."""
+        return "\n".join(self.lines)
+
+
+@dataclass(frozen=True)
+class Written:
+    """What writing the artifacts of a robot into ``folder`` did to each file there, by name.
+
+    ``kept`` are no artifacts and were left alone, ``removed`` were none either and are gone because pruning was asked
+    for. With errors among the diagnostics nothing is written.
+    """
+
+    compiled: Compiled
+    folder: Path
+    written: tuple[str, ...]
+    unchanged: tuple[str, ...]
+    kept: tuple[str, ...]
+    removed: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True)
+class Explained:
+    """Where things of a robot sit, and where each of their numbers was written; none if the robot has errors."""
+
+    answers: tuple[Explanation | Answer, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+    def __str__(self) -> str:
+        """Return what the command line prints."""
+        from .explain.text import lines
+
+        return "\n".join(line for answer in self.answers for line in lines(answer))
+
+
+def check(
+    path: Name,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    outputs: Name | None = None,
+) -> Checked:
+    """Compile a description and compare with its committed artifacts, as ``rosorin-compile check`` does.
+
+    ``path``, ``arguments`` and ``packages`` as in ``compile``. ``outputs`` is the folder that has a folder a robot; by
+    default that of the project.
+    """
+    from .comparing import compared
+
+    description, given, compiled = _proven(path, arguments, packages, outputs)
+    said = compiled.diagnostics
+    if description is None or compiled.robot is None or has_errors(said):
+        return Checked(compiled, _folder(description), (), (), tuple(said))
+    held = compared(given, description, compiled)
+    return Checked(compiled, description.outputs, held.differing(), tuple(held.lines()), (*said, *held.diagnostics))
+
+
+def write(
+    path: Name,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    outputs: Name | None = None,
+    prune: bool = False,
+) -> Written:
+    """Compile a description and write its artifacts, the whole set or nothing, as ``rosorin-compile all`` does.
+
+    ``path``, ``arguments`` and ``packages`` as in ``compile``, ``outputs`` as in ``check``. ``prune`` removes what is
+    no artifact from the robot's folder.
+    """
+    from ..output import OutputError, write_outputs
+    from .all import left_alone, put_aside
+    from .compiling import mesh_files
+
+    description, _, compiled = _proven(path, arguments, packages, outputs)
+    said, folder = compiled.diagnostics, _folder(description)
+    if not compiled.artifacts or has_errors(said):
+        return Written(compiled, folder, (), (), (), (), tuple(said))
+    files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
+    try:
+        done = write_outputs(folder, {**mesh_files(compiled), **files}, prune)
+    except OutputError as problem:
+        return Written(compiled, folder, (), (), (), (), (*said, problem.diagnostic))
+    more = (*put_aside(folder, done), *left_alone(folder, done))
+    return Written(compiled, folder, done.written, done.unchanged, done.kept, done.removed, (*said, *more))
+
+
+def explain(
+    path: Name,
+    names: Sequence[str],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    pose: str = "",
+) -> Explained:
+    """Return where frames, links, joints, sensors and uses of parts sit, and where each number of theirs was written.
+
+    ``path``, ``arguments`` and ``packages`` as in ``compile``; ``names`` and ``pose`` as ``rosorin-compile explain``
+    takes them. Raises KeyError for a name that the robot does not have, with what is near.
+    """
+    from ..pipeline import understand
+    from .explain.answer import NotThere
+    from .explain.answer import explain as answers
+
+    description, given, wrong = _asked(path, arguments, packages, None)
+    if description is None:
+        return Explained((), tuple(wrong))
+    values = given.values()
+    expanded, lowered, said, _ = understand(description.path, values, packages=given.packages)
+    if lowered is None or lowered.robot is None or has_errors(said):
+        return Explained((), tuple(said))
+    try:
+        return Explained(tuple(answers(expanded, lowered, values, names, pose)), tuple(said))
+    except NotThere as problem:
+        raise KeyError(str(problem)) from None
+
+
+def schema(name: str = "authoring") -> dict[str, Any]:
+    """Return a JSON Schema by a name of ``rosorin-compile schema``. Raises KeyError, with what is near."""
+    import json
+
+    from .. import world
+    from ..diagnostics import did_you_mean
+    from ..project import data_folder
+    from .schema import names
+
+    if name not in (known := names()):
+        raise KeyError(f'there is no schema "{name}"; {did_you_mean(name, known)}')
+    found: dict[str, Any] = json.loads(world.text(data_folder("schemas") / f"{name}.schema.json"))
+    return found
+
+
+def _asked(
+    path: Name, arguments: object, packages: object, outputs: Name | None
+) -> tuple[Description | None, Given, list[Diagnostic]]:
+    """Return the description that a program asks for, and what goes with it; None, and why, if there is none."""
+    asked = ask(path, arguments, packages)
+    given = Given(asked.arguments, (), asked.packages)
+    if asked.diagnostics:
+        return None, given, asked.diagnostics
+    try:
+        return find([asked.name], None if outputs is None else os.fsdecode(outputs))[0], given, []
+    except NoDescription as problem:
+        return None, given, [error("file-unreadable", str(problem), None)]
+
+
+def _proven(
+    path: Name, arguments: object, packages: object, outputs: Name | None
+) -> tuple[Description | None, Given, Compiled]:
+    """Return what becomes of a description with its meshes, read back as a command does before it writes."""
+    from ..pipeline import Compiled, compile_robot
+    from .compiling import proven, search_meshes
+
+    description, given, wrong = _asked(path, arguments, packages, outputs)
+    if description is None:
+        return None, given, Compiled(None, (), wrong, ())
+    search = partial(search_meshes, given, description)
+    return (
+        description,
+        given,
+        proven(compile_robot(description.path, given.values(), packages=given.packages, search=search)),
+    )
+
+
+def _folder(description: Description | None) -> Path:
+    return description.outputs if description is not None else Path()

@@ -75,15 +75,24 @@ def description(chance: random.Random) -> str:
     return "\n".join([*rows, "  static_tf: {file: tf.launch.py}", "  robot_model: {file: model.json}", ""])
 
 
-@pytest.mark.slow
-@settings(max_examples=150, deadline=None)
-@given(seed=st.integers(0, 2**32))
-def test_what_is_compiled_agrees(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:
-    file = tmp_path_factory.mktemp("any") / "any.yaml"
+def agrees(folder: Path, seed: int) -> None:
+    file = folder / "any.yaml"
     file.write_text(description(random.Random(seed)))  # noqa: S311
     compiled = compile_robot(file)
     assert compiled.robot is not None, compiled.diagnostics
     assert [d.message for d in agreement(compiled.robot, compiled.artifacts)] == []
+
+
+@pytest.mark.slow
+@settings(max_examples=150, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_what_is_compiled_agrees(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:
+    agrees(tmp_path_factory.mktemp("any"), seed)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_compiled_of_a_few_robots_agrees(tmp_path: Path, seed: int) -> None:
+    agrees(tmp_path, seed)
 
 
 # What arithmetic leaves of a zero, beside numbers as large as a scene or a large machine has.

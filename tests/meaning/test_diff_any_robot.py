@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable
 from dataclasses import replace
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -105,14 +106,23 @@ def differences(a: Robot, b: Robot) -> list[Item]:
     return list(compare_robots(Side("a", YAML, a), Side("b", YAML, b)).items)
 
 
-@given(SEEDS)
-@settings(max_examples=60, deadline=None)
-def test_a_robot_that_is_written_otherwise_is_the_same(seed: int) -> None:
+def is_the_same_written_otherwise(seed: int) -> None:
     chance = random.Random(seed)  # noqa: S311
     robot = robot_of(chance)
     other = rewritten(robot, chance)
     assert not differences(robot, other)
     assert not differences(other, robot)
+
+
+@given(SEEDS)
+@settings(max_examples=60, deadline=None)
+def test_a_robot_that_is_written_otherwise_is_the_same(seed: int) -> None:
+    is_the_same_written_otherwise(seed)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_few_robots_that_are_written_otherwise_are_the_same(seed: int) -> None:
+    is_the_same_written_otherwise(seed)
 
 
 @given(SEEDS)
@@ -295,9 +305,7 @@ CHANGES: list[Change] = [
 ]
 
 
-@given(SEEDS, st.sampled_from(CHANGES))
-@settings(max_examples=150, deadline=None)
-def test_one_change_is_told_once_by_name(seed: int, change: Change) -> None:
+def is_told_once(seed: int, change: Change) -> None:
     chance = random.Random(seed)  # noqa: S311
     robot = robot_of(chance)
     made = change(robot, chance)
@@ -309,3 +317,15 @@ def test_one_change_is_told_once_by_name(seed: int, change: Change) -> None:
     chance.shuffle(shuffled := list(changed.joints))
     again = differences(replace(changed, joints=tuple(shuffled)), robot)
     assert len(again) == 1, again
+
+
+@given(SEEDS, st.sampled_from(CHANGES))
+@settings(max_examples=150, deadline=None)
+def test_one_change_is_told_once_by_name(seed: int, change: Change) -> None:
+    is_told_once(seed, change)
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.__name__)
+def test_one_change_of_a_few_robots_is_told_once_by_name(change: Change) -> None:
+    for seed in range(4):
+        is_told_once(seed, change)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import random
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -139,6 +139,13 @@ def test_what_is_planted_in_any_robot_is_told_by_check(seed: int) -> None:
 def test_what_is_planted_in_a_robot_of_the_repository_is_told_by_diff(seed: int) -> None:
     chance = random.Random(seed)  # noqa: S311
     by_diff(chance.choice(described()), chance)
+
+
+@pytest.mark.parametrize("way", [by_diff, by_check])
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_planted_in_a_few_robots_is_told(seed: int, way: Callable[[Robot, random.Random], None]) -> None:
+    chance = random.Random(seed)  # noqa: S311
+    way(robot_of(chance), chance)
 
 
 @pytest.mark.tier("changes")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -70,10 +71,11 @@ def _has_entries(value: Any) -> bool:
 def _named(values: Sequence[Any]) -> dict[str, Any]:
     """Return things by their names, those without one and later ones of the same name by number, too."""
     found: dict[str, Any] = {}
+    counts = Counter[str]()
     for one in values:
         name = str(getattr(one, "name", "") or getattr(one, "element", ""))
-        number = 1 if name not in found else sum(key.split(" ")[0] == name for key in found) + 1
-        found[f"{name} {number}".strip() if not name or number > 1 else name] = one
+        counts[name] += 1
+        found[f"{name} {counts[name]}".strip() if not name or counts[name] > 1 else name] = one
     return found
 
 

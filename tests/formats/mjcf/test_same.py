@@ -160,6 +160,7 @@ PLANTED = [
     ),
     ('solref="0.01 1"', "", "tuning of equalities: equality geared: solref 0.01 1 in the source, 0.02 1 in ours"),
     ('body1="slider" body2="arm" anchor', 'body1="slider" body2="wrist" anchor', "equalities: equality closed: obj2id"),
+    ('<weld name="held"', '<weld name="held" torquescale="2"', "equalities: equality held: data"),
     ('kp="10" kv="1"', 'kp="10"', "actuators: actuator servo: biasprm 0 -10 -1"),
     ('forcerange="-3 3"', "", "actuators: actuator servo: forcelimited 1 in the source, 0 in ours"),
     ('gear="3"', 'gear="4"', "actuators: actuator motor: gear 3 0 0 0 0 0 in the source, 4 0 0 0 0 0 in ours"),
@@ -182,6 +183,7 @@ PLANTED = [
     ),
     ('<jointpos name="angle" joint="shoulder"/>', "", "sensors: sensor angle: is not in ours"),
     ('mpos="0 0 2"', 'mpos="0 0 3"', "keys: key home: place of body hand_of_god 0 0 2 in the source, 0 0 3 in ours"),
+    ('mquat="0 1 0 0"', 'mquat="0 0 1 0"', "keys: key home: orientation of body hand_of_god 0 1 0 0 in the source"),
     ('ctrl="0.2 0', 'ctrl="0.3 0', "keys: key home: control of actuator servo 0.2 in the source, 0.3 in ours"),
     ('act="0.3 0.2"', 'act="0.3 0.1"', "keys: key home: activation of actuator muscle 0.2 in the source, 0.1 in ours"),
     ('name="gyro"', 'name="turning"', "names: sensor gyro: is called turning in ours"),
@@ -230,6 +232,7 @@ ARM = """<mujoco><compiler angle="radian"/><worldbody><body name="base">
   <geom name="box" type="box" size="0.1 0.1 0.1" rgba="1 0 0 1"/><site name="tip" pos="0.1 0.2 0"/>
   <body name="hand" pos="0 0 0.2"><joint name="wrist" type="ball" pos="0 0 0.1"/><geom name="fist" size="0.1"/></body>
 </body></body></worldbody>
+<equality><weld name="held" body1="base" body2="arm" relpose="0 0 0.2 0.8 0 0.6 0" active="false"/></equality>
 <tendon><fixed name="string" range="0 3" stiffness="2" springlength="1"><joint joint="turn" coef="2"/></fixed></tendon>
 <actuator><position name="servo" joint="turn" kp="5" ctrlrange="-0.5 1.5"/><motor name="motor" joint="turn"/></actuator>
 <keyframe><key name="home" qpos="0.6 1 0 0 0" ctrl="0.8 0.1"/></keyframe></mujoco>"""
@@ -258,6 +261,13 @@ BY_RIGHT = {
     "an exclude of neighbours, which is implied": [
         ("<tendon>", '<contact><exclude body1="arm" body2="hand"/></contact><tendon>')
     ],
+    "the other sign of the quaternion of a weld": [('0.2 0.8 0 0.6 0"', '0.2 -0.8 0 -0.6 0"')],
+    "the look of a tendon of joints, which is not drawn": [
+        ("<worldbody>", '<default><tendon rgba="1 0 0 1" width="0.2"/></default><worldbody>')
+    ],
+    "a body more of what MuJoCo calls no mass": [
+        ('<site name="tip"', '<body><inertial pos="0 0 0" mass="1e-12" diaginertia="1 1 1"/></body><site name="tip"')
+    ],
     "a body without mass between": [
         ('<body name="hand" pos="0 0 0.2">', '<body name="between" pos="0 0 0.1"><body name="hand" pos="0 0 0.1">'),
         ('name="fist" size="0.1"/></body>', 'name="fist" size="0.1"/></body></body>'),
@@ -265,7 +275,7 @@ BY_RIGHT = {
 }  # fmt: skip
 
 
-SYMMETRIC = {"the other sign of a quaternion", "other principal axes"}
+SYMMETRIC = {"the other sign of a quaternion", "other principal axes", "a material that is only a colour"}
 
 
 @pytest.mark.parametrize("what", BY_RIGHT)
@@ -307,6 +317,51 @@ def test_a_mesh_stands_where_its_file_has_it() -> None:
     assert told(solid, solid.replace("legacy", "shell")) == []
     assert told(solid, solid.replace('mesh="m" mass="0"', 'mesh="m" mass="0" pos="0 0 0.1"')) == [
         "shapes: geom g: position 0 0 0 in the source, 0 0 0.1 in ours"
+    ]
+
+
+def test_a_mesh_may_be_there_several_times() -> None:
+    mesh = '<mesh name="{}" vertex="0 0 0  1 0 0  0 1 0  0 0 1" face="0 2 1  0 1 3  0 3 2  1 2 3"/>'
+    geoms = '<geom name="a" type="mesh" mesh="m"/><geom name="b" type="mesh" mesh="{}" pos="2 0 0"/>'
+    body = f'<worldbody><body name="body">{geoms}</body></worldbody></mujoco>'
+    one = f"<mujoco><asset>{mesh.format('m')}</asset>{body.format('m')}"
+    twice = f"<mujoco><asset>{mesh.format('m')}{mesh.format('n')}</asset>{body.format('n')}"
+    assert told(one, twice) == []
+
+
+def test_what_has_no_mass_has_no_centre_of_mass() -> None:
+    one = """<mujoco><worldbody><body name="base"><geom size="0.1"/><body name="frame">
+    <inertial pos="0 0 0" mass="{}" diaginertia="1 1 1"/></body></body></worldbody></mujoco>"""
+    assert told(one.format("1e-12"), one.format("1e-12").replace("0 0 0", "0.1 0 0")) == []
+    assert told(one.format("2e-12"), one.format("2e-12").replace("0 0 0", "0.1 0 0")) == [
+        "masses: body frame: centre of mass 0 0 0 in the source, 0.1 0 0 in ours"
+    ]
+
+
+def test_the_first_site_is_a_site_like_others() -> None:
+    """A tendon goes along a shape at the side of a site, which is the first of the model and the last of the other."""
+    side, ends = '<site name="side" pos="0 0.2 0"/>', '<site name="a" pos="1 0 0"/><site name="b" pos="-1 0 0"/>'
+    text = f"""<mujoco><worldbody><body name="base"><geom name="ball" size="0.1"/>{side}{ends}</body></worldbody>
+    <tendon><spatial><site site="a"/><geom geom="ball" sidesite="side"/><site site="b"/></spatial></tendon></mujoco>"""
+    assert told(text, text) == told(text, edited(side + ends, ends + side, text)) == []
+    assert told(text, edited(' sidesite="side"', "", text)) == [
+        "tendons: tendon 0: prm 0 0 0 in the source, 0 -1 0 in ours"
+    ]
+
+
+def test_a_range_that_does_not_limit_is_not_compared() -> None:
+    free = edited('ctrlrange="-0.5 1.5"', "", ARM)
+    assert told(ARM, free) == ["actuators: actuator servo: ctrllimited 1 in the source, 0 in ours"]
+    assert told(free, ARM) == ["actuators: actuator servo: ctrllimited 0 in the source, 1 in ours"]
+
+
+def test_how_far_a_key_has_bent_a_spring_is_told() -> None:
+    text = edited(
+        'springref="0.7"', 'springref="0.7" springyield="0.1"', edited('ctrl="0.8 0.1"', 'plastic="0.05"', ARM)
+    )
+    assert told(text, text) == []
+    assert told(text, edited('plastic="0.05"', 'plastic="0.06"', text)) == [
+        "keys: key home: plastic 0.05 in the source, 0.06 in ours"
     ]
 
 

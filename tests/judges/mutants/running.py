@@ -1,22 +1,25 @@
 """Runs mutants: each against quick tests that run its line, in a process that is forked with everything imported.
 
-    python tests/judges/mutants/running.py [--workers 2]
+    python tests/judges/mutants/running.py [--workers 2] [--answers FILE]
     python tests/judges/mutants/running.py --count 50 [--seed 2]
     python tests/judges/mutants/running.py --coverage
 
 Runs those of drawn.txt; ``--count`` draws others, and ``--draw`` writes them into that file instead of running them.
 Prints the survivors by module, and ends with 1 if one is not in survivors.txt, or if the tests run fewer lines of a
-room than coverage.txt says; ``--coverage`` writes that anew, and runs no mutant.
+room than coverage.txt says; ``--coverage`` writes that anew, and runs no mutant. ``--answers`` keeps what each mutant
+came to, so that a run that was stopped goes on; without its lines of ``survives``, those alone are asked again.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import hashlib
 import importlib
 import json
 import os
 import random
+import resource
 import shutil
 import signal
 import sqlite3
@@ -53,7 +56,8 @@ HEAVY = (
 )
 MOST = 100  # tests that a mutant is run against
 FILES = 3  # of tests that come to a line, of which one test is asked
-SECONDS = 120
+SECONDS = 120  # of CPU: the machine may have other things to do
+WAITED = 20 * SECONDS  # by the clock, for what waits and does nothing
 MEASURED = ".coverage"
 
 Lines = Mapping[int, Sequence[str]]
@@ -117,7 +121,7 @@ class Worker:
 
     def fails(self, tests: Sequence[str]) -> bool:
         """Say whether a test fails, or does not end."""
-        code = self._asked({"tests": list(tests), "seconds": SECONDS})
+        code = self._asked({"tests": list(tests), "seconds": SECONDS, "waited": WAITED})
         if code == "5":
             raise RuntimeError(f"pytest finds no test of these: {' '.join(tests)[:500]}")
         return code != "0"
@@ -125,7 +129,8 @@ class Worker:
     def failing(self, tests: Sequence[str]) -> set[str]:
         """Return the tests that fail without a mutant: in a copy of the tree, or one after the other."""
         told = self.tree / "failing.txt"
-        code = self._asked({"tests": list(tests), "seconds": SECONDS * 20, "told": str(told)})
+        job = {"tests": list(tests), "seconds": 20 * SECONDS, "waited": 20 * WAITED, "told": str(told)}
+        code = self._asked(job)
         if code not in ("0", "1"):
             raise RuntimeError(f"pytest does not run these tests: exit code {code}")
         return set(told.read_text("utf-8").splitlines())
@@ -150,6 +155,29 @@ class Worker:
             _forget(path)
 
 
+class Answers:
+    """What mutants came to, a line each, which may be kept in a file; one whose module has changed is asked again."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        lines = path.read_text("utf-8").splitlines() if path is not None and path.exists() else []
+        self.of = {digest: word == "survives" for word, digest, _ in (line.split(" ", 2) for line in lines)}
+
+    def before(self, one: Mutant) -> bool | None:
+        """Say whether a mutant survived in a run before; ``None`` if it was not asked."""
+        return self.of.get(_digest(one))
+
+    def add(self, one: Mutant, stays: bool) -> None:
+        """Keep what a mutant came to."""
+        if self.path is not None:
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(f"{'survives' if stays else 'seen'} {_digest(one)} {one.name}\n")
+
+
+def _digest(one: Mutant) -> str:
+    return hashlib.sha256(f"{one.module}\n{one.text}".encode()).hexdigest()
+
+
 def _forget(path: Path) -> None:
     """Remove the bytecode of a module: it is believed for the second of its time."""
     for kept in (path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
@@ -165,9 +193,10 @@ def serve() -> None:
         job = json.loads(line)
         pid = os.fork()
         if pid == 0:
-            os.setsid()
+            os.setpgid(0, 0)  # no session of its own: the kernel would give that a priority of its own
+            resource.setrlimit(resource.RLIMIT_CPU, (job["seconds"], job["seconds"]))
             _run(job["tests"], job.get("told"))
-        sys.stdout.write(f"{_ended(pid, job['seconds'])}\n")
+        sys.stdout.write(f"{_ended(pid, job['waited'])}\n")
         sys.stdout.flush()
 
 
@@ -220,6 +249,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--covered", type=Path, help="where the tests by line are kept between two runs")
+    parser.add_argument("--answers", type=Path, help="where what each mutant came to is kept between two runs")
     parser.add_argument("--over", nargs="+", default=["tests"], help="the tests that are asked")
     parser.add_argument("--coverage", action="store_true", help="write coverage.txt anew, and run no mutant")
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
@@ -268,17 +298,21 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
         free.put(Worker(folder / f"tree{number}"))
     began = time.monotonic()
 
+    answers = Answers(options.answers)
     unsound = _unsound(tests, free, options)
     known = survivors()
 
     def survives(number: int) -> bool:
         one = chosen[number]
+        if (before := answers.before(one)) is not None:
+            return before
         some = asked_of(tests.get(one.module, {}), one.line, unsound, random.Random(number))  # noqa: S311
         worker = free.get()
         try:
             stays = not some or not worker.sees(one.module, one.text, some)
         finally:
             free.put(worker)
+        answers.add(one, stays)
         if stays and one.name not in known:
             sys.stdout.write(f"{number} of {len(chosen)}: {_at(one)}\n")
             sys.stdout.flush()

@@ -1,0 +1,35 @@
+"""What two spellings of elements say: the same, or what is lost and what is new, in words."""
+
+from __future__ import annotations
+
+import pytest
+
+from rosorin_compile.meaning.elements import Context, differently_meant
+
+SENSOR = '<gazebo reference="eye"><sensor name="s" type="camera"><camera>{}</camera></sensor></gazebo>'
+MU = "<gazebo reference='a'><mu1>{}</mu1></gazebo>"
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "said"),
+    [
+        (MU.format("0.2"), MU.format(" 0.20"), []),
+        (
+            MU.format("0.2"),
+            MU.format("0.3"),
+            ['<mu1> of <gazebo reference="a"> is lost', '<mu1> of <gazebo reference="a"> is new'],
+        ),
+        ("<gazebo><static>1</static></gazebo>", "", ["<static> of <gazebo> is lost"]),
+        ("", "<link_extra a='1'/>", ['<link_extra a="1.0"/> is new']),
+        ("<ros2_control name='c' type='system'/>", "", ['<ros2_control name="c"> is lost']),
+        # What has another name may stand before or behind, what has the same one may not.
+        (SENSOR.format("<a>1</a><b>2</b>"), SENSOR.format("<b>2</b><a>1</a>"), []),
+        (
+            SENSOR.format("<a>2</a><a>1</a>"),
+            SENSOR.format("<a>1</a><a>2</a>"),
+            ['<sensor> of <gazebo reference="eye"> is lost', '<sensor> of <gazebo reference="eye"> is new'],
+        ),
+    ],
+)
+def test_what_elements_say(one: str, other: str, said: list[str]) -> None:
+    assert differently_meant([one], [other], Context()) == said

@@ -1,0 +1,74 @@
+"""Corners of diff: what changes together, what hangs otherwise, and what only one of two formats says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from support.comparing import compared
+
+
+def robot(folder: Path, name: str, text: str) -> Path:
+    path = folder / f"{name}.yaml"
+    path.write_text(f"robot: r\n{text}", "utf-8")
+    return path
+
+
+LIMIT = "limit: {lower: -1, upper: 1, effort: 1, velocity: 1}"
+HINGE = f"axis: [0, 0, 1], {LIMIT}"
+TWO = "links: {base: {}, arm: {}, hand: {}}\njoints:\n"
+ARM = f"  turn: {{type: revolute, parent: base, child: arm, xyz: [0, 0, 0.1], {HINGE}}}\n"
+HAND = f"  bend: {{type: revolute, parent: arm, child: hand, xyz: [0.2, 0, 0], {HINGE}}}\n"
+PLATE = "  plate: {type: fixed, parent: arm, child: hand, xyz: [0.2, 0, 0]}\n"
+BALL = "links: {{base: {{visual: [{{sphere: {{radius: {}}}, rgba: [1, {}, 0, 1]}}]}}}}\n"
+
+CASES: dict[str, tuple[str, str, list[str]]] = {
+    "modes": (
+        "links: {base: {}}\nmodes: {slam: a map is made}\n",
+        "links: {base: {}}\nmodes: {slam: a map is made, replay: no}\n",
+        ["the robot: modes slam -> replay slam"],
+    ),
+    "elements of a link and of a joint": (
+        "links: {base: {urdf_elements: [<a/>]}, arm: {}}\n"
+        "joints: {j: {type: fixed, parent: base, child: arm, urdf_elements: [<b/>]}}\n",
+        "links: {base: {urdf_elements: [<a/>, <c/>]}, arm: {}}\njoints: {j: {type: fixed, parent: base, child: arm}}\n",
+        ["URDF elements of base: 1 new (<c/>)", "URDF elements of j: 1 removed (<b/>)"],
+    ),
+    "a size and a colour of one shape": (
+        BALL.format(0.1, 0),
+        BALL.format(0.2, 1),
+        [
+            "base visual: sphere radius 0.1 -> 0.2 m (+100.0 mm)",
+            "base visual colour 1 0 0 1 -> 1 1 0 1",
+        ],
+    ),
+    "a place and a turn": (
+        TWO + ARM + HAND,
+        TWO + ARM.replace("[0, 0, 0.1]", "[0, 0, 0.2], rpy: [0.1, 0, 0]") + HAND,
+        ["arm moved 100.0 mm and turned 5.7 deg in base: origin z 0.1 -> 0.2 m, roll 0 -> 0.1 rad"],
+    ),
+    "a joint that became fixed, elsewhere": (
+        TWO + ARM + HAND,
+        TWO + ARM + PLATE.replace("plate:", "bend:").replace("0.2, 0", "0.3, 0"),
+        ["hand moved 100.0 mm in arm: origin x 0.2 -> 0.3 m", "bend type revolute -> fixed"],
+    ),
+    "a joint that hangs on another body, elsewhere, about another axis": (
+        TWO + ARM + HAND,
+        TWO
+        + ARM
+        + HAND.replace("parent: arm", "parent: base").replace("0.2, 0", "0.3, 0").replace("0, 0, 1", "0, 1, 0"),
+        [
+            "hand parent arm -> base",
+            "hand origin x 0.2 -> 0.3 m",
+            "bend axis 0 0 1 -> 0 1 0 (turned 90.0 deg)",
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_said(tmp_path: Path, case: str) -> None:
+    one, other, said = CASES[case]
+    found = compared(robot(tmp_path, "a", one), robot(tmp_path, "b", other))
+    assert [item["text"] for item in found["differences"]] == said

@@ -350,6 +350,7 @@ def test_arguments_of_a_xacro(tmp_path: Path) -> None:
     error = told(rosorin_compile.read(path, {"x": [1]}))[-1]
     assert error == 'error[bad-argument]: the argument "x" of a xacro is text or a number, not a list'
     assert rosorin_compile.diff(path, path, arguments={"tall": "true"}, b_arguments={"x": 2}).items
+    assert told(rosorin_compile.diff(path, path, arguments={"x": [1]}))[-1] == error
 
 
 def test_only_what_has_arguments_takes_them(tmp_path: Path) -> None:

@@ -149,3 +149,50 @@ def test_cutting_an_artifact_anywhere_is_a_value_error():
     for end in range(0, len(text.rstrip()) - 1, 37):
         with pytest.raises(ValueError, match=r"."):
             mjcf_facts.read(text[:end])
+
+
+OF_A_SIMULATION = """<mujoco><worldbody>
+<body name="base"><freejoint name="free"/><site name="base"/><site name="mark" size="0.1"/>
+  <geom name="foot" size="0.1"/>
+  <body name="arm"><joint name="turn" type="hinge" axis="0 0 1"/><geom name="tip" size="0.1"/></body></body></worldbody>
+<equality><connect name="shut" site1="base" site2="mark" solref="0.01 1"/>
+  <joint joint1="turn" polycoef="0.5 0 0 0 0"/></equality>
+<tendon><fixed name="rope"><joint joint="turn" coef="2"/></fixed></tendon>
+<contact><pair geom1="foot" geom2="tip" margin="0.2"/></contact>
+<actuator><motor name="push" joint="turn" gear="2"/></actuator>
+<keyframe><key name="home" qpos="1 2 3 1 0 0 0 0.5"/><key name="zero"/></keyframe></mujoco>"""
+
+
+def test_what_a_simulation_has_is_read() -> None:
+    facts = mjcf_facts.read(OF_A_SIMULATION)
+    plain = {tuple(fact): value.value for fact, value in facts.items() if fact.kind != "frame"}
+    assert plain == {
+        ("link", "base", "base"): "free",
+        ("link", "base", "site"): "base",
+        ("link", "base", "site mark size"): 0.1,
+        ("link", "base", "collision shapes"): 0.0,
+        ("link", "base", "visual shapes"): 0.0,
+        ("link", "base", "rubs with arm"): "may touch",
+        ("joint", "turn", "type"): "continuous",
+        ("joint", "turn", "child"): "arm",
+        ("joint", "turn", "axis x"): 0.0,
+        ("joint", "turn", "axis y"): 0.0,
+        ("joint", "turn", "axis z"): 1.0,
+        ("link", "arm", "collision shapes"): 0.0,
+        ("link", "arm", "visual shapes"): 0.0,
+        ("constraint", "shut", "connect site1"): "base",
+        ("constraint", "shut", "connect site2"): "mark",
+        ("constraint", "shut", "connect solref 1"): 0.01,
+        ("constraint", "shut", "connect solref 2"): 1.0,
+        ("joint", "turn", "mimic offset"): 0.5,
+        ("tendon", "rope", "fixed"): "fixed",
+        ("tendon", "rope", "1 joint joint"): "turn",
+        ("tendon", "rope", "1 joint coef"): 2.0,
+        ("actuator", "push", "motor joint"): "turn",
+        ("actuator", "push", "motor gear"): 2.0,
+        ("contact pair", "foot tip", "pair geom1"): "foot",
+        ("contact pair", "foot tip", "pair geom2"): "tip",
+        ("contact pair", "foot tip", "pair margin"): 0.2,
+        ("pose", "home", "turn"): 0.5,
+        ("pose", "zero", "turn"): 0.0,
+    }

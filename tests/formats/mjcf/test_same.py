@@ -365,6 +365,54 @@ def test_how_far_a_key_has_bent_a_spring_is_told() -> None:
     ]
 
 
+def test_a_site_that_is_not_there_is_no_other_one() -> None:
+    text = """<mujoco><worldbody><body name="base"><geom name="ball" size="0.1"/>{}<site name="a" pos="1 0 0"/>
+    <site name="b" pos="-1 0 0"/>{}</body></worldbody><tendon><spatial><site site="a"/>
+    <geom geom="ball" sidesite="{}"/><site site="b"/></spatial></tendon></mujoco>"""
+    one = text.format('<site name="side" pos="0 0.2 0"/>', "", "side")
+    other = text.format("", '<site name="block" type="box" pos="0 0.2 0"/>', "block")
+    assert told(one, other) == [
+        "sites: site side: is not in ours",
+        "tendons: tendon 0: prm 0 -2 0 in the source, 0 2 0 in ours",
+    ]
+
+
+def test_a_material_that_is_not_there_is_told_where_it_is_more_than_a_colour() -> None:
+    text = edited("<worldbody>", '<asset><material name="glossy" shininess="0.9"/></asset><worldbody>', ARM)
+    assert told(text, ARM) == ["shine: material glossy: is not in ours"]
+    plain = edited(' shininess="0.9"', "", text)
+    assert told(plain, ARM) == []
+    found = told(plain, edited('<site name="tip" pos="0.1 0.2 0"/>', "", plain))
+    assert found == ["sites: site tip: is not in ours"]  # the first one of its kind, as the material
+
+
+def test_the_degrees_of_one_joint_are_not_those_of_the_next() -> None:
+    assert told(TEXT, edited('ref="0.05"', 'ref="0.05" damping="0.3"')) == [
+        "damping: joint rail: damping 0 in the source, 0.3 in ours"
+    ]
+
+
+def test_where_a_key_has_a_joint_is_told() -> None:
+    assert told(ARM, edited('qpos="0.6', 'qpos="0.7', ARM)) == [
+        "keys: key home: position of joint turn 0.6 in the source, 0.7 in ours"
+    ]
+    fast = edited('ctrl="0.8 0.1"', 'qvel="0.1 0 0 0.2" ctrl="0.8 0.1"', ARM)
+    assert told(fast, edited('qvel="0.1 0 0 0.2"', 'qvel="0.1 0 0 0.3"', fast)) == [
+        "keys: key home: speed of joint wrist 0 0 0.2 in the source, 0 0 0.3 in ours"
+    ]
+
+
+def test_a_hull_of_fewer_vertices_is_told() -> None:
+    corners = " ".join(f"{x} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1))
+    text = f"""<mujoco><asset><mesh name="m" vertex="{corners}" maxhullvert="8"/></asset><worldbody><body name="b">
+    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><geom name="g" type="mesh" mesh="m"/></body></worldbody>
+    </mujoco>"""
+    assert told(text, text) == []
+    assert "shapes: mesh m: vertices of the hull 8 in the source, 5 in ours" in told(
+        text, edited('vert="8"', 'vert="5"', text)
+    )
+
+
 def test_names_that_the_import_gave_are_no_difference() -> None:
     nameless = ARM.replace('name="hand" ', "").replace('name="wrist" ', "")
     renamed = ARM.replace('"hand"', '"arm_body"').replace('"wrist"', '"arm_body_joint"')

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 np = pytest.importorskip("numpy")
 
-from rosorin_compile.formats.mjcf.same_values import close, near  # noqa: E402
+from rosorin_compile.formats.mjcf.same_values import both, close, near, slice_of  # noqa: E402
 
 
 @pytest.mark.parametrize(
@@ -37,3 +39,26 @@ def test_whole_numbers_are_equal_or_not() -> None:
 @pytest.mark.parametrize(("moved", "same"), [(0.9e-9, True), (-0.9e-9, True), (1.1e-9, False), (-1.1e-9, False)])
 def test_places_are_one_within_a_nanometre(moved: float, same: bool) -> None:
     assert near([0.1, 0.2, 0.3], [0.1, 0.2 + moved, 0.3]) == same
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "said"),
+    [
+        (0.1, 0.2, "0.1 in the source, 0.2 in ours"),
+        ([1, 2], [], "1 2 in the source, nothing in ours"),
+        (0.1, 0.1 + 1e-9, "0.1 in the source, 0.100000001 in ours"),
+        (range(21), range(21, 42), "differs in 21 of 21 numbers: 0 in the source, 21 in ours"),
+        (range(21), [*range(20), 0], "differs in 1 of 21 numbers: 20 in the source, 0 in ours"),
+        (range(21), range(3), "has 21 numbers in the source, 3 in ours"),
+        (range(3), range(21), "has 3 numbers in the source, 21 in ours"),
+        (range(20), range(3), f"{' '.join(map(str, range(20)))} in the source, 0 1 2 in ours"),
+    ],
+)
+def test_two_values_in_words(one: object, other: object, said: str) -> None:
+    assert both(np.array(one), np.array(other)) == said
+
+
+@pytest.mark.parametrize(("start", "piece"), [(0, [0.0, 0.1]), (2, [0.2, 0.3]), (-1, [])])
+def test_a_piece_of_a_long_array(start: int, piece: list[float]) -> None:
+    model = SimpleNamespace(mesh_texcoordadr=[start], mesh_texcoordnum=[2])
+    assert [0.0, 0.1, 0.2, 0.3][slice_of(model, "mesh_texcoord", 0)] == piece

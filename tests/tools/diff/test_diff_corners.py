@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from support.comparing import compared
+from support.comparing import compared, diff
+from support.paths import BAD
 
 
 def robot(folder: Path, name: str, text: str) -> Path:
@@ -72,3 +73,25 @@ def test_what_is_said(tmp_path: Path, case: str) -> None:
     one, other, said = CASES[case]
     found = compared(robot(tmp_path, "a", one), robot(tmp_path, "b", other))
     assert [item["text"] for item in found["differences"]] == said
+
+
+def test_what_breaks_the_specification_is_compared(tmp_path: Path) -> None:
+    path = tmp_path / "r.urdf"
+    path.write_text('<robot name="r"><!-- a -- b --><link name="base"/></robot>', "utf-8")
+    assert compared(path, path)["same"]
+
+
+def test_a_description_that_includes_a_xacro_is_trusted_or_not() -> None:
+    pytest.importorskip("xacro")
+    path = BAD / "xacro-runs-code-include" / "robot.yaml"
+    code, _, err = diff(path, path)
+    assert (code, "warning[xacro-runs-code]" in err) == (0, True)
+    assert diff(path, path, "--trust")[2] == ""
+
+
+def test_whom_a_follower_follows_stands_in_the_json(tmp_path: Path) -> None:
+    """What a follower followed and follows stands in the JSON before and after."""
+    one = TWO + ARM + HAND.replace("velocity: 1}}", "velocity: 1}, mimic: {joint: turn}}")
+    found = compared(robot(tmp_path, "a", one), robot(tmp_path, "b", TWO + ARM + HAND))
+    (item,) = found["differences"]
+    assert (item["quantity"], item["a"], item["b"]) == ("mimic", "turn * 1 + 0", "nothing")

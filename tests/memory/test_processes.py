@@ -38,6 +38,52 @@ def test_what_the_kernel_was_asked_for_stands_in_the_notes(tmp_path: Path, words
     assert outputs in noted or words[0] == "print"
 
 
+SWEEP = ("sweep", "r", "--over", "fleet.csv", "-j", "2", "-o")
+
+
+def sweep(project: Project, out: str = "out", traced: bool = True) -> list[str]:
+    """Sweep into a folder; return what the kernel was asked for that may tell something of a variant."""
+    code, _, said = project.run(*SWEEP, out, traced=traced)
+    assert code in (0, 1), said
+    ours = (str(project.folder / "out"), str(project.folder / ".rosorin-compile-"))  # who writes looks for himself
+    return [path for path in project.asked() if not path.startswith(ours)] if traced else []
+
+
+def test_what_a_sweep_asked_the_kernel_for_stands_in_its_notes(tmp_path: Path) -> None:
+    """Or it is asked for again by a run in which all is unchanged: the list of variants, and which robots there are."""
+    project = Project(tmp_path)
+    asked = sweep(project)
+    noted = project.noted_of_sweep("out")
+    again = sweep(project)
+    assert len(asked) > 10
+    assert "unchanged 2" in " ".join(project.run(*SWEEP, "out")[1].split())
+    missed = [path for path in asked if path not in noted and path not in again]
+    assert not missed, "\n".join(missed)
+    home = project.folder / "descriptions/r"
+    read = ["robot.yaml", "arm.yaml", "claw.xacro", "more.xacro", "t.jinja", "meshes/a.stl"]
+    assert not {str(home / name) for name in read} - noted
+    assert str(project.vendor / "b.stl") in noted
+
+
+def sweep_and_change(tmp_path: Path, steps: int) -> None:
+    """Change what the kernel was asked for, and sweep into the folder of before and into a new one."""
+    chance, project = random.Random(37), Project(tmp_path)  # noqa: S311 - the same steps each time
+    for number in range(steps):
+        change(chance, Path(chance.choice(sweep(project))), number)
+        sweep(project, traced=False)
+        sweep(project, f"out{number}", traced=False)
+        assert project.variants("out") == project.variants(f"out{number}"), f"step {number}"
+
+
+def test_a_change_of_what_a_sweep_asked_for(tmp_path: Path) -> None:
+    sweep_and_change(tmp_path, 1)
+
+
+@pytest.mark.tier("memory")
+def test_many_changes_of_what_a_sweep_asked_for(tmp_path: Path) -> None:
+    sweep_and_change(tmp_path, 20)
+
+
 def play(tmp_path: Path, steps: int) -> int:
     """Change what the kernel was asked for, and compare with and without memory; return how often memory answered."""
     chance, project, answered = random.Random(37), Project(tmp_path), 0  # noqa: S311 - the same steps each time

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import marshal
 import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 ROBOT = """\
 robot: r
 include: [arm.yaml, {file: claw.xacro, parent: tip, trust: true}]
-links: {base_link: {visual: [{mesh: {file: meshes/a.stl}}]}}
+args: {width: {type: length, default: 1 m}}
+links: {base_link: {visual: [{mesh: {file: meshes/a.stl}}], collision: [{sphere: {radius: "${width}"}}]}}
 outputs:
   urdf: {file: r.urdf}
   mjcf: {file: r.xml}
@@ -46,6 +49,7 @@ class Project:
             place.mkdir(parents=True)
         for name, text in {"robot.yaml": ROBOT, "arm.yaml": ARM, "claw.xacro": CLAW, "more.xacro": MORE}.items():
             (home / name).write_text(text, "utf-8")
+        (self.folder / "fleet.csv").write_text("name,width\none,1 m\ntwo,2 m\n", "utf-8")
         (home / "t.jinja").write_text("{{ robot.name }}\n", "utf-8")
         (home / "meshes" / "a.stl").write_bytes(_stl(1.0))
         (self.vendor / "package.xml").write_text("<package><name>vend</name></package>\n", "utf-8")
@@ -93,13 +97,32 @@ class Project:
         found: set[str] = set()
         for record in (self.cache / "runs").iterdir():
             answers = marshal.loads(record.read_bytes().partition(b"\n")[2])[1]  # noqa: S302 - our own
-            for (kind, subject), _ in answers:
-                if kind == "tool":  # under -m the folder that one stands in is one that Python imports from
-                    found |= {str(inside / "__init__.py") for inside in self.folder.iterdir()}
-                for path in subject.split("\0"):
-                    whole = Path(os.path.normpath(self.folder / path))
-                    found |= {str(whole), *map(str, whole.parents)}
+            found |= self._paths(question for question, _ in answers)
         return found
+
+    def noted_of_sweep(self, out: str) -> set[str]:
+        """Return the same of what the variants in a folder were made of."""
+        found: set[str] = set()
+        for made_of in (self.folder / out / ".rosorin-compile-sweep" / "made_of").iterdir():
+            rows = json.loads(made_of.read_bytes())["asked"]
+            found |= self._paths((kind, subject) for kind, subject, _ in rows)
+        return found
+
+    def _paths(self, questions: Iterable[tuple[str, str]]) -> set[str]:
+        found: set[str] = set()
+        for kind, subject in questions:
+            if kind == "tool":  # under -m the folder that one stands in is one that Python imports from
+                found |= {str(inside / "__init__.py") for inside in self.folder.iterdir()}
+            for path in subject.split("\0"):
+                whole = Path(os.path.normpath(self.folder / path))
+                found |= {str(whole), *map(str, whole.parents)}
+        return found
+
+    def variants(self, out: str) -> dict[str, bytes]:
+        """Return the files of the variants in a folder, and their index."""
+        top = self.folder / out
+        files = [path for path in top.rglob("*") if path.is_file() and ".rosorin-compile-sweep" not in path.parts]
+        return {path.relative_to(top).as_posix(): path.read_bytes() for path in files}
 
 
 _WRITING = ("mkdir", "mkdirat", "rename", "renameat", "renameat2", "unlink", "unlinkat", "rmdir", "chmod", "fchmodat")

@@ -12,6 +12,7 @@ from ...model.robot import of_robot
 from ...model.shape import ROWS, plain
 from ...model.standing import along
 
+_LAST = ("what the last set of frames leaves out",)
 _DIRECTIONS = 360  # around an axle, beside that of the middle of a shape: 40 um are missing at 1 m
 
 
@@ -41,7 +42,7 @@ def collisions(robot: Robot, link: str, carried: Set[str], boxes: str) -> list[S
     joint = robot.joint_to.get(link)
     if joint is None or joint.type != "continuous":  # no wheel: two sets of all frames are not held against each other
         return own
-    lost = _lost(robot, frozenset(carried)).get(link)
+    lost = _lost_of(robot, frozenset(carried)).get(link)
     if not lost:
         return own
     x, y, z = joint.axis
@@ -51,6 +52,15 @@ def collisions(robot: Robot, link: str, carried: Set[str], boxes: str) -> list[S
     if _radius(lost, axis) <= _radius(bare, axis):
         return own
     return [_around([*bare, *lost], axis), *(solid for solid in own if isinstance(solid.geometry, Mesh))]
+
+
+def _lost_of(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[Shape, Transform]]]:
+    """Return the same as ``_lost``; two equal sets of frames are held against each other once, not for each wheel."""
+    last = robot.worked_out.get(_LAST)
+    if last is None or last[0] is not carried:
+        last = robot.worked_out[_LAST] = carried, _lost(robot, carried)
+    found: Mapping[str, Sequence[tuple[Shape, Transform]]] = last[1]
+    return found
 
 
 @of_robot

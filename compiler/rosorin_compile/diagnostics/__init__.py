@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .console import Console
     from .installing import pip_install
     from .progress import step
-    from .registry import Rule
+    from .registry import Heading, Rule
 
 __all__ = [
     "ERROR",
@@ -31,6 +31,7 @@ __all__ = [
     "WARNING",
     "Console",
     "Diagnostic",
+    "Heading",
     "Related",
     "Rule",
     "Source",
@@ -349,6 +350,7 @@ def or_else(guess: str, otherwise: str) -> str:
 _HOMES = {
     "Console": "diagnostics.console",
     "Rule": "diagnostics.registry",
+    "Heading": "diagnostics.registry",
     "pip_install": "diagnostics.installing",
     "step": "diagnostics.progress",
 }

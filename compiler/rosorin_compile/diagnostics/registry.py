@@ -49,6 +49,36 @@ PARAMETERS = "Parameters of nodes"
 NAVIGATION = "Navigation and localisation"
 PLUGINS = "Plug-ins"
 
+
+class Heading:
+    """The headings of the page of rules by name, as packages beside the core name that of a rule."""
+
+    FILES = FILES
+    ARGUMENTS = ARGUMENTS
+    SHAPE = SHAPE
+    JOINTS = JOINTS
+    NUMBERS = NUMBERS
+    POSES = POSES
+    FRAMES = FRAMES
+    OUTPUTS = OUTPUTS
+    FORMATS = FORMATS
+    SIMULATED = SIMULATED
+    SIMULATION = SIMULATION
+    CONTROL = CONTROL
+    TEMPLATES = TEMPLATES
+    WRITING = WRITING
+    READING = READING
+    MESHES = MESHES
+    PHYSICS = PHYSICS
+    ASKING = ASKING
+    PACKAGES = PACKAGES
+    RECORDINGS = RECORDINGS
+    FLEETS = FLEETS
+    PARAMETERS = PARAMETERS
+    NAVIGATION = NAVIGATION
+    PLUGINS = PLUGINS
+
+
 _MARKS = (b"Rule(", b"@rule(")
 
 
@@ -167,6 +197,8 @@ def _read(call: ast.Call) -> Rule:
     import ast
 
     def value(node: ast.expr) -> Any:
+        if isinstance(node, ast.Attribute):
+            return getattr(Heading, node.attr)
         return globals()[node.id] if isinstance(node, ast.Name) else ast.literal_eval(node)
 
     given = {str(keyword.arg): value(keyword.value) for keyword in call.keywords}

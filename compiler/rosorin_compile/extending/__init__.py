@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from ..pipeline import compile_robot
     from ..project import DESCRIPTIONS, ROOT_FILE, Description, NoDescription, data_folder
     from ..units import Quantity, parse_quantity
+    from ..world import world
     from ..xml.markup import Element, MarkupError
 
 # Each public name and the module that has it.
@@ -88,6 +89,7 @@ _HOMES = {
     "read_utf8": "frontend.load",
     "scalar": "frontend.yaml_text",
     "search_meshes": "commands.compiling",
+    "world": "world",
     "write_file": "output.one_file",
 }
 
@@ -136,6 +138,7 @@ __all__ = [
     "read_utf8",
     "scalar",
     "search_meshes",
+    "world",
     "write_file",
 ]
 

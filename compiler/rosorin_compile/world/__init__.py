@@ -77,6 +77,7 @@ __all__ = [
     "FOLDER",
     "OTHER",
     "Notes",
+    "World",
     "asked_again",
     "ending",
     "environment",
@@ -107,4 +108,36 @@ __all__ = [
     "tool_is",
     "variable",
     "version",
+    "world",
 ]
+
+
+class World:
+    """Files, the environment and what is installed, as whoever stands beside the core asks for them: see the table."""
+
+    ABSENT, FILE, FOLDER, OTHER = ABSENT, FILE, FOLDER, OTHER
+    ending = staticmethod(ending)
+    environment = staticmethod(environment)
+    head = staticmethod(head)
+    here = staticmethod(here)
+    is_same = staticmethod(is_same)
+    is_set = staticmethod(is_set)
+    kind = staticmethod(kind)
+    link = staticmethod(link)
+    matching = staticmethod(matching)
+    mode = staticmethod(mode)
+    names = staticmethod(names)
+    package = staticmethod(package)
+    read = staticmethod(read)
+    real = staticmethod(real)
+    size = staticmethod(size)
+    stands = staticmethod(stands)
+    stream = staticmethod(stream)
+    text = staticmethod(text)
+    variable = staticmethod(variable)
+    version = staticmethod(version)
+    noting = noting
+    spoil = staticmethod(spoil)
+
+
+world = World()

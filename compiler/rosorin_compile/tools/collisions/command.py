@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from rosorin_compile.diagnostics import Console, Rule, counted, error, listed, step
+from rosorin_compile.diagnostics import Console, Heading, Rule, counted, error, listed, step
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -21,13 +21,12 @@ from rosorin_compile.extending import (
     place,
     quiet_option,
     scalar,
+    world,
 )
 
-from ... import world
 from ...commands.robots import no_stdin, one
 from ...commands.understanding import Known, understood
 from ...diagnostics.console import log_progress
-from ...diagnostics.registry import WRITING
 from ...formats.srdf.matrix import Parts, digest, digests, meshes_of, parts, same_pairs
 from ...formats.srdf.planning import Planning, ordered, urdf_of
 from ...model.moveit import NEVER, REASONS, DisabledCollision, Pair
@@ -39,7 +38,7 @@ RULES = (
         "The collision matrix cannot be computed or written: the robot has no URDF, a mesh of its shapes cannot be "
         "read, or the file is not one that the tool has written.",
         "As the message says.",
-        WRITING,
+        Heading.WRITING,
     ),
 )
 

@@ -11,12 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.diagnostics import Diagnostic, Rule, did_you_mean, step
-from rosorin_compile.extending import FORMATS, Map
+from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, did_you_mean, step
+from rosorin_compile.extending import FORMATS, Map, world
 from rosorin_compile.model import Box, HeightMap
 
-from ... import world
-from ...diagnostics.registry import MESHES
 from ...formats import published
 from ...frontend.packages import package_name
 from . import turning, writing
@@ -27,7 +25,7 @@ from .parts import AUTO, RobotSource, part_of_link
 from .problems import ExtractProblem, fail, missing
 from .writing import MARK
 
-RULES = (Rule("factory-robot", "A package has no file of a robot, or several.", "`--robot FILE`.", MESHES),)
+RULES = (Rule("factory-robot", "A package has no file of a robot, or several.", "`--robot FILE`.", Heading.MESHES),)
 
 _KEYS = (
     "type",

@@ -19,9 +19,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import Rule
+from rosorin_compile.diagnostics import Heading, Rule
 
-from ...diagnostics.registry import MESHES
 from .problems import fail
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ RULES = (
         "height-map-grid",
         "A grid cannot be: no cell, more than a million of them, samples that are too far apart.",
         "A larger `--cell`, or fewer `--cells`.",
-        MESHES,
+        Heading.MESHES,
     ),
 )
 

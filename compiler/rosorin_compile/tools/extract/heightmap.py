@@ -16,10 +16,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, step
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, step
 from rosorin_compile.model import HeightMap
 
-from ...diagnostics.registry import MESHES
 from ...numbers import exact
 from .grid import DIVISIONS, Grid, Surface, divisions_needed, put_exactly, samples
 from .meshes import bounds
@@ -37,14 +36,14 @@ RULES = (
         "height-map-empty",
         "A mesh has no surface above z = 0 over the grid.",
         "Correct `--xyz`, `--rpy`, `--scale` or `--origin`.",
-        MESHES,
+        Heading.MESHES,
     ),
-    Rule("height-map-outside", "A warning: a mesh reaches beyond the grid.", "A larger grid.", MESHES),
+    Rule("height-map-outside", "A warning: a mesh reaches beyond the grid.", "A larger grid.", Heading.MESHES),
     Rule(
         "height-map-below",
         "A note: a mesh reaches below z = 0, where a height map begins.",
         "Is `--xyz` right?",
-        MESHES,
+        Heading.MESHES,
     ),
 )
 

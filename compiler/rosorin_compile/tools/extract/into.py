@@ -13,11 +13,10 @@ from typing import Any
 
 import yaml
 
-from rosorin_compile.diagnostics import Rule, Source
+from rosorin_compile.diagnostics import Heading, Rule, Source
 from rosorin_compile.extending import LoadError, Map, Seq, parse_yaml, read_utf8
 from rosorin_compile.model import HeightMap
 
-from ...diagnostics.registry import MESHES
 from ...frontend.yaml_text import quoted
 from . import writing
 from .problems import ExtractProblem, fail
@@ -27,7 +26,7 @@ RULES = (
         "extract-into",
         "There is no height map in that file to be replaced, or it cannot be edited safely.",
         "Name its link with `--frame`, or write a file with `-o`.",
-        MESHES,
+        Heading.MESHES,
     ),
 )
 

@@ -16,10 +16,9 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, counted, pip_install
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, counted, pip_install
+from rosorin_compile.extending import world
 
-from ... import world
-from ...diagnostics.registry import MESHES
 from .problems import ExtractProblem, fail, missing
 
 if TYPE_CHECKING:
@@ -34,15 +33,15 @@ RULES = (
         "A mesh cannot be read: it is not there, broken, or of a format that `extract` does not know. A warning where "
         "a robot names it.",
         "Export it anew; [which meshes](numbers-from-meshes.md#which-meshes).",
-        MESHES,
+        Heading.MESHES,
         asked="physics",
     ),
-    Rule("mesh-empty", "A mesh, or a robot, has no triangle.", "Name one that has a surface.", MESHES),
+    Rule("mesh-empty", "A mesh, or a robot, has no triangle.", "Name one that has a surface.", Heading.MESHES),
     Rule(
         "mesh-looks-like-millimetres",
         "A warning: a mesh is longer than any part of a robot.",
         "`--scale 0.001`.",
-        MESHES,
+        Heading.MESHES,
     ),
 )
 

@@ -7,13 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, Span, did_you_mean, has_errors
-from rosorin_compile.extending import Map, NoDescription, locate
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Span, did_you_mean, has_errors
+from rosorin_compile.extending import Map, NoDescription, locate, world
 from rosorin_compile.model import Mesh as MeshShape
 from rosorin_compile.model import Robot, Shape
 
-from ... import world
-from ...diagnostics.registry import MESHES
 from ...formats.imported import ReadOptions
 from ...formats.reading import read_robot
 from ...frontend.packages import Packages
@@ -32,7 +30,7 @@ RULES = (
         "mesh-missing",
         "A warning: a robot names a mesh that is not there.",
         "Add the file, or `--package NAME=PATH`.",
-        MESHES,
+        Heading.MESHES,
     ),
 )
 

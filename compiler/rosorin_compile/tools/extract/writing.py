@@ -10,12 +10,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.diagnostics import Rule
-from rosorin_compile.extending import scalar
+from rosorin_compile.diagnostics import Heading, Rule
+from rosorin_compile.extending import scalar, world
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
 
-from ... import world
-from ...diagnostics.registry import MESHES
 from ...frontend.yaml_text import escaped, quoted
 from ...numbers import exact
 from ...output import cleared
@@ -28,7 +26,7 @@ RULES = (
         "extract-file",
         "A result cannot be written, or would overwrite a file that `extract` did not make.",
         "Another name, or `--force`.",
-        MESHES,
+        Heading.MESHES,
     ),
 )
 

@@ -20,10 +20,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile import Fact, Facts, Format
-from rosorin_compile.extending import FORMATS, parse_quantity
+from rosorin_compile.extending import FORMATS, parse_quantity, world
 from rosorin_compile.model import Transform
 
-from ... import world
 from ...formats.facts import ANGLES
 from ...model.geometry import rotation_of_rpy
 from ...units import ANGLE, INERTIA, LENGTH, MASS, TIME, TORQUE

@@ -12,6 +12,7 @@ from rosorin_compile.diagnostics import (
     NOTE,
     Console,
     Diagnostic,
+    Heading,
     Related,
     Rule,
     Span,
@@ -23,10 +24,8 @@ from rosorin_compile.diagnostics import (
     printable,
     step,
 )
-from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, console_of
+from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, console_of, world
 
-from ... import world
-from ...diagnostics.registry import FLEETS
 from .columns import Columns, Texts
 from .judging import Far, Row, far_of, outliers, rows_of
 from .spread import FEWEST
@@ -38,37 +37,37 @@ RULES = (
         "fleet-failed",
         "A robot of a sweep was not made: its first error is in the message, the others are in `sweep.json`.",
         "Correct its arguments or the description, and run the sweep again.",
-        FLEETS,
+        Heading.FLEETS,
     ),
     Rule(
         "fleet-missing",
         "An artifact of a sweep, or the whole folder of a robot, is not there.",
         "Run the sweep again: it does only what is missing.",
-        FLEETS,
+        Heading.FLEETS,
     ),
     Rule(
         "fleet-changed",
         "An artifact is not the one that the sweep made: somebody has changed it since. Its numbers are not compared.",
         "Change the description or the arguments, and run the sweep again.",
-        FLEETS,
+        Heading.FLEETS,
     ),
     Rule(
         "fleet-unreadable",
         "An artifact is the one that the sweep made, and cannot be read back.",
         "A newer rosorin-compile may have made it; else please report it.",
-        FLEETS,
+        Heading.FLEETS,
     ),
     Rule(
         "fleet-few",
         "A note: there are too few robots to say which of them has a number that is far from that of the others.",
         "",
-        FLEETS,
+        Heading.FLEETS,
     ),
     Rule(
         "fleet-numbers",
         "A note: the numbers that differ between the robots of a fleet (in the forms for programs).",
         "",
-        FLEETS,
+        Heading.FLEETS,
     ),
 )
 

@@ -14,9 +14,8 @@ from itertools import combinations, pairwise
 from typing import NamedTuple
 
 from rosorin_compile import Fact
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Related, Rule, Span, counted, listed
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Related, Rule, Span, counted, listed
 
-from ...diagnostics.registry import FLEETS
 from ...formats.facts import ANGLES
 from ...meaning.wording import number, subject
 from .columns import ARGUMENT, Column, Columns
@@ -28,7 +27,7 @@ RULES = (
         "A warning: a number of a robot is five standard deviations or more from that of the others, measured by their "
         "median and the median distance from it; or most robots have one and the same, and this one another.",
         "Look it up where it was measured. If it is right, the robot is another kind of robot.",
-        FLEETS,
+        Heading.FLEETS,
     ),
 )
 

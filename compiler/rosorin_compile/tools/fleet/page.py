@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from rosorin_compile.diagnostics import ERROR, NOTE, Console, Diagnostic, counted
-from rosorin_compile.extending import Description, Given, WrongUsage
+from rosorin_compile.extending import Description, Given, WrongUsage, world
 
-from ... import world
 from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
 from .columns import recognised
 from .telling import page_rows

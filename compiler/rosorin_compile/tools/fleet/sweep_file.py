@@ -9,19 +9,17 @@ from io import TextIOWrapper
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import Diagnostic, Rule, Source, Span, error, printable
-from rosorin_compile.extending import WrongUsage
+from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, Source, Span, error, printable
+from rosorin_compile.extending import WrongUsage, world
 
-from ... import world
 from ...diagnostics.bounded import json_of
-from ...diagnostics.registry import FLEETS
 
 RULES = (
     Rule(
         "fleet-file",
         "The file is not what a sweep writes, or not all of it.",
         "Run the sweep again: it does only what is missing.",
-        FLEETS,
+        Heading.FLEETS,
     ),
 )
 

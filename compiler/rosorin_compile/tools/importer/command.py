@@ -23,9 +23,9 @@ from rosorin_compile.extending import (
     given_arguments,
     package_option,
     place,
+    world,
 )
 
-from ... import world
 from ...commands.given import packages_of
 from ...commands.robots import take_stdin
 from ...diagnostics.wording import plural

@@ -14,11 +14,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.diagnostics import Diagnostic, Rule, error, listed
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, WrongUsage, load_mapping
+from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, listed
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, WrongUsage, load_mapping, world
 
-from ... import world
-from ...diagnostics.registry import READING
 from ...output.placing import alone
 from ..package.finding import package_of
 from ..package.installing import missing
@@ -34,7 +32,7 @@ RULES = (
         "The package has a description or a test of this name that was imported from another source, with other "
         "arguments, or does not say from what; nothing is written.",
         "`--name` gives this robot a name of its own. To import the other one anew, remove its description and test.",
-        READING,
+        Heading.READING,
     ),
     Rule(
         "import-no-record",
@@ -43,7 +41,7 @@ RULES = (
         "written.",
         "`--name` imports it beside that one. Or import the source as it was then with `-o`, and put the `.imported` "
         "files that come of it beside those of the description.",
-        READING,
+        Heading.READING,
     ),
 )
 

@@ -14,6 +14,7 @@ from rosorin_compile import Compiled, Format
 from rosorin_compile.diagnostics import (
     ERROR,
     Diagnostic,
+    Heading,
     Related,
     Rule,
     Source,
@@ -25,13 +26,11 @@ from rosorin_compile.diagnostics import (
     listed,
     step,
 )
-from rosorin_compile.extending import FORMATS, ROOT_FILE, Map, Places, compile_robot
+from rosorin_compile.extending import FORMATS, ROOT_FILE, Map, Places, compile_robot, world
 from rosorin_compile.model import Joint, Output, Robot, Transform
 
-from ... import world
 from ...commands.init import SCHEMA
 from ...commands.mesh_copies import brought
-from ...diagnostics.registry import READING
 from ...formats import published
 from ...formats.imported import Imported, Proof, ReadOptions
 from ...formats.mesh_files import search
@@ -49,14 +48,14 @@ RULES = (
         "import-differs",
         "The description that import would write is not the same robot; nothing is written.",
         "That is a fault of the tool: please report it with the file.",
-        READING,
+        Heading.READING,
     ),
     Rule(
         "import-untold",
         "The engine of the source's format (MuJoCo, Drake) finds something in the result that is otherwise than in the "
         "source, and no other message of the import says so; nothing is written.",
         "Please report it with the file. `--lenient` writes it all the same, with a warning.",
-        READING,
+        Heading.READING,
     ),
 )
 

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import listed
-from rosorin_compile.extending import ROOT_FILE
+from rosorin_compile.extending import ROOT_FILE, world
 
-from ... import world
 from ..package.finding import files_below
 from ..package.launch_files import is_launch_file
 

@@ -16,11 +16,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, Span, counted, first_of
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, Map, Seq
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, Map, Seq, world
 
-from ... import world
-from ...diagnostics.registry import READING
 from ...formats.checked import copied
 from ...formats.described import as_tree
 from ...formats.imported import Imported
@@ -35,7 +33,7 @@ RULES = (
         "A warning: meshes or textures are named by a path that only this machine has or, in a xacro, by one that "
         "leads out of its folder. Or `--meshes` for a robot without relative names.",
         "Name them as package://NAME/FILE; or `--meshes FOLDER`, as seen from the artifacts.",
-        READING,
+        Heading.READING,
     ),
 )
 

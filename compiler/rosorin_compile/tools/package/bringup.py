@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.diagnostics import NOTE, Diagnostic, Rule, error, listed
+from rosorin_compile.diagnostics import NOTE, Diagnostic, Heading, Rule, error, listed
 from rosorin_compile.model import Robot
 
-from ...diagnostics.registry import PACKAGES
 from ...formats.distributions import HUMBLE, JAZZY, known
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
@@ -26,14 +25,14 @@ RULES = (
         "package-start",
         "A package is to start what no output is for.",
         "Add the output that the message names.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "package-acceleration",
         "A note: MoveIt of Jazzy and later plans nothing for a joint without a limit of acceleration, and a "
         "description says none: `joint_limits.yaml` has a stand-in, 1 rad/s^2 or 1 m/s^2, what MoveIt of Humble takes.",
         "Nothing, if that is what you want; else give MoveIt the limits of the maker.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

@@ -13,13 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact
-from rosorin_compile.diagnostics import Console, Diagnostic, Rule, Source, Span, error, first_of
-from rosorin_compile.extending import DESCRIPTIONS, Description, data_folder
+from rosorin_compile.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
+from rosorin_compile.extending import DESCRIPTIONS, Description, data_folder, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ... import world
 from ...diagnostics.bounded import yaml_of
-from ...diagnostics.registry import PACKAGES
 from ...formats.launching import free_names
 from ...project import ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE
 from .meshes import named
@@ -38,7 +36,7 @@ RULES = (
         "package-not-carried",
         "`--compile-at-launch`: something that the description reads, or that its URDF names, is not there at launch.",
         "Move it into the project, or into a ROS package.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile import Artifact
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, Source, error
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
+from rosorin_compile.extending import world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 
-from ... import world
-from ...diagnostics.registry import PACKAGES
 from ...meaning.golden import Comparison
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
@@ -33,25 +32,25 @@ RULES = (
         "deployed-missing",
         "The URDF, or a file that `--map` put somewhere, is not there. A note for others.",
         "`rosorin-compile deploy`",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deployed-launch-unread",
         "Arguments are known only when the launch file runs (a note), or it cannot be parsed (a warning).",
         "Compare with `frames.md`.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deployed-static-missing",
         "A warning: no launch file publishes a static frame.",
         "Include `static_tf.launch.py`.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deployed-static-twice",
         "A note: a launch file by hand and `static_tf.launch.py` publish the same frame.",
         "Launch one of them.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

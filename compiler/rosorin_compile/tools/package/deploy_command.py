@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import Console, Rule
+from rosorin_compile.diagnostics import Console, Heading, Rule
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -17,11 +17,10 @@ from rosorin_compile.extending import (
     one_robot,
     package_option,
     place,
+    world,
 )
 
-from ... import world
 from ...commands.compiling import compiled_one
-from ...diagnostics.registry import PACKAGES
 
 if TYPE_CHECKING:
     from rosorin_compile import Artifact
@@ -37,9 +36,9 @@ RULES = (
         "deploy-unreadable",
         "The folder cannot be read, or holds more than 50,000 files.",
         "Name the folder of the package.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
-    Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=PACKAGES),
+    Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=Heading.PACKAGES),
 )
 
 _HOW = "rosorin-compile deploy ROBOT --to FOLDER"

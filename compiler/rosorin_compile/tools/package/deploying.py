@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, Source, error
-from rosorin_compile.extending import FORMATS, Element, MarkupError
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
+from rosorin_compile.extending import FORMATS, Element, MarkupError, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 
-from ... import world
-from ...diagnostics.registry import PACKAGES
 from ...xml.markup import parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
@@ -34,69 +32,69 @@ RULES = (
         "deploy-other-robot",
         "Where an artifact would go, that of another robot stands.",
         "`--map OUTPUT=PLACE`",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deploy-ambiguous",
         "The folder has several copies of an artifact, or two outputs would go to one place.",
         "`--map OUTPUT=PLACE`",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deploy-not-ours",
         "Where an artifact would go, a file stands that the tool did not write, or one of the package itself.",
         "Move it away, or `--map OUTPUT=PLACE` (`none`: nowhere).",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deploy-kept",
         "A warning: a file was changed since the tool wrote it, or nobody knows who wrote it. It is replaced; as it"
         " was, it is kept beside the new one.",
         "Bring the change into the description, and remove what was kept.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deploy-nowhere",
         "A note: outputs that go nowhere, for there is no copy of them yet.",
         "`--map OUTPUT=PLACE`, or `none`",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
-    Rule("deploy-no-package", "A note: the folder is in no ROS package.", topic=PACKAGES),
+    Rule("deploy-no-package", "A note: the folder is in no ROS package.", topic=Heading.PACKAGES),
     Rule(
         "deploy-not-installed",
         "A warning: `setup.py` or `CMakeLists.txt` does not install a file.",
         "Add the line that is given.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deploy-not-depended",
         "A warning: `package.xml` does not name a package whose nodes the launch files start.",
         "Add the line that is given.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deploy-not-built",
         "A warning: the install space has older copies, or none.",
         "`colcon build`, after every deploy.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deploy-no-install",
         "The folder that `--install` names does not have the package.",
         "Name the install folder of the workspace.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deploy-install-space",
         "A warning: the folder is an install space, which the next build writes over.",
         "Deploy into the sources.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "package-exists",
         "The folder has files of a package that the tool did not make.",
         "A new folder, or `rosorin-compile deploy`.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

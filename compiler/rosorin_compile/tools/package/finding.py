@@ -7,9 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rosorin_compile import Artifact, Format
-from rosorin_compile.extending import FORMATS
+from rosorin_compile.extending import FORMATS, world
 
-from ... import world
 from ...formats.templating import comment
 
 MAX_FILES = 50_000

@@ -9,7 +9,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ... import world
+from rosorin_compile.extending import world
+
 from .plain_values import Unknown, constants, value
 
 _AUTO = re.compile(r"\bINSTALL_TO_SHARE\s+([^()]*)\)")

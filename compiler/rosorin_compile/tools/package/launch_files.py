@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Rule, Source, Span
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, Rule, Source, Span
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
@@ -27,7 +27,6 @@ from rosorin_compile.model import (
     Transform,
 )
 
-from ...diagnostics.registry import PACKAGES
 from ...model.geometry import transform_of_quaternion
 from ...numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 from .plain_values import Unknown, constants, value
@@ -37,25 +36,25 @@ RULES = (
         "deployed-launch-differs",
         "A launch file gives a static transform other values, or another parent.",
         "Write the described values into it.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deployed-launch-owner",
         "A launch file publishes a frame that belongs to another node.",
         "Publish it once.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deployed-launch-refused",
         "static_transform_publisher would refuse its arguments.",
         "Correct them.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "deployed-launch-unknown",
         "A warning: a launch file publishes a frame that is not described.",
         "Describe it.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

@@ -15,10 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import unescape
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, first_of
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, first_of
+from rosorin_compile.extending import world
 
-from ... import world
-from ...diagnostics.registry import PACKAGES
 from .naming import is_legal
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ RULES = (
         "package-mesh",
         "A warning: a mesh or texture is found on some machines only, or not at all.",
         "The message says where to put the file.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

@@ -10,11 +10,9 @@ import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
 
-from rosorin_compile.diagnostics import Rule, error
-from rosorin_compile.extending import LoadError, load_mapping
+from rosorin_compile.diagnostics import Heading, Rule, error
+from rosorin_compile.extending import LoadError, load_mapping, world
 
-from ... import world
-from ...diagnostics.registry import PACKAGES
 from ...frontend.yaml_text import quoted
 
 RULES = (
@@ -22,7 +20,7 @@ RULES = (
         "deploy-mapping",
         "The file that remembers `--map` is damaged.",
         "Remove it, and say `--map` once more.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

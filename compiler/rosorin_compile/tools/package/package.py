@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact, Templates
-from rosorin_compile.diagnostics import Diagnostic, Rule, error
-from rosorin_compile.extending import DESCRIPTIONS, FORMATS
+from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error
+from rosorin_compile.extending import DESCRIPTIONS, FORMATS, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 
-from ... import world
-from ...diagnostics.registry import PACKAGES
 from ...formats import published
 from ...formats.templating import BUILTIN, comment
 from ...frontend.yaml_text import quoted
@@ -27,12 +25,12 @@ if TYPE_CHECKING:
     from .carrying import Carried
 
 RULES = (
-    Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", PACKAGES),
+    Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", Heading.PACKAGES),
     Rule(
         "package-same-place",
         "Two outputs have one file name in two folders, and a package has one folder for both.",
         "Let the file names differ.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

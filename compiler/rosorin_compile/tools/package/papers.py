@@ -9,10 +9,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.diagnostics import NOTE, Diagnostic, Rule
+from rosorin_compile.diagnostics import NOTE, Diagnostic, Heading, Rule
+from rosorin_compile.extending import world
 
-from ... import world
-from ...diagnostics.registry import PACKAGES
 from ...output.ours import digest
 
 if TYPE_CHECKING:
@@ -23,13 +22,13 @@ RULES = (
         "package-defaults",
         "A note: nobody said who maintains the package, or its licence.",
         "`--maintainer`, `--license`",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
     Rule(
         "package-license",
         "A note: the text of the licence is not one that the tool carries, so that there is no LICENSE.",
         "Put the text into the file LICENSE of the package.",
-        PACKAGES,
+        Heading.PACKAGES,
     ),
 )
 

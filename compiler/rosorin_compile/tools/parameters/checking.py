@@ -14,6 +14,7 @@ from rosorin_compile.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
+    Heading,
     Related,
     Rule,
     Source,
@@ -24,10 +25,8 @@ from rosorin_compile.diagnostics import (
     has_errors,
     listed,
 )
-from rosorin_compile.extending import WrongUsage
+from rosorin_compile.extending import WrongUsage, world
 
-from ... import world
-from ...diagnostics.registry import PARAMETERS
 from ...formats.controllers.checking import against_robot, missing
 from ...formats.controllers.known import known
 from ...formats.controllers.topics import is_of_nobody, odometry_of
@@ -47,7 +46,7 @@ RULES = (
         "A warning: a node listens to an odometry below the name of a controller that publishes another one. A note: "
         "it listens to `odom`, or below a `..._controller` that no file has, and the drive publishes elsewhere.",
         "Name the topic that is published; or say by `--remap` or `--launch` which remap there is.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
 )
 

@@ -16,9 +16,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from rosorin_compile.diagnostics import Diagnostic, Related, Rule, Source, Span, error
-
-from ...diagnostics.registry import PARAMETERS
+from rosorin_compile.diagnostics import Diagnostic, Heading, Related, Rule, Source, Span, error
 
 RULES = (
     Rule(
@@ -26,13 +24,13 @@ RULES = (
         "A parameter file is none, or one that ROS 2 refuses: no node starts with it. A warning where ROS 2 reads it "
         "otherwise than it looks.",
         "As the message says.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
     Rule(
         "parameters-twice",
         "A warning: a parameter stands twice for one node; the last one counts.",
         "Remove one.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
 )
 

@@ -6,10 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rosorin_compile import Case
-from rosorin_compile.diagnostics import Diagnostic, Related, Rule, did_you_mean, error, quoted
+from rosorin_compile.diagnostics import Diagnostic, Heading, Related, Rule, did_you_mean, error, quoted
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ...diagnostics.registry import PARAMETERS
 from ...formats.parameters.tables import Key
 from .nodes import DEFAULT, Node, Setting
 from .owners import Claim
@@ -22,14 +21,14 @@ RULES = (
         "parameters-frame",
         "A node names a frame that does not exist, that nobody publishes, or by a name that tf2 refuses.",
         "Name a frame of the robot.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
     Rule(
         "parameters-base",
         "The base frame of a node is one that the odometry does not move: no transform leads to it from the odometry's "
         "frame. AMCL and slam_toolbox take base_footprint by default.",
         "Name the frame that the odometry moves, or one that hangs on it.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
 )
 

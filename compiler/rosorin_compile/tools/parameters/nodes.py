@@ -6,10 +6,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, Span, did_you_mean, error, nearest
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, did_you_mean, error, nearest
 from rosorin_compile.model import Publisher
 
-from ...diagnostics.registry import PARAMETERS
 from ...formats.controllers.types import full as full_type
 from ...formats.parameters.tables import (
     MANAGER,
@@ -30,7 +29,7 @@ RULES = (
         "No controller is called as parameters say that are for one. A warning: a node in a namespace does not get "
         "parameters that name it without.",
         "`/NAMESPACE/NODE:`, or `/**/NODE:`; or correct the name.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
 )
 

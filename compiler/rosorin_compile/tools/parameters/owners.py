@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from rosorin_compile import Case
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Related, Rule, error
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Related, Rule, error
 from rosorin_compile.extending import Path
 from rosorin_compile.model import UNPUBLISHED, Publisher
 
-from ...diagnostics.registry import PARAMETERS
 from ...model.joint import NODE
 from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic
@@ -22,20 +21,20 @@ RULES = (
         "parameters-two-owners",
         "A node publishes an edge that belongs to another one, so the frame jumps between the two.",
         "Switch one of them off, as the message says; or say in the description who owns the edge, and in which mode.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
     Rule(
         "parameters-no-owner",
         "The node that owns an edge by the description does not publish it.",
         "Switch it on, remap its topic to /tf, or name the real owner in the description.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
     Rule(
         "parameters-other-edge",
         "A node publishes an edge that the description does not have: it has another parent, or another child. A "
         "warning where nobody publishes that frame by the description.",
         "Correct the frames of the node, or add the edge to `edges`.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
 )
 

@@ -13,9 +13,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, Source, Span, error
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Source, Span, error
 
-from ...diagnostics.registry import PARAMETERS
 from ..package.plain_values import Unknown, constants, value
 
 RULES = (
@@ -23,7 +22,7 @@ RULES = (
         "parameters-launch",
         "A launch file cannot be read; a warning where it says remaps that are known only when it runs.",
         "Say them by `--remap NODE:FROM:=TO`.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
 )
 

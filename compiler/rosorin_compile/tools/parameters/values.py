@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, did_you_mean, error, quoted
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, did_you_mean, error, quoted
 
-from ...diagnostics.registry import PARAMETERS
 from ...formats.parameters.checking import against_kind
 from .files import Parameter
 from .nodes import Node
@@ -17,7 +16,7 @@ RULES = (
         "parameters-gap",
         "An input of the EKF is never read, for it reads odom0, odom1, ... up to the first number that is missing.",
         "Number the inputs from 0, without gaps.",
-        PARAMETERS,
+        Heading.PARAMETERS,
     ),
 )
 

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 from rosorin_compile import Case
 from rosorin_compile.diagnostics import Diagnostic, arrange, counted, listed, step
-from rosorin_compile.extending import Description, Places
+from rosorin_compile.extending import Description, Places, world
 
-from ... import world
 from ...formats.mesh_files import files_of
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps

@@ -11,10 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rosorin_compile import Case
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, first_of
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, first_of
 from rosorin_compile.model import Inertial, Link, Mesh, Robot, Shape
 
-from ...diagnostics.registry import PHYSICS
 from ...model.mass import principal_moments, volume_of
 from ...rules.case import number
 from .accepted import apart
@@ -34,39 +33,39 @@ RULES = (
         "A warning: a mesh is hundreds of times longer than the rest of the robot, or shorter than a millimetre: it "
         "was drawn in another unit.",
         "`scale: [0.001, 0.001, 0.001]` makes metres of millimetres.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "mesh-mass",
         "A warning: the mass of a link is more than its meshes could weigh if they were of osmium, or less than air.",
         "Check the unit of the mass, and the scale of the mesh.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "mesh-inertia",
         "A warning: the inertia of a link is larger than that of its mass at the far end of its meshes, or less than a "
         "hundredth of what they have with even density.",
         "Compute it anew: `inertia: {of: collision}`, or from the CAD program, about the centre of mass and in kg*m^2.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "mesh-centre-of-mass",
         "A warning: the centre of mass of a link is outside the box around its shapes.",
         "Check `xyz` of the inertial: it is seen from the frame of the link, in metres.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "mesh-apart",
         "A warning: the collision shapes of a link are not where its visuals are.",
         "Check the `xyz`, `rpy` and `scale` of both.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "mesh-not-closed",
         "A note: collision meshes are inside out or have holes, so that they have no volume of their own. Simulators "
         "take their hulls.",
         "Close the holes in the program that made them.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
 )
 

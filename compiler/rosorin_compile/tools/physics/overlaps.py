@@ -15,6 +15,7 @@ from rosorin_compile.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
+    Heading,
     Related,
     Rule,
     and_more,
@@ -26,7 +27,6 @@ from rosorin_compile.diagnostics import (
 from rosorin_compile.extending import Path
 from rosorin_compile.model import Joint, Mesh
 
-from ...diagnostics.registry import PHYSICS
 from ...frontend.tree import at
 from .accepted import apart, is_accepted
 from .scene import Overlap, Pair, Scene, Solid
@@ -40,27 +40,27 @@ RULES = (
         "take them.",
         "Move one of them, correct the shape or the pose; a pair that is meant to touch goes under "
         "`disabled_contacts`.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "part-inside-part",
         "A warning: a part is inside another one with most of its volume.",
         "Check `xyz` of the joint and of the shape; a pair that is meant goes under `disabled_contacts`.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "hulls-overlap",
         "A note: the convex hulls of meshes overlap, at zero or in a named pose, though the meshes do not touch. A "
         "simulation that takes hulls pushes the parts apart.",
         "Several convex shapes in place of the mesh; or the pair under `disabled_contacts`.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "parts-always-overlap",
         "A note: parts overlap in every position that was tried, or neighbours a little at their joint. They are taken "
         "for a design, such as a housing that two links share.",
         "Nothing, if it is one; else move them.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
 )
 

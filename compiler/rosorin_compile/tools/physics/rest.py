@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile import Case, Templates
-from rosorin_compile.diagnostics import ERROR, WARNING, Diagnostic, Rule
+from rosorin_compile.diagnostics import ERROR, WARNING, Diagnostic, Heading, Rule
 from rosorin_compile.model import Joint, Robot
 
-from ...diagnostics.registry import PHYSICS
 from ...model.simulation import POSITION
 from ...rules.case import number
 from ..simulate.moved import first_to_go, moved
@@ -28,13 +27,13 @@ RULES = (
         "any joint is, or is driven out of its limits.",
         "Look for parts that start inside each other, masses and inertias that are far too small, gains that are far "
         "too large.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "sinks-at-rest",
         "A warning: left to itself for a second in MuJoCo, an actuator does not hold its joint against gravity.",
         "Check the mass that it carries, `kp` of the actuator, and the effort of the joint.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
 )
 

@@ -14,10 +14,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from rosorin_compile import Case
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, and_more, counted
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, and_more, counted
 from rosorin_compile.model import Joint, Robot
 
-from ...diagnostics.registry import PHYSICS
 from ...rules.case import number
 from .accepted import apart
 from .overlaps import CORNER, ZERO, State, at_most, shape_path, shape_word
@@ -29,13 +28,13 @@ RULES = (
         "A joint drives its part into the part that it hangs on. A warning where a third of its volume gets into the "
         "other over a quarter of the range; a note where it is a fifth of its volume, or at the end of the range.",
         "Check the axis, its sign and the limits.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
     Rule(
         "joints-meet-parts",
         "A note: joints, each alone, drive a part into one that is not its neighbour.",
         "Let a planner know; narrower limits, or `disabled_contacts` for a pair that is meant to touch.",
-        PHYSICS,
+        Heading.PHYSICS,
     ),
 )
 

@@ -23,9 +23,9 @@ from rosorin_compile.extending import (
     parse_quantity,
     place,
     quiet_option,
+    world,
 )
 
-from ... import world
 from ...commands.robots import one
 from ...commands.understanding import Known
 from ...units import ANGLE, dimension_of

@@ -9,7 +9,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import Console, Diagnostic, Rule, arrange, counted, error, listed, pip_install, step
+from rosorin_compile.diagnostics import (
+    Console,
+    Diagnostic,
+    Heading,
+    Rule,
+    arrange,
+    counted,
+    error,
+    listed,
+    pip_install,
+    step,
+)
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -22,12 +33,11 @@ from rosorin_compile.extending import (
     package_option,
     place,
     quiet_option,
+    world,
 )
 
-from ... import world
 from ...commands.robots import one
 from ...commands.understanding import Known, understood
-from ...diagnostics.registry import SIMULATION
 from .judging import LIMITS, Judge
 
 if TYPE_CHECKING:
@@ -41,7 +51,7 @@ RULES = (
         "simulation-refused",
         "The robot cannot be simulated: MuJoCo does not load it, or its MJCF cannot be written.",
         "As the message says; `check` names the place.",
-        SIMULATION,
+        Heading.SIMULATION,
     ),
 )
 

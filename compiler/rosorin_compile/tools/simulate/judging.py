@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from rosorin_compile import Case
-from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Rule, and_more, counted
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, Rule, and_more, counted
 from rosorin_compile.extending import Path
 from rosorin_compile.model import Joint
 
-from ...diagnostics.registry import SIMULATION
 from ...frontend.tree import exists
 from ...rules.case import number
 from .moved import first_to_go, moved
@@ -25,48 +24,48 @@ RULES = (
         "beyond what it can compute.",
         "Look for parts that start inside each other, for masses and inertias far too small, for gains far too large; "
         "`check --physics` names them.",
-        SIMULATION,
+        Heading.SIMULATION,
     ),
     Rule(
         "pose-not-held",
         "A warning: simulated in a named pose, a joint comes to rest away from it. A note where the robot touches "
         "itself there: no actuator can hold it.",
         "Raise `kp` of the actuator or its effort, or lower the mass that it carries.",
-        SIMULATION,
+        Heading.SIMULATION,
     ),
     Rule(
         "base-drifts",
         "A warning: on a floor, the robot falls over, does not stay where it stands, or its height does not "
         "come to rest.",
         "Give its wheels actuators or damping; look for shapes that start inside each other.",
-        SIMULATION,
+        Heading.SIMULATION,
     ),
     Rule(
         "drive-not-followed",
         "A warning: driven on a floor, the robot moves at another velocity than its wheels are told, or shakes.",
         "Check radius, places and axes of the wheels, `kv` of their actuators against their damping, and what else "
         "touches the floor.",
-        SIMULATION,
+        Heading.SIMULATION,
     ),
     Rule(
         "drive-without-actuator",
         "A note: a wheel has no actuator on its speed; a servo of `simulate` turned it.",
         "Give the joint of the wheel an actuator.",
-        SIMULATION,
+        Heading.SIMULATION,
     ),
     Rule(
         "limit-not-reached",
         "A warning: an actuator does not bring its joint to a limit, and nothing is in the way. A note where the robot "
         "touches itself there.",
         "Check effort, `kp` and the mass that the joint carries; narrower limits.",
-        SIMULATION,
+        Heading.SIMULATION,
     ),
     Rule(
         "energy-not-kept",
         "A warning: without damping, friction, actuators and contacts, the energy of the robot changes. The time step "
         "is too long for its lightest parts.",
         "A shorter `timestep`, more mass, or `armature`.",
-        SIMULATION,
+        Heading.SIMULATION,
     ),
 )
 

@@ -19,11 +19,9 @@ from operator import length_hint
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.diagnostics import Diagnostic, Rule, error, pip_install
-from rosorin_compile.extending import data_folder
+from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, pip_install
+from rosorin_compile.extending import data_folder, world
 
-from ... import world
-from ...diagnostics.registry import WRITING
 from ...frontend.asked import Asked
 from ...frontend.variants import Variant
 from ...output.ours import digest
@@ -44,7 +42,7 @@ RULES = (
         "cluster-failed",
         "The scheduler of a cluster cannot be reached or went away, or a worker lacks this tool, or has another one.",
         "As the message says; a sweep goes on where it was.",
-        WRITING,
+        Heading.WRITING,
     ),
 )
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import NOTE, WARNING, Console, Diagnostic, Rule, counted, listed
+from rosorin_compile.diagnostics import NOTE, WARNING, Console, Diagnostic, Heading, Rule, counted, listed
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -25,11 +25,10 @@ from rosorin_compile.extending import (
     one_robot,
     package_option,
     place,
+    world,
 )
 
-from ... import world
 from ...commands.robots import no_stdin, one
-from ...diagnostics.registry import WRITING
 from ...frontend.variants import Variants
 from ...output.remote import RemoteIndex, folder_of
 from ...output.variants import Index
@@ -45,13 +44,13 @@ RULES = (
         "variant-forgotten",
         "A note: a variant that was made before is not in the list any more; its folder is kept.",
         "`rosorin-compile sweep --prune` removes it.",
-        WRITING,
+        Heading.WRITING,
     ),
     Rule(
         "variant-outdated",
         "A warning: a file was changed while variants were made of it, or the artifacts of one were edited.",
         "As the message says.",
-        WRITING,
+        Heading.WRITING,
     ),
 )
 

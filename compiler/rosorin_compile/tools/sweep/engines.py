@@ -15,10 +15,9 @@ from contextlib import suppress
 from multiprocessing import connection, get_context
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rosorin_compile.diagnostics import Diagnostic, Rule, error
+from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error
 
 from ...diagnostics import progress
-from ...diagnostics.registry import WRITING
 from ...frontend.variants import Variant
 from ...output.remote import folder_of
 from ...startup import system
@@ -32,7 +31,7 @@ RULES = (
         "worker-died",
         "The process that compiled a variant was ended from outside, and again when it was tried once more.",
         "Out of memory? Fewer at once (`-j`) need less.",
-        WRITING,
+        Heading.WRITING,
     ),
 )
 
@@ -217,7 +216,8 @@ def death(variant: Variant, code: int | None = None) -> Diagnostic:
 
 def _prepare() -> None:
     """Import what every process needs, once."""
-    from ... import pipeline  # noqa: F401
+    from rosorin_compile.extending import compile_robot  # noqa: F401
+
     from ...meaning import agreement  # noqa: F401
 
 

@@ -20,11 +20,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import Rule
-from rosorin_compile.extending import Description, Given, Map, OutputError, Quantity, Seq, Text, write_file
+from rosorin_compile.diagnostics import Heading, Rule
+from rosorin_compile.extending import Description, Given, Map, OutputError, Quantity, Seq, Text, world, write_file
 
-from ... import world
-from ...diagnostics.registry import WRITING
 from ...frontend.variants import TABLES, Variant, Variants
 
 RULES = (
@@ -32,7 +30,7 @@ RULES = (
         "ninja-name",
         "A file has a name that no build file of Ninja can hold: one with a line break.",
         "Rename it.",
-        WRITING,
+        Heading.WRITING,
     ),
 )
 

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR as WRONG
 from rosorin_compile.diagnostics import Console, Diagnostic, Related, Source, Span, and_more, counted
+from rosorin_compile.extending import world
 
-from ... import world
 from ...diagnostics.progress import AFTER
 from ...frontend.variants import Row
 from ...output.variants import Stored

@@ -23,10 +23,10 @@ from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile import __version__
 from rosorin_compile.diagnostics import Diagnostic, has_errors
-from rosorin_compile.extending import Description, OutputError, data_folder
+from rosorin_compile.extending import Description, OutputError, data_folder, world
 
-from ... import __version__, world
 from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
 from ...frontend.variants import Variant

@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, counted, pip_install
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, counted, pip_install
+from rosorin_compile.extending import world
 
-from ... import world
-from ...diagnostics.registry import RECORDINGS
 from . import cdr, cut_bags
 from .arrays import SECOND, Samples, Times
 from .findings import YEAR, problem, seconds
@@ -31,27 +30,27 @@ RULES = (
         "recording-damaged",
         "A recording breaks off, or messages of a topic are cut short. What came before is compared all the same.",
         "Record again, or recover it.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "recording-cut-off",
         "A warning: the end of a file is missing, because the recorder was killed, or a copy broke off. What came "
         "before is read and compared.",
         "End a recording with Ctrl-C.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "recording-type",
         "A topic has the name of one that is looked at, and another type.",
         "Rename it.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "recording-other-clock",
         "A warning, or a note with `/clock`: all stamps are of another clock than that of the recorder, as in a "
         "simulation or in a bag that was played. Ages are told by the clock of the stamps.",
         "`ros2 bag record --use-sim-time`; or set the clocks of the computers.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
 )
 

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import Console, Rule, pip_install, step
+from rosorin_compile.diagnostics import Console, Heading, Rule, pip_install, step
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -28,13 +28,12 @@ from rosorin_compile.extending import (
     mode_states,
     package_option,
     quiet_option,
+    world,
 )
 
-from ... import world
 from ...commands.given import texts
 from ...commands.robots import meant
 from ...commands.understanding import read
-from ...diagnostics.registry import RECORDINGS
 from ...project import STDIN, find
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ RULES = (
         "recording-unreadable",
         "The source is no recording, or not a line of it can be read.",
         "The message says why; `ros2 bag reindex` or `mcap recover` may help.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
 )
 

@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from ... import world
+from rosorin_compile.extending import world
 
 FAR = 2**63 - 1  # ns
 ROWS_OF_A_PAGE = 64

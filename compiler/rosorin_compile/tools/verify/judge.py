@@ -17,6 +17,7 @@ from rosorin_compile.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
+    Heading,
     Rule,
     and_more,
     counted,
@@ -25,7 +26,6 @@ from rosorin_compile.diagnostics import (
 )
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Transform
 
-from ...diagnostics.registry import RECORDINGS
 from ...meaning.golden import compare
 from ...meaning.wording import amount
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
@@ -40,70 +40,72 @@ RULES = (
         "recording-empty",
         "There is not one message.",
         "Record `/tf`, `/tf_static`, `/joint_states` and `/robot_description`.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "recording-foreign",
         "There is not one transform.",
         "Record those topics; `--namespace` if they have one.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "not-compared",
         "A note: something could not be compared, because a pose or the joint states are not known. An error if "
         "nothing else was there.",
         "`--pose NAME`; record `/joint_states`.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "joint-state-unknown",
         "`/joint_states` names a joint that is not described.",
         "Correct the driver, or the description.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "joint-state-missing",
         "`/joint_states` leaves out a joint that robot_state_publisher moves.",
         "Correct the driver.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
-    Rule("joint-state-short", "A joint state has fewer positions than names.", "Correct the driver.", RECORDINGS),
+    Rule(
+        "joint-state-short", "A joint state has fewer positions than names.", "Correct the driver.", Heading.RECORDINGS
+    ),
     Rule(
         "joint-states-two-values",
         "Two nodes publish joint states of the same joints.",
         "Stop one of them.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
-    Rule("joint-not-a-number", "A position is NaN or infinite.", "Mend the driver.", RECORDINGS),
+    Rule("joint-not-a-number", "A position is NaN or infinite.", "Mend the driver.", Heading.RECORDINGS),
     Rule(
         "joint-beyond-limit",
         "A warning: a joint was beyond its limits.",
         "Correct the limits, the zero of the servo, or what drives it there.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "joint-off-its-leader",
         "A warning: a driver reports a joint that mimics another one elsewhere than where that one puts it.",
         "Correct `mimic`, or let the driver leave followers out: robot_state_publisher takes what is reported.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "other-robot-description",
         "`/robot_description` is another robot than the compiled URDF.",
         "Deploy what is compiled.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "robot-description-text",
         "A note: it means the same, in another text.",
         "Deploy what is compiled.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "robot-description-changed",
         "A warning: there was more than one while the robot ran.",
         "Start one robot_state_publisher, with one URDF.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
 )
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, and_more, counted, did_you_mean, listed
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, and_more, counted, did_you_mean, listed
 from rosorin_compile.model import Transform
 
-from ...diagnostics.registry import RECORDINGS
 from .arrays import SECOND, Samples, transform_from
 from .expected import Expected
 from .findings import difference, half_turn_about, pose_text, problem, rate_text, seconds, share
@@ -21,55 +20,62 @@ RULES = (
         "edge-not-described",
         "A warning: an edge was published that is not described, or that nobody should publish.",
         "Correct the name, or declare the edge.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "edge-wrong-parent",
         "A frame hangs on another frame than described.",
         "Correct the node, or the description.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "edge-dropped",
         "A transform puts a frame under itself, or lacks a name: tf2 drops it.",
         "Correct the frames that the node is told.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
-    Rule("edge-two-parents", "A frame was published under two parents.", "Stop one of the nodes.", RECORDINGS),
+    Rule("edge-two-parents", "A frame was published under two parents.", "Stop one of the nodes.", Heading.RECORDINGS),
     Rule(
         "edge-two-values",
         "Two nodes publish one edge, with two values: a stamp has both, or the edge leaps to and fro, or it stood "
         "still and had several.",
         "Stop one of the nodes.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "edge-published-twice",
         "A warning: two nodes seem to publish one edge, with the same values.",
         "Stop one of the nodes.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
-    Rule("edge-static-and-moving", "An edge came on `/tf` and on `/tf_static`.", "Stop one of the nodes.", RECORDINGS),
-    Rule("edge-not-static", "An edge that never moves came on `/tf`.", "Publish it on `/tf_static`.", RECORDINGS),
-    Rule("edge-not-moving", "An edge that moves came on `/tf_static`.", "Publish it on `/tf`.", RECORDINGS),
+    Rule(
+        "edge-static-and-moving",
+        "An edge came on `/tf` and on `/tf_static`.",
+        "Stop one of the nodes.",
+        Heading.RECORDINGS,
+    ),
+    Rule(
+        "edge-not-static", "An edge that never moves came on `/tf`.", "Publish it on `/tf_static`.", Heading.RECORDINGS
+    ),
+    Rule("edge-not-moving", "An edge that moves came on `/tf_static`.", "Publish it on `/tf`.", Heading.RECORDINGS),
     Rule(
         "edge-wrong-value",
         "An edge is elsewhere than described; the message says by how much.",
         "Deploy what is compiled, or correct the description.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "mounted-backwards",
         "An edge is turned by half a turn about z: the yaw of a sensor that is mounted backwards is missing, or said "
         "twice.",
         "Deploy what is compiled, or correct the description.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "not-a-rotation",
         "A transform has NaN, or a quaternion that is not of length one: tf2 drops it.",
         "Mend the node.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
 )
 

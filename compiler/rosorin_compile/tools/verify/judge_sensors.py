@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from rosorin_compile.diagnostics import ERROR, WARNING, Diagnostic, Rule, counted, did_you_mean, listed, nearest
+from rosorin_compile.diagnostics import (
+    ERROR,
+    WARNING,
+    Diagnostic,
+    Heading,
+    Rule,
+    counted,
+    did_you_mean,
+    listed,
+    nearest,
+)
 from rosorin_compile.model import Sensor
 
-from ...diagnostics.registry import RECORDINGS
 from .arrays import SECOND
 from .findings import problem, rate_text, seconds, share
 from .judge_edges import owner_of
@@ -19,32 +28,32 @@ RULES = (
         "frame-unknown",
         "A message names a frame that is neither described nor published.",
         "Correct `frame_id` in the driver, or describe the frame.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "frame-with-slash",
         'Messages are stamped with a frame that begins with "/". tf2 refuses to look it up; of a transform it strips '
         "the slash.",
         "Set `frame_id` without it.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "frame-not-as-declared",
         "No message has the frame that a sensor is declared to stamp, and all messages of its kind have another one.",
         "Correct `frame_id` in the driver, or say under `stamps` what it stamps.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "frame-late",
         "The first messages of a sensor came before its frame was there.",
         "Wait for the frame, or start its publisher first.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "lookup-fails",
         "tf2 could not have answered at the exact stamps of messages when they came, because an edge comes too seldom.",
         "Ask for the latest transform, wait with a timeout, or publish more often.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
 )
 

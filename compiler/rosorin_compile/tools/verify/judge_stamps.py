@@ -9,9 +9,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Rule, first_of
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, first_of
 
-from ...diagnostics.registry import RECORDINGS
 from .arrays import SECOND
 from .findings import YEAR, problem, seconds
 from .judge_edges import owner_of, two_values
@@ -23,32 +22,32 @@ RULES = (
         "stamp-zero",
         "Messages are stamped with time zero.",
         "A node with `use_sim_time` hears no `/clock`.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "stamp-jumps-back",
         "Stamps jump back by more than 0.1 s.",
         "One clock for all nodes, which nobody sets while they run.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "stamp-other-clock",
         "Messages are stamped by another clock than the others: the time of a simulation among wall clocks, a clock "
         "that begins in 1970, one that is a minute or more away.",
         "`use_sim_time` for all nodes or for none; set the clocks of the computers.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "stamp-ahead",
         "A warning: messages are dated further ahead of the time when they were recorded than AMCL does it (1 s).",
         "Set the clock of the computer, or the parameter that dates ahead.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "stamp-clock-set",
         "A warning: how far stamps are ahead of the time when they were recorded, or behind it, changed meanwhile.",
         "Set the clocks of all computers before the nodes start.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
 )
 

@@ -7,10 +7,9 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Rule, and_more, first_of
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, and_more, first_of
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ...diagnostics.registry import RECORDINGS
 from .arrays import SECOND
 from .expected import Expected
 from .findings import YEAR, problem, rate_text, seconds
@@ -23,44 +22,44 @@ RULES = (
         "recording-silent",
         "A warning: nothing at all was recorded for longer than `--stale`. No edge is called stale for that.",
         "Look whether the recorder was paused, or a clock was set.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "recording-no-static",
         "There is no message of `/tf_static`, and the robot has static edges: they cannot be compared.",
         "Record `/tf_static`, with durability transient_local.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "edge-missing",
         "Nobody published an edge that is described, in any combination of modes; or tf2_echo got no answer.",
         "The message names who should publish it; `--without NODE` if it was not meant to run.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "edge-of-other-mode",
         "Some edges are those of one mode, and others those of another: the robot was in none that is described.",
         "Look which nodes run; `--mode` says what was meant.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "frames-prefixed",
         "All frames of the transforms begin alike, and those of the description do not; or none begins as `--prefix` "
         "says. None could be compared.",
         "`--prefix TEXT`, as the message says it.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "edge-late",
         "A note: a moving edge came only some time after the begin of the recording.",
         "Start its publisher earlier, or let listeners wait.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "edge-stale",
         "The newest transform of an edge was older than `--stale` (1 s).",
         "Look why its publisher stopped.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
 )
 

@@ -10,8 +10,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import printable
+from rosorin_compile.extending import world
 
-from ... import world
 from ...diagnostics.bounded import yaml_of
 
 FILE = "metadata.yaml"

@@ -18,11 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from rosorin_compile.diagnostics import Rule
+from rosorin_compile.diagnostics import Heading, Rule
 from rosorin_compile.model import Transform, Vector
 
 from ...diagnostics.bounded import python_of, yaml_of
-from ...diagnostics.registry import RECORDINGS
 from ...model.geometry import Rows, rotation_of_rpy, transform_of_quaternion
 from .arrays import SECOND, Samples
 from .expected import EXACT, SIX_ANGLE
@@ -34,13 +33,13 @@ RULES = (
         "text-not-understood",
         "A text, or a part of it, is nothing that is known.",
         "Paste it whole, with the command line above it.",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
     Rule(
         "text-frames",
         "tf2_echo printed a transform, but the text does not say of which frames.",
         "`--frames SOURCE TARGET`",
-        RECORDINGS,
+        Heading.RECORDINGS,
     ),
 )
 

@@ -9,9 +9,9 @@ from typing import BinaryIO
 import numpy as np
 
 from rosorin_compile import Artifact
+from rosorin_compile.extending import world
 from rosorin_compile.model import Robot
 
-from ... import world
 from . import cut_bags, metadata
 from .bags import Progress, read
 from .expected import Description, Options

@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.diagnostics import Console, counted
-from rosorin_compile.extending import Given, WrongUsage
+from rosorin_compile.extending import Given, WrongUsage, world
 from rosorin_compile.model import Link, Mesh, Robot
 
-from ... import world
 from ...formats.page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from ...formats.page.data import before_data
 from ...meaning.moves import PURPOSES, SHAPED, Moves, moves

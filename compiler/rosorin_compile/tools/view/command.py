@@ -25,10 +25,10 @@ from rosorin_compile.extending import (
     one_robot,
     package_option,
     quiet_option,
+    world,
 )
 from rosorin_compile.model import SEVERAL_COORDINATES, Joint
 
-from ... import world
 from ...commands.options import page_options
 from ...commands.robots import one
 from ...diagnostics.report import text as as_text

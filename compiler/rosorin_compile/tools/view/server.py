@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from ... import world
+from rosorin_compile.extending import world
 
 Data = dict[str, Any]
 

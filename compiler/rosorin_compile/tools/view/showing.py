@@ -8,9 +8,8 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Console, Diagnostic, Span, has_errors, printable
-from rosorin_compile.extending import Description, Given, Map, Places, is_foreign, locate
+from rosorin_compile.extending import Description, Given, Map, Places, is_foreign, locate, world
 
-from ... import world
 from ...commands.understanding import read
 from ...formats.mesh_files import files_of, textures_of
 from ...formats.named_files import named_meshes

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import Diagnostic, has_errors, listed
-from rosorin_compile.extending import ROOT_FILE, LoadError, WrongUsage
+from rosorin_compile.extending import ROOT_FILE, LoadError, WrongUsage, world
 
-from .... import world
 from . import record as records
 from .record import ENDING, Record, text_of
 from .telling import in_the_way, of_proof, told

@@ -12,9 +12,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.extending import ROOT_FILE
-
-from .... import world
+from rosorin_compile.extending import ROOT_FILE, world
 
 ENDING = ".imported"
 _PROGRAM = "# rosorin-compile import "

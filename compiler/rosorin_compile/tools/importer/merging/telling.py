@@ -10,6 +10,7 @@ from rosorin_compile.diagnostics import (
     ERROR,
     WARNING,
     Diagnostic,
+    Heading,
     Related,
     Rule,
     Source,
@@ -21,7 +22,6 @@ from rosorin_compile.diagnostics import (
 from rosorin_compile.extending import Map, Quantity, locate, scalar
 from rosorin_compile.extending import Path as Keys
 
-from ....diagnostics.registry import READING
 from .three_way import MISSING, Change, Conflict, merged
 from .together import Cannot, Proof, Together
 
@@ -31,7 +31,7 @@ RULES = (
         "A newer state of a source is imported again, and a value is another one in it that somebody has changed in "
         "the description since; nothing is written.",
         "Write the value of the newer source, or `--ours` to keep those of the description.",
-        READING,
+        Heading.READING,
     ),
     Rule(
         "import-apart",
@@ -39,21 +39,21 @@ RULES = (
         "else in it, such as a new use of a part that was changed; nothing is written, or, with `--ours`, this is a "
         "warning.",
         "Change it for that use, or `--ours` if it is meant.",
-        READING,
+        Heading.READING,
     ),
     Rule(
         "import-cannot-merge",
         "A newer state of a source is imported again, and a file cannot be edited without losing something that stands "
         "in it, such as a comment; nothing is written.",
         "Make the changes that are told by hand, and import again.",
-        READING,
+        Heading.READING,
     ),
     Rule(
         "import-unproven",
         "A newer state of a source is imported again, and what was imported before, what stands in the folder, or what "
         "the newer source says does not compile alone: nobody can say what changed.",
         "Import into a folder of its own with `-o`, and put both together by hand.",
-        READING,
+        Heading.READING,
     ),
 )
 

@@ -11,9 +11,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rosorin_compile.extending import DESCRIPTIONS
+from rosorin_compile.extending import DESCRIPTIONS, world
 
-from .... import world
 from ....frontend.packages import Packages, package_name
 from .pieces import File
 from .program import Program

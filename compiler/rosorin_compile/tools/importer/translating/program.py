@@ -14,9 +14,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Element, MarkupError
+from rosorin_compile.extending import Element, MarkupError, world
 
-from .... import world
 from ....frontend.packages import Packages
 from ....xml.files import read_source
 from ....xml.markup import Remark, parse

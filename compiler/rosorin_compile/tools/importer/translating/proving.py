@@ -18,10 +18,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, step
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, parse_yaml
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, parse_yaml, world
 from rosorin_compile.model import Robot
 
-from .... import world
 from ....formats import published
 from ....formats.imported import Imported, ReadOptions
 from ....formats.reading import read_robot

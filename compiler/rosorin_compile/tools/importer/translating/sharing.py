@@ -16,10 +16,9 @@ from itertools import islice
 from pathlib import Path
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, world
 from rosorin_compile.model import Robot
 
-from .... import world
 from ....frontend.packages import package_name
 from ....meaning.sameness import different
 from ..merging.record import ENDING, read, text_of

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.commands import answer
 from rosorin_compile.world import listening, notes
+from support.answers import held_envelope
 from support.commands import write_files
 from support.robots import copy_of_rosorin
 
@@ -17,6 +19,12 @@ def _forgets_others() -> None:
     """What code of others has asked counts for all that comes after it in a process; here each test is one."""
     notes._heard = notes.Notes()
     listening._listening.clear()
+
+
+@pytest.fixture(autouse=True)
+def _every_answer_holds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever a test asks of a command of this process as JSON is held against the schema that it names."""
+    monkeypatch.setattr(answer, "envelope", held_envelope)
 
 
 @pytest.fixture

@@ -14,8 +14,18 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .commands.answer import Answer, begun
+from .commands.parser import Refused
 from .commands.registry import GROUPS, command, commands
-from .commands.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache, tell_of_system, tell_which_tool
+from .commands.usage import (
+    PROBLEMS,
+    USAGE,
+    WrongUsage,
+    tell_of_cache,
+    tell_of_json,
+    tell_of_system,
+    tell_which_tool,
+)
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
 from .world import spoil
@@ -48,24 +58,16 @@ def _run(words: list[str]) -> int:
         sys.stderr.write(parser(words).format_help())
         return USAGE
     if words[0] == ASKED_BY_SHELLS:
-        from .commands.completion.candidates import CommandLine, answer
+        from .commands.completion import candidates
 
-        return answer(words[1:], CommandLine({name: one.help for name, one in commands().items()}, parser))
+        helps = {name: one.help for name, one in commands().items()}
+        return candidates.answer(words[1:], candidates.CommandLine(helps, parser))
+    answer = begun(words)
     try:
         tell_which_tool()
-        options = parse(words)
-        if getattr(options, "xacro_seconds", None):
-            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
-        if _shown(options):
-            show_progress()
-        code: int = options.run(options)
-        if not getattr(options, "quiet", False):
-            tell_of_cache()
-            tell_of_system()
+        code = _answered(words, answer)
+        answer.end()
         sys.stdout.flush()
-    except WrongUsage as problem:
-        sys.stderr.write(f"rosorin-compile: {problem}\n")
-        return USAGE
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:
@@ -73,15 +75,45 @@ def _run(words: list[str]) -> int:
         return PROBLEMS
     except Exception as problem:
         # Python 3.11 wraps what comes while a class is made.
-        return 130 if isinstance(problem.__cause__, KeyboardInterrupt) else _stopped(problem)
+        return 130 if isinstance(problem.__cause__, KeyboardInterrupt) else _stopped(problem, answer)
     finally:
         hide()
     return code
 
 
+def _answered(words: list[str], answer: Answer) -> int:
+    """Do what a command line asks for; a program finds in the answer, too, why it cannot be followed."""
+    try:
+        found = command(_called(words))
+        answer.command = found.record.name if found is not None else ""
+        options = parse(words)
+        options.answer, answer.command = answer, options.called
+        answer.form = getattr(options, "format", "")
+        if getattr(options, "old_json", False) and not getattr(options, "quiet", False):
+            tell_of_json()
+        if getattr(options, "xacro_seconds", None):
+            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
+        if _shown(options):
+            show_progress()
+        code: int = options.run(options)
+        if not getattr(options, "quiet", False):
+            console = answer.console()
+            tell_of_cache(console)
+            tell_of_system(console)
+        return code
+    except WrongUsage as problem:
+        sys.stderr.write(f"rosorin-compile: {problem}\n")
+        answer.refuse(str(problem))
+        return USAGE
+    except Refused as problem:
+        answer.refuse(problem.message)
+        answer.end()
+        raise
+
+
 def _shown(options: argparse.Namespace) -> bool:
     """Say whether a run is one for a person, who wants to see how far it is."""
-    for_programs = getattr(options, "format", "text") != "text" or getattr(options, "json", False)
+    for_programs = getattr(options, "format", "text") != "text"
     return not (for_programs or getattr(options, "quiet", False))
 
 
@@ -92,7 +124,7 @@ def _say_no_more() -> None:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
-def _stopped(problem: Exception) -> int:
+def _stopped(problem: Exception, answer: Answer) -> int:
     """Say that a plug-in stopped the run, a name that no file can have, or a full disk; whatever else goes on."""
     from .plugins import PluginFailed
 
@@ -101,13 +133,15 @@ def _stopped(problem: Exception) -> int:
         sys.stderr.write(f"rosorin-compile: cannot write to standard output: {problem.strerror}\n")
         return PROBLEMS
     if isinstance(problem, OSError) and problem.errno == errno.ENAMETOOLONG:
-        sys.stderr.write(f"rosorin-compile: no file can have so long a name: {str(problem.filename)[:60]}...\n")
+        message = f"no file can have so long a name: {str(problem.filename)[:60]}..."
+        sys.stderr.write(f"rosorin-compile: {message}\n")
+        answer.refuse(message)
+        answer.end()
         return USAGE
     if not isinstance(problem, PluginFailed):
         raise problem
-    from .diagnostics.report import text
-
-    sys.stderr.write(text([problem.diagnostic]))
+    answer.console().show([problem.diagnostic])
+    answer.end()
     return PROBLEMS
 
 
@@ -158,6 +192,7 @@ def _add_command(top: Parser, within: argparse._SubParsersAction[Parser], called
     if record.words:
         added.usage = f"{top.prog} {called} [options] {record.words}"
     for one in (added, *added.within.values()):
+        one.set_defaults(called=record.name if one is added else f"{record.name} {one.prog.split()[-1]}")
         one.epilog = "\n\n".join(filter(None, [one.epilog, f"Exit codes: {record.exits}, 2 wrong usage."]))
     added.set_defaults(run=found.function(record.run), known=added.long_options())
 

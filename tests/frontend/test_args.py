@@ -34,7 +34,7 @@ PROJECT = {"descriptions/cart/robot.yaml": ROBOT, "descriptions/cart/tower.yaml"
 
 def listed(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, dict[str, object]]:
     capsys.readouterr()
-    assert main(["args", "--json", *words]) == 0
+    assert main(["args", "--format", "json-list", *words]) == 0
     (robot,) = json.loads(capsys.readouterr().out)
     return {argument["name"]: argument for argument in robot["arguments"]}
 

@@ -191,7 +191,7 @@ def test_the_page_and_the_json_of_a_comparison_tell_the_same(home: Path, capsys:
         changed, planted = plant(robot, chance, MOST, {key: rule for key, rule in URDF.items() if "name" not in key})
         for name, one in (("a.urdf", robot), ("b.urdf", changed)):
             (home / name).write_text(exact_urdf(one), "utf-8")
-        assert main(["diff", "a.urdf", "b.urdf", "--json", "--html", "page.html"]) == 1
+        assert main(["diff", "a.urdf", "b.urdf", "--format", "json-list", "--html", "page.html"]) == 1
         said = [item["text"] for item in json.loads(capsys.readouterr().out)["differences"]]
         assert told(planted, said), (planted_of(planted), said)
         page = data_of((home / "page.html").read_text("utf-8"))
@@ -255,7 +255,7 @@ def test_no_change_hides_another_in_any_form(home: Path, capsys: Shown) -> None:
         edit(home / "descriptions/cart/robot.yaml", old, new)
     capsys.readouterr()
     assert main(["check", "--html", "page.html", "--summary", "summary.md", "--format", "json"]) == 1
-    (message,) = [one for one in json.loads(capsys.readouterr().out) if one["rule"] == "outputs-differ"]
+    (message,) = [one for one in json.loads(capsys.readouterr().out)["diagnostics"] if one["rule"] == "outputs-differ"]
     page = data_of((home / "page.html").read_text("utf-8"))
     table = [line for line in (home / "summary.md").read_text("utf-8").splitlines() if line.startswith("| `")]
     assert message["message"].splitlines()[: len(TOLD)] == [f"{line}: urdf, mjcf" for line in TOLD]

@@ -34,7 +34,7 @@ def diff(*words: str | Path) -> tuple[int, str, str]:
 
 def compared(*words: str | Path) -> dict[str, Any]:
     """Return what diff says as JSON; the exit code goes with it."""
-    code, out, err = diff(*words, "--json")
+    code, out, err = diff(*words, "--format", "json-list")
     assert out, err
     found: dict[str, Any] = json.loads(out)
     assert code == (0 if found["same"] else 1)

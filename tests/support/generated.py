@@ -3,7 +3,7 @@
     python tests/renew.py docs
     python tests/renew.py schema
 
-write it anew: the first the pages, along with what commands print on all others, the second the editors' schema.
+write it anew: the first the pages, along with what commands print on all others, the second the schemas.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ GENERATED = {
     DOCS / "language.md": "reference",
     DOCS / "rules.md": "rules_reference",
     DOCS / "parts-library.md": "library_reference",
+    DOCS / "json.md": "json_reference",
     SCHEMAS / "authoring.schema.json": "authoring",
 }
 
@@ -32,5 +33,13 @@ def generate(path: Path) -> None:
     path.write_text(generated(path), "utf-8")
 
 
+def schemas_of_answers() -> dict[Path, str]:
+    """Return the schemas of what commands answer, by their files."""
+    made: dict[str, str] = import_module("json_reference").files()
+    return {SCHEMAS / name: text for name, text in made.items()}
+
+
 if __name__ == "__main__":
     generate(SCHEMAS / "authoring.schema.json")
+    for file, text in schemas_of_answers().items():
+        file.write_text(text, "utf-8")

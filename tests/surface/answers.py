@@ -15,19 +15,19 @@ from support.paths import DATA, ROOT
 
 # What is asked, in a folder of its own; {root} is this project, {data} the data of the tests, {here} that folder.
 ASKED = {
-    "args": "args {root}/examples/unitree_a1 --json",
+    "args": "args {root}/examples/unitree_a1 --format json",
     "check, messages": "check {here}/broken.yaml --format json",
     "check, sarif": "check {here}/broken.yaml --format sarif",
     "diff": "diff {here}/arm.yaml {here}/other.yaml --format json",
-    "explain": "explain {root}/descriptions/rosorin laser joint1 base_link r_link --json",
-    "extract boxes": "extract boxes {data}/factory_package/meshes/base_link.stl --json",
-    "frames": "frames {root}/descriptions/rosorin --json",
-    "print --list": "print --list {root}/descriptions/rosorin --json",
-    "pulses": "pulses {root}/descriptions/rosorin --json",
-    "rule": "rule axis-zero --json",
-    "simulate": "simulate {root}/examples/ur5e --json --no-timing",
-    "tf": "tf base_link link5 -r {root}/descriptions/rosorin --json",
-    "tf, swept": "tf base_link link5 -r {root}/descriptions/rosorin --sweep joint1=0:1:3 --json",
+    "explain": "explain {root}/descriptions/rosorin laser joint1 base_link r_link --format json",
+    "extract boxes": "extract boxes {data}/factory_package/meshes/base_link.stl --format json",
+    "frames": "frames {root}/descriptions/rosorin --format json",
+    "print --list": "print --list {root}/descriptions/rosorin --format json",
+    "pulses": "pulses {root}/descriptions/rosorin --format json",
+    "rule": "rule axis-zero --format json",
+    "simulate": "simulate {root}/examples/ur5e --format json --no-timing",
+    "tf": "tf base_link link5 -r {root}/descriptions/rosorin --format json",
+    "tf, swept": "tf base_link link5 -r {root}/descriptions/rosorin --sweep joint1=0:1:3 --format json",
     "verify": "verify {data}/recordings/session.txt {root}/descriptions/rosorin --format json",
 }
 ARM = """\

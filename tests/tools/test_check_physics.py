@@ -141,7 +141,7 @@ def test_an_error_is_not_accepted(home: Path, capsys: Shown) -> None:
 def test_programs_get_it_as_json(home: Path, capsys: Shown) -> None:
     project_of(home, "overlap-at-zero")
     assert main(["check", "--physics", "--format", "json"]) == 0
-    (found,) = [one for one in json.loads(capsys.readouterr().out) if one["rule"] == "parts-overlap"]
+    (found,) = [one for one in json.loads(capsys.readouterr().out)["diagnostics"] if one["rule"] == "parts-overlap"]
     assert (found["line"], found["severity"]) == (8, "warning")
 
 

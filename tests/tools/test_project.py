@@ -87,7 +87,7 @@ def test_messages_name_files_as_seen_from_here(project: Path, monkeypatch: pytes
     (project / "descriptions" / "common" / "base.yaml").write_text("links: {base: {}}\nlet: {height: 20 cm}\n")
     monkeypatch.chdir(project / "src")
     assert main(["all", "rover", "--format", "json"]) == 1
-    files = {diagnostic["file"] for diagnostic in json.loads(capsys.readouterr().out)}
+    files = {diagnostic["file"] for diagnostic in json.loads(capsys.readouterr().out)["diagnostics"]}
     assert files == {"../descriptions/rover/robot.yaml"}
 
 

@@ -42,9 +42,9 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: Shown, given: str | bytes, *wor
     "words",
     [
         ["tf", "base_link", "shelf", "{}"],
-        ["tf", "base_link", "shelf", "-r", "{}", "--json"],
-        ["tf", "base_link", "shelf", "--json", "{}"],
-        ["explain", "{}", "shelf", "--json"],
+        ["tf", "base_link", "shelf", "-r", "{}", "--format", "json-list"],
+        ["tf", "base_link", "shelf", "--format", "json-list", "{}"],
+        ["explain", "{}", "shelf", "--format", "json-list"],
         ["explain", "-r", "{}", "shelf", "z"],
         ["frames", "{}", "--ascii"],
         ["args", "{}"],

@@ -54,7 +54,7 @@ def test_packages_of_a_xacro(tmp_path: Path, capsys: Shown) -> None:
     (tmp_path / "made_elsewhere" / "post.xacro").write_text(XACRO, "utf-8")
     robot = tmp_path / "tower.xacro"
     robot.write_text(IN_PACKAGE, "utf-8")
-    words = ["tf", "foot", "head", str(robot), "height:=0.3", "--json"]
+    words = ["tf", "foot", "head", str(robot), "height:=0.3", "--format", "json-list"]
     assert "posts" in ask(capsys, *words, code=1)
     there = f"posts={tmp_path / 'made_elsewhere'}"
     assert json.loads(ask(capsys, *words, "--package", there))["translation"] == [0, 0, 0.3]
@@ -65,7 +65,17 @@ def test_packages_of_a_xacro(tmp_path: Path, capsys: Shown) -> None:
 @pytest.mark.parametrize("name", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])
 def test_tf_of_every_format(artifacts: Path, capsys: Shown, name: str) -> None:
     """Of each format the same answer as of the description that it was compiled from; MJCF in millionths."""
-    words = ["tf", "base_link", "end_effector_link", "--joint", "joint2=30deg", "--joint", "joint3=-0.4", "--json"]
+    words = [
+        "tf",
+        "base_link",
+        "end_effector_link",
+        "--joint",
+        "joint2=30deg",
+        "--joint",
+        "joint3=-0.4",
+        "--format",
+        "json-list",
+    ]
     own = json.loads(ask(capsys, *words, "-r", str(ROOT / "descriptions" / "rosorin")))
     other = json.loads(ask(capsys, *words, "-r", str(artifacts / name)))
     assert other["translation"] == pytest.approx(own["translation"], abs=1e-6)
@@ -131,17 +141,17 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("table")
 def test_planar_and_floating_joints(capsys: Shown) -> None:
-    found = json.loads(ask(capsys, "tf", "top", "puck", "--joint", "slide=10 cm, -0.2, 30deg", "--json"))
+    found = json.loads(ask(capsys, "tf", "top", "puck", "--joint", "slide=10 cm, -0.2, 30deg", "--format", "json-list"))
     assert found["translation"] == pytest.approx([0.1, -0.2, 1.0])
     assert found["rpy_degrees"] == pytest.approx([0, 0, 30])
     assert found["positions"] == {"slide": [0.1, -0.2, math.radians(30)]}
     turned = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)).transform()
     w, x, y, z = turned.quaternion()
     for text in ("1,2,3,0.1,0.2,0.3", f"1,2,3,{x},{y},{z},{w}", f"1,2,3,{-2 * x},{-2 * y},{-2 * z},{-2 * w}"):
-        found = json.loads(ask(capsys, "tf", "top", "fly", "--joint", f"free={text}", "--json"))
+        found = json.loads(ask(capsys, "tf", "top", "fly", "--joint", f"free={text}", "--format", "json-list"))
         assert found["translation"] == pytest.approx([1, 2, 3])
         assert found["rpy"] == pytest.approx([0.1, 0.2, 0.3])
-    back = json.loads(ask(capsys, "tf", "puck", "top", "--joint", "slide=0.1,-0.2,30deg", "--json"))
+    back = json.loads(ask(capsys, "tf", "puck", "top", "--joint", "slide=0.1,-0.2,30deg", "--format", "json-list"))
     inverse = Pose((0.1, -0.2, 1.0), (0.0, 0.0, math.radians(30))).transform().inverse()
     assert back["translation"] == pytest.approx(inverse.xyz)
 

@@ -165,7 +165,7 @@ def test_forms_for_programs(project: Path, capsys: pytest.CaptureFixture[str], f
         assert "::error file=descriptions/rosorin/arm.yaml,line=62,col=5,title=unknown-key::" in out
         return
     found = json.loads(out)
-    results = found if form == "json" else found["runs"][0]["results"]
+    results = found["diagnostics"] if form == "json" else found["runs"][0]["results"]
     assert any(entry.get("rule", entry.get("ruleId")) == "unknown-key" for entry in results)
 
 

@@ -523,8 +523,9 @@ def test_what_a_plugin_prints_is_in_no_artifact(machine: Machine):
     for words, first in (
         (("print", "toy", "cart"), "# Generated"),
         (("print", "urdf", "cart"), "<?xml"),
-        (("frames", "dolls/doll.toy", "--json"), "{"),
-        (("check", "plain", "--format", "json"), "["),
+        (("frames", "dolls/doll.toy", "--format", "json-list"), "{"),
+        (("check", "plain", "--format", "json"), "{"),
+        (("check", "plain", "--format", "json-list"), "["),
     ):
         done = subprocess.run(
             [sys.executable, "-m", "rosorin_compile", *words],

@@ -160,7 +160,7 @@ def test_rule_lists_all(capsys):
 
 
 def test_rule_prints_json(capsys):
-    assert main(["rule", "axis-zero", "--json"]) == 0
+    assert main(["rule", "axis-zero", "--format", "json-list"]) == 0
     (found,) = json.loads(capsys.readouterr().out)
     assert found == {
         "id": "axis-zero",

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
 from ..project import Description
+from .answer import give_result
 from .given import Given, given_arguments
-from .options import json_option, quiet_option, robot_options
+from .options import console_of, json_option, quiet_option, robot_options
 from .robots import descriptions
 from .usage import FINE, PROBLEMS
 
@@ -29,7 +30,7 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """List the arguments of each robot; those that are given are shown, and checked."""
     given, names = given_arguments(options, options.words)
-    console = Console("text", options.quiet)
+    console = console_of(options)
     code, listed = FINE, []
     for description in descriptions(names):
         found = _declared(given, description, console)
@@ -37,14 +38,8 @@ def run(options: argparse.Namespace) -> int:
             code = PROBLEMS
         else:
             listed.append((description.name, found))
-    if options.format == "json":
-        import json
-
-        robots = [{"robot": name, "arguments": [_object(argument) for argument in found]} for name, found in listed]
-        print(json.dumps(robots, indent=2))
-    else:
-        for name, found in listed:
-            print("\n".join(_lines(name, found)))
+    robots = [{"robot": name, "arguments": [_object(argument) for argument in found]} for name, found in listed]
+    give_result(options, robots, lambda: "\n".join(line for name, found in listed for line in _lines(name, found)))
     return code
 
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
+from .answer import give_result
 from .given import given_arguments, named, packages_of
-from .options import argument_options, json_option, package_option, page_options, quiet_option
+from .options import argument_options, console_of, json_option, package_option, page_options, quiet_option
 from .robots import one, take_stdin
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -76,28 +78,24 @@ def run(options: argparse.Namespace) -> int:
     try:
         arguments = given.values()
     except LoadError as problem:
-        Console("text", options.quiet).show([problem.diagnostic])
+        console_of(options).show([problem.diagnostic])
         return PROBLEMS
     own = [{**arguments, **named(texts)} for texts in (options.a_arg, options.b_arg)]
     packages = packages_of(options)
     read = [_read(word, values, packages, options.trust) for word, values in zip(words, own, strict=True)]
-    sides = _sides(read, words, Console("text", options.quiet))
+    sides = _sides(read, words, console_of(options))
     if sides is None:
         return PROBLEMS
     _check_arguments(options, read, words, bool(arguments))
     tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
     found = compare_robots(*sides, tolerance, options.prefix)
-    each = options.full or options.format == "json"
+    each = options.full or options.format != "text"
     left = [line for word, side in zip(words, read, strict=True) for line in side.lines(word, each)]
     found = replace(found, not_compared=(*found.not_compared, *left))
-    if options.format == "json":
-        import json
-
-        said = json.dumps(as_json(found), indent=2)
-    else:
-        said = "\n".join(lines(found, options.full))
     try:
-        print(said, flush=options.html is not None)
+        give_result(options, as_json(found), lambda: "\n".join(lines(found, options.full)))
+        if options.html is not None:
+            sys.stdout.flush()
     finally:  # also where nobody reads to the end
         if options.html is not None:
             givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]

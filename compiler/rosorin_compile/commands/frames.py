@@ -9,15 +9,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import world
-from ..diagnostics.console import Console, paint
+from ..diagnostics.console import paint
 from ..diagnostics.registry import OUTPUTS, Rule
+from .answer import give_result
 from .given import given_arguments
-from .options import argument_options, mode_option, one_robot, package_option, place, quiet_option
+from .options import (
+    argument_options,
+    console_of,
+    json_option,
+    mode_option,
+    one_robot,
+    package_option,
+    place,
+    quiet_option,
+)
 from .robots import one
 from .understanding import mode_states, understood
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
+    from ..diagnostics.console import Console
     from ..formats.drawing.situations import Situation
     from ..formats.drawing.terminal import Look
     from ..model import Robot
@@ -44,7 +55,7 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
     command.add_argument("--ascii", action="store_true", help="draw the tree with plain letters")
-    command.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    json_option(command)
     quiet_option(command)
     package_option(command)
     argument_options(command)
@@ -58,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
     chosen = [name for name in ("frame", "publisher", "output") if getattr(options, name) is not None]
     if len(chosen) > 1:
         raise WrongUsage(f"--{chosen[0]} and --{chosen[1]} do not go together")
-    console = Console("text", options.quiet)
+    console = console_of(options)
     known = understood(given, one("".join(words), _HOW), console)
     if known is None:
         return PROBLEMS
@@ -71,8 +82,12 @@ def run(options: argparse.Namespace) -> int:
     if options.output is not None:
         return _write(known.robot, shown, options, console)
     _check_names(known.robot, options)
-    text = _json(known.robot, shown, options) if options.json else _text(known.robot, shown, options)
-    paint(f"{text}\n", sys.stdout)
+    give_result(
+        options,
+        _result(known.robot, shown, options),
+        lambda: _text(known.robot, shown, options),
+        lambda text: paint(f"{text}\n", sys.stdout),
+    )
     return FINE
 
 
@@ -152,9 +167,8 @@ def _trees(robot: Robot, shown: tuple[Situation, ...], how: Look, frame: str | N
     return said
 
 
-def _json(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace) -> str:
-    import json
-
+def _result(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace) -> dict[str, object]:
+    """Return the frames of each situation, and who publishes each edge."""
     from ..model.frame_tree import lines, way
 
     names = robot.frames
@@ -174,7 +188,7 @@ def _json(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespac
                 "edges": [_edge(row) for row in edges],
             }
         )
-    return json.dumps({"robot": robot.name, "situations": made}, indent=2)
+    return {"robot": robot.name, "situations": made}
 
 
 def _edge(row: Row) -> dict[str, object]:
@@ -244,8 +258,8 @@ def _write(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespa
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    for path in files:
-        print(f"{robot.name}: {path}")
+    written = {"robot": robot.name, "files": list(map(str, files))}
+    give_result(options, written, lambda: "\n".join(f"{robot.name}: {path}" for path in files))
     return FINE
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from ..diagnostics.console import MARKDOWN, Console
+from ..diagnostics.console import BARE, ENVELOPE, MARKDOWN, Console
+from .answer import answer_of
 
 if TYPE_CHECKING:
     from .parser import Options
 
-FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
+FORMAT_NAMES = ("text", ENVELOPE, BARE, "github", "sarif", MARKDOWN)
 _ROBOT = "name in descriptions/, folder or file"
 PAGE_MEGABYTES = 40  # of the meshes of a page
 
@@ -117,10 +118,19 @@ def hook_option(command: argparse.ArgumentParser, more: str = "") -> None:
     )
 
 
-def json_option(command: argparse.ArgumentParser) -> None:
+def json_option(command: Options) -> None:
     """Add the options that choose how a result is printed that is more than diagnostics."""
-    command.add_argument("--format", choices=("text", "json"), default="text", help="form of the result; default: text")
-    command.add_argument("--json", action="store_const", dest="format", const="json", help="short for --format json")
+    forms = ("text", ENVELOPE, BARE)
+    command.add_argument("--format", choices=forms, default="text", help="form of the result; default: text")
+    command.add_argument("--json", action=_Old, dest="old_json", nargs=0, default=False, help=argparse.SUPPRESS)
+
+
+class _Old(argparse.Action):
+    """The old spelling of a result alone; the command line says the new one."""
+
+    def __call__(self, _: object, namespace: argparse.Namespace, *__: object) -> None:
+        """Set it."""
+        namespace.format, namespace.old_json = BARE, True
 
 
 def page_options(command: argparse.ArgumentParser, what: str) -> None:
@@ -158,5 +168,11 @@ def mode_option(command: Options, unnamed: str) -> None:
 
 
 def console_of(options: argparse.Namespace) -> Console:
-    """Return where a command prints that has the options of ``format_options``."""
-    return Console(options.format, options.quiet, options.verbose, getattr(options, "summary", None) is not None)
+    """Return where a command prints what it has to say, in the form that ``format_options`` or ``json_option`` choose.
+
+    Beside a result alone it is text.
+    """
+    if hasattr(options, "old_json"):
+        return answer_of(options).console(options.quiet, getattr(options, "verbose", False))
+    summary = getattr(options, "summary", None) is not None
+    return Console(options.format, options.quiet, options.verbose, summary, answer_of(options).diagnostics)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+
+from .usage import USAGE
 
 if TYPE_CHECKING:
 
@@ -18,6 +21,14 @@ if TYPE_CHECKING:
 
 # A number below zero, with a unit or more numbers after it; argparse knows that of plain numbers only.
 _NEGATIVE = r"-\.?\d"
+
+
+class Refused(SystemExit):
+    """A command line that cannot be followed, which was said; ``message`` is why."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(USAGE)
+        self.message = message
 
 
 class Parser(argparse.ArgumentParser):
@@ -50,6 +61,12 @@ class Parser(argparse.ArgumentParser):
         commands = super().add_subparsers(**settings)
         self.within = commands.choices
         return commands
+
+    def error(self, message: str) -> NoReturn:
+        """Say why a command line cannot be followed, and end."""
+        self.print_usage(sys.stderr)
+        sys.stderr.write(f"{self.prog}: error: {message}\n")
+        raise Refused(message)
 
     def long_options(self) -> list[str]:
         """Return the names of all options that begin with --, those of the commands within as well, each once."""

@@ -16,9 +16,10 @@ from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
 from ..project import Description, NoDescription, first_file
 from ..world import spoil
+from .answer import give_result
 from .compiling import compile_proven, proven, read_by, search_meshes, telling
 from .given import Given, given_arguments, no_half_mark, texts
-from .options import argument_options, depfile_options, package_option, place
+from .options import argument_options, console_of, depfile_options, json_option, package_option, place
 from .robots import is_foreign, one
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
@@ -47,7 +48,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--list", action="store_true", completes="[ROBOT]", help="list the outputs of the robot: name, format, file"
     )
-    command.add_argument("--json", action="store_true", help="the list as JSON")
+    json_option(command)
     depfile_options(command, "the FILE of -o")
     # A launch file takes whatever stands on standard error for a failure.
     how_much = command.add_mutually_exclusive_group()
@@ -71,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     """Print one artifact, or list those that there are."""
     options.quiet = not options.verbose  # what there is to say of the cache, too
     given, words = given_arguments(options, options.words)
-    console = Console("text", options.quiet, options.verbose)
+    console = console_of(options)
     if options.list:
         return _list(options, given, words, console)
     if not words:
@@ -81,8 +82,8 @@ def run(options: argparse.Namespace) -> int:
     if len(words) > 2:
         no_half_mark(words)
         raise WrongUsage(f"print takes one OUTPUT and one ROBOT: {_CALL} {words[0]} {words[1]}")
-    if options.json:
-        raise WrongUsage("--json goes with --list")
+    if options.format != "text":
+        raise WrongUsage("JSON goes with --list: an artifact is printed as it is")
     target = options.depfile_target or options.output
     if options.depfile is None and options.depfile_target is not None:
         raise WrongUsage("--depfile-target goes with --depfile FILE")
@@ -223,13 +224,8 @@ def _list(options: argparse.Namespace, given: Given, words: list[str], console: 
         console.show([one for one in understood.diagnostics if one.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no outputs")
         return PROBLEMS
-    if options.json:
-        import json
-
-        rows = [{"name": output.name, "format": output.backend, "file": output.file} for output in outputs]
-        print(json.dumps(rows, indent=2))
-    else:
-        print("\n".join(_lines(description.name, outputs)))
+    rows = [{"name": output.name, "format": output.backend, "file": output.file} for output in outputs]
+    give_result(options, rows, lambda: "\n".join(_lines(description.name, outputs)))
     return FINE
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from ..diagnostics import Diagnostic, did_you_mean, has_errors
-from ..diagnostics.console import Console
 from ..diagnostics.registry import OF_PLUGINS, PLUGINS, Rule, every_rule, find
 from ..frontend.accepting import STAYS
+from .answer import answer_of, give_result
 from .options import json_option
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -34,16 +34,13 @@ def run(options: argparse.Namespace) -> int:
         if id not in rules:
             raise WrongUsage(f'there is no rule "{id}"; {did_you_mean(id, {**every_rule(), **of_plugins})}')
     chosen = [rules[id] for id in dict.fromkeys(options.words or sorted(rules))]
-    if options.format == "json":
-        import json
-
-        print(json.dumps([rule._asdict() for rule in chosen], indent=2))
-    elif options.words:
-        print("\n\n".join("\n".join(entry(rule)) for rule in chosen))
-    else:
-        print("\n".join(_listed(chosen)))
-    Console("text").show(diagnostics)
+    give_result(options, [rule._asdict() for rule in chosen], lambda: _text(chosen, bool(options.words)))
+    answer_of(options).console().show(diagnostics)
     return PROBLEMS if has_errors(diagnostics) else FINE
+
+
+def _text(rules: Sequence[Rule], in_full: bool) -> str:
+    return "\n\n".join("\n".join(entry(rule)) for rule in rules) if in_full else "\n".join(_listed(rules))
 
 
 def every() -> dict[str, Rule]:

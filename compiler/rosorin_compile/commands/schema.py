@@ -9,15 +9,18 @@ from ..diagnostics import did_you_mean
 from ..diagnostics.console import give
 from ..formats import FORMATS
 from ..project import data_folder
+from .answer import GENERAL, give_result
+from .options import json_option
 from .usage import FINE, WrongUsage
 
 # The schemas that are no format's, and whose form they describe.
 _NAMES = {
     "authoring": "a description as people write it, with expressions, parts and loops: for editors (default)",
     "description": "a description after includes, arguments and expressions",
-    "robot_diff": "what diff --json prints",
-    "recording": "what verify --json prints",
+    "robot_diff": "what diff --format json-list prints",
+    "recording": "what verify --format json-list prints",
 }
+_ENDING = ".schema.json"
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -29,17 +32,34 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "name", nargs="?", default="authoring", metavar="NAME", completes="SCHEMA", help="see below; default: authoring"
     )
+    command.add_argument("--list", action="store_true", help="list the names, and whose form each describes")
+    json_option(command)
 
 
 def names() -> dict[str, str]:
     """Return the schemas, and whose form they describe: those of formats are named by their records."""
-    return {**_NAMES, **{one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}}
+    formats = {one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}
+    return {**_NAMES, **formats, **_of_answers()}
+
+
+def _of_answers() -> dict[str, str]:
+    """Return the schemas of what commands answer, by their names."""
+    files = [file for file in world.names(data_folder("schemas")) if file.startswith(GENERAL)]
+    commands = {file.removesuffix(_ENDING): file.removesuffix(_ENDING).split("_")[1:] for file in files}
+    return {name: f"what {' '.join(words) or 'any command'} --format json prints" for name, words in commands.items()}
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print a schema to the letter."""
+    """Print a schema to the letter, or list them."""
     known = names()
+    if options.list:
+        width = max(map(len, known))
+        rows = [{"name": name, "what": what} for name, what in known.items()]
+        give_result(options, rows, lambda: "\n".join(f"{name:<{width}}  {what}" for name, what in known.items()))
+        return FINE
+    if options.format != "text":
+        raise WrongUsage("--format goes with --list: a schema is printed as it is")
     if options.name not in known:
         raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, known)}')
-    give(world.text(data_folder("schemas") / f"{options.name}.schema.json"))
+    give(world.text(data_folder("schemas") / f"{options.name}{_ENDING}"))
     return FINE

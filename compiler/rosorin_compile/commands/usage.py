@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from ..diagnostics.console import Console
 from ..diagnostics.registry import WRITING, Rule
 from ..project import tool_folders
@@ -10,6 +12,12 @@ from ..startup.system import missed
 from ..world import tool_is
 
 RULES = (
+    Rule(
+        "wrong-usage",
+        "The command line cannot be followed (in the forms for programs); the exit code is 2.",
+        "As the message says; `rosorin-compile COMMAND --help` has what a command takes.",
+        WRITING,
+    ),
     Rule(
         "cache-not-private",
         "A note: somebody else could change what is in the folder of the cache, so there is no cache.",
@@ -36,19 +44,25 @@ def tell_which_tool() -> None:
     tool_is(tool_folders())
 
 
-def tell_of_system() -> None:
+def tell_of_json() -> None:
+    """Say what has taken the place of --json."""
+    now = "--format json answers with all that there is to say; --format json-list prints what --json does"
+    sys.stderr.write(f"rosorin-compile: {now}, which a later release will not know\n")
+
+
+def tell_of_system(console: Console) -> None:
     """Say what the run had to do without on this system."""
     for message in missed():
         from ..diagnostics import NOTE, Diagnostic
 
-        Console("text").show([Diagnostic("system-lacks", NOTE, message)])
+        console.show([Diagnostic("system-lacks", NOTE, message)])
 
 
-def tell_of_cache() -> None:
+def tell_of_cache(console: Console) -> None:
     """Say that there is no cache, if somebody else could change what would be in it."""
     refused = cache_refused()
     if refused:
         from ..diagnostics import NOTE, Diagnostic
 
         message, help = refused
-        Console("text").show([Diagnostic("cache-not-private", NOTE, message, help=help)])
+        console.show([Diagnostic("cache-not-private", NOTE, message, help=help)])

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 MAX_SHOWN = 200
 
 MARKDOWN = "markdown"  # a form in which a run is told robot by robot
+ENVELOPE, BARE = "json", "json-list"  # a result with all that was said around it, and a list or a result alone
 
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
@@ -117,16 +118,23 @@ class Console:
     """Prints what a run has to say, in one of the forms of ``report``.
 
     ``quiet``: only what keeps it from its end; ``verbose``: also which files were read; ``summary``: it is kept as
-    Markdown, too, whatever the form.
+    Markdown, too, whatever the form. ``collected`` takes what is said to a program.
     """
 
-    def __init__(self, form: str, quiet: bool = False, verbose: bool = False, summary: bool = False) -> None:
+    def __init__(
+        self,
+        form: str,
+        quiet: bool = False,
+        verbose: bool = False,
+        summary: bool = False,
+        collected: list[Diagnostic] | None = None,
+    ) -> None:
         self.form = form
         self.quiet = quiet
         self.verbose = verbose
         self.keeps = summary or form == MARKDOWN
         self.sections: list[Section] = []
-        self.collected: list[Diagnostic] = []
+        self.collected: list[Diagnostic] = [] if collected is None else collected
         self.stand_ins = 0
 
     @property
@@ -243,13 +251,16 @@ class Console:
         return document(self.sections)
 
     def finish(self) -> None:
-        """Print the document of a run that is read by a program; of a quiet one, what has to stay visible."""
+        """Print the document of a run that is read by a program; of a quiet one, what has to stay visible.
+
+        The envelope is printed at the end of the run, by the command line.
+        """
         if self.for_people and self.stand_ins:
             count = counted(self.stand_ins, "stand-in")
             self.warn(f"{count}: values that are not measured; without -q they are listed")
         if self.form == MARKDOWN:
             sys.stdout.write(self.summary())
-        elif not self.for_people:
+        elif not self.for_people and self.form != ENVELOPE:
             from . import report
 
             sys.stdout.write(report.FORMATS[self.form](self.collected))

@@ -192,7 +192,7 @@ def _location(span: Span) -> dict[str, object]:
 
 FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {
     "text": text,
-    "json": as_json,
+    "json-list": as_json,
     "github": github,
     "sarif": sarif,
 }

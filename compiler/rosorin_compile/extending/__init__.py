@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from ..startup.lazily import lazily
 
 if TYPE_CHECKING:
+    from ..commands.answer import give_result
     from ..commands.compiling import compile_one, search_meshes
     from ..commands.given import Given, given_arguments
     from ..commands.options import (
@@ -73,6 +74,7 @@ _HOMES = {
     "declared": "frontend.arguments",
     "evaluate": "frontend.expression",
     "format_options": "commands.options",
+    "give_result": "commands.answer",
     "given_arguments": "commands.given",
     "is_foreign": "commands.robots",
     "json_option": "commands.options",
@@ -122,6 +124,7 @@ __all__ = [
     "declared",
     "evaluate",
     "format_options",
+    "give_result",
     "given_arguments",
     "is_foreign",
     "json_option",

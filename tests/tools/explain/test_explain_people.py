@@ -80,7 +80,7 @@ def test_for_people_in_a_part(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.usefixtures("project")
 def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "eye", "--json", "-a", "scale=2"]) == 0
+    assert main(["explain", "eye", "--format", "json-list", "-a", "scale=2"]) == 0
     (eye,) = json.loads(capsys.readouterr().out)
     assert eye["chain"][0]["transform"]["xyz"] == [0.1, 0.12, 2.0]
     z = eye["chain"][0]["numbers"][2]

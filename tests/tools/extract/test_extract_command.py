@@ -89,7 +89,7 @@ def test_open_mesh_is_said_to_be_open(here: Path, capsys: Said) -> None:
     assert main(["extract", "boxes", "open.stl", "-o", "boxes.yaml"]) == 0
     row = capsys.readouterr().out.splitlines()[1].split()
     assert row == ["open", "box", "1200.0", "cm3", "open", "mesh", "20.8", "mm", "100%", "of", "surface"]
-    assert main(["extract", "boxes", "open.stl", "--json"]) == 0
+    assert main(["extract", "boxes", "open.stl", "--format", "json-list"]) == 0
     found = json.loads(capsys.readouterr().out)["open"]
     assert (found["closed"], found["triangles"]) == (False, 11)
     assert found["shapes"]["box"]["overhang_volume"] is None
@@ -115,7 +115,19 @@ def test_description_is_a_robot_too(here: Path, capsys: Said) -> None:
 
 def test_heightmap_of_a_link_in_another_frame(here: Path, capsys: Said) -> None:
     assert here.is_dir()
-    words = ["extract", "heightmap", "robot.urdf", "--link", "body", "--frame", "floor", "--from", "visual", "--json"]
+    words = [
+        "extract",
+        "heightmap",
+        "robot.urdf",
+        "--link",
+        "body",
+        "--frame",
+        "floor",
+        "--from",
+        "visual",
+        "--format",
+        "json-list",
+    ]
     assert main([*words, "--cell", "2cm"]) == 0
     found = json.loads(capsys.readouterr().out)
     Draft7Validator(SCHEMA["properties"]["chassis_heightmap"]).validate(found)
@@ -156,9 +168,9 @@ def test_the_bottom_stands_in_the_map_and_compiles(here: Path, capsys: Said) -> 
     (box,) = compiled(here / "r.yaml").robot.link["base"].collision[0].solids("merged")
     assert (box.geometry.lower[2], box.geometry.upper[2]) == (0.025, 0.1)
     capsys.readouterr()
-    for more in (["--json"], ["--into", "r.yaml"]):
+    for more in (["--format", "json-list"], ["--into", "r.yaml"]):
         assert main([*words, *more]) == 2
-        assert "--bottom goes with neither --into nor --json" in capsys.readouterr().err
+        assert "--bottom goes with neither --into nor JSON" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -171,13 +183,13 @@ def test_the_bottom_stands_in_the_map_and_compiles(here: Path, capsys: Said) -> 
 )
 def test_method_says_what_was_done(here: Path, capsys: Said, words: list[str], method: str) -> None:
     assert here.is_dir()
-    assert main(["extract", "heightmap", "brick.stl", "--json", *words]) == 0
+    assert main(["extract", "heightmap", "brick.stl", "--format", "json-list", *words]) == 0
     assert json.loads(capsys.readouterr().out)["method"] == method
 
 
 def test_size_and_cells_and_origin(here: Path, capsys: Said) -> None:
     assert here.is_dir()
-    words = ["extract", "heightmap", "brick.stl", "--json", "--cell", "1cm"]
+    words = ["extract", "heightmap", "brick.stl", "--format", "json-list", "--cell", "1cm"]
     for more in (["--size", "300mm,23cm"], ["--cells", "30x23"]):
         assert main([*words, "--origin", "-.05,-50mm", *more]) == 0
         found = json.loads(capsys.readouterr().out)
@@ -187,7 +199,7 @@ def test_size_and_cells_and_origin(here: Path, capsys: Said) -> None:
 def test_what_is_not_carried_is_said(here: Path, capsys: Said) -> None:
     assert here.is_dir()
     words = ["extract", "heightmap", "brick.stl", "--origin", "0,0", "--cells", "10x20", "--xyz", "0,-1cm,-10mm"]
-    assert main([*words, "--json"]) == 0
+    assert main([*words, "--format", "json-list"]) == 0
     lines = capsys.readouterr().err.splitlines()
     assert lines[:4] == [
         "warning[height-map-outside]: the mesh reaches beyond the grid: 100.0 mm at high x, 10.0 mm at low y",
@@ -267,7 +279,7 @@ def test_problems(here: Path, capsys: Said, words: list[str], message: str) -> N
         (["heightmap", "brick.stl", "--rpy", "0,0,1m"], '--rpy takes an angle (rad), not "1m"'),
         (
             ["heightmap", "brick.stl", "--into", "a", "-o", "b"],
-            "--into edits a file; it goes with neither -o nor --json",
+            "--into edits a file; it goes with neither -o nor JSON",
         ),
         (["boxes", "a.stl"], 'there is no file "a.stl"; check the name'),
         (["boxes", "brick.stl/a.stl"], 'there is no file "brick.stl/a.stl"; check the name'),
@@ -338,5 +350,5 @@ def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
 def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     assert here.is_dir()
     monkeypatch.setattr("rosorin_compile.diagnostics.progress.AFTER", -1.0)
-    assert main(["extract", "heightmap", "brick.stl", "--json"]) == 0
+    assert main(["extract", "heightmap", "brick.stl", "--format", "json-list"]) == 0
     assert "sampling [" not in capsys.readouterr().err

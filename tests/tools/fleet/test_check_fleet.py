@@ -23,7 +23,7 @@ def told(capsys: Shown, file: Path, code: int = 0, *words: str) -> list[dict[str
     """Return what a check says, as programs get it."""
     capsys.readouterr()
     assert main(["check", "--fleet", str(file), "--format", "json", *words]) == code
-    return list(json.loads(capsys.readouterr().out))
+    return list(json.loads(capsys.readouterr().out)["diagnostics"])
 
 
 def outliers(capsys: Shown, file: Path, code: int = 0) -> list[str]:

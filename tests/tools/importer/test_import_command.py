@@ -232,7 +232,7 @@ def test_json_is_one_document(here: Path, capsys: pytest.CaptureFixture[str]) ->
     name = broken(here, '<mass value="2.5"/>', '<mass value="2.5" colour="red"/>')
     assert run(name, "-o", "x", "--format", "json") == 0
     said = capsys.readouterr()
-    meshes, entry = sorted(json.loads(said.out), key=lambda one: -one["line"])
+    meshes, entry = sorted(json.loads(said.out)["diagnostics"], key=lambda one: -one["line"])
     assert (meshes["rule"], meshes["line"]) == ("mesh-not-found", 17)
     assert (entry["rule"], entry["severity"], entry["file"]) == ("import-cannot-carry", "warning", "broken.urdf")
     assert entry["line"] == 13

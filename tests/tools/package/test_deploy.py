@@ -176,10 +176,10 @@ def test_a_renamed_copy_is_found_by_what_stands_in_it(base: Path, capsys: pytest
 
 def test_for_programs(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert check(base, "--format", "json") == 1
-    rules = [one["rule"] for one in json.loads(capsys.readouterr().out)]
+    rules = [one["rule"] for one in json.loads(capsys.readouterr().out)["diagnostics"]]
     assert "deployed-differs" in rules
     assert deploy(base, "--format", "json") == 0
-    rules = [one["rule"] for one in json.loads(capsys.readouterr().out)]
+    rules = [one["rule"] for one in json.loads(capsys.readouterr().out)["diagnostics"]]
     assert {"deploy-changes", "deploy-not-installed"} <= set(rules)
 
 

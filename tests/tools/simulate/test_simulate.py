@@ -91,7 +91,7 @@ def test_every_robot_of_this_project_is_simulated() -> None:
 @pytest.mark.parametrize("folder", sorted(ROBOTS))
 def test_a_robot_of_this_project_behaves(folder: str, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     monkeypatch.chdir(ROOT)
-    assert main(["simulate", f"{folder}/robot.yaml", "--json", "--no-timing"]) == 0
+    assert main(["simulate", f"{folder}/robot.yaml", "--format", "json-list", "--no-timing"]) == 0
     made = json.loads(capsys.readouterr().out)
     rules = [one["rule"] for one in made["findings"]]
     assert {rule: rules.count(rule) for rule in rules} == ROBOTS[folder]
@@ -104,7 +104,7 @@ ARM = DATA / "simulation/pose-not-held.yaml"
 
 
 def test_a_mecanum_base_follows_every_command(capsys: Shown) -> None:
-    assert main(["simulate", str(MECANUM), "--json"]) == 0
+    assert main(["simulate", str(MECANUM), "--format", "json-list"]) == 0
     made = json.loads(capsys.readouterr().out)
     assert [one["command"] for one in made["drive"]] == ["forward", "sideways", "turn"]
     for one in made["drive"]:

@@ -224,7 +224,7 @@ def test_what_many_variants_have_is_said_once(capsys: Shown) -> None:
 def test_a_program_gets_one_document(capsys: Shown) -> None:
     edit(Path("fleet.csv"), "r2,", "r2,tall")
     sweep("--format", "json", code=1)
-    (told,) = json.loads(capsys.readouterr().out)
+    (told,) = json.loads(capsys.readouterr().out)["diagnostics"]
     assert (told["rule"], told["file"], told["line"], told["message"][:4]) == ("bad-argument", "fleet.csv", 3, "r2: ")
 
 

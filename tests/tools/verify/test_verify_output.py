@@ -25,7 +25,7 @@ from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.model import Transform
 from rosorin_compile.tools.verify import bags as reading
 from rosorin_compile.tools.verify.lines import table
-from rosorin_compile.tools.verify.machine import as_json, as_junit
+from rosorin_compile.tools.verify.machine import as_junit, as_object
 from rosorin_compile.tools.verify.picture import as_svg
 from support import bags
 from support.bags import START, TYPES, Message, judged, ns
@@ -57,7 +57,7 @@ def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[st
     bag = bags.bag(tmp_path / "bag", seconds=20.0, slam=lambda seconds: not 5.0 < seconds < 15.3)
     junit, picture = tmp_path / "junit.xml", tmp_path / "picture.svg"
     command = ["verify", str(bag), ROBOT, "--junit", str(junit), "--picture", str(picture)]
-    assert main([*command, "--json"]) == 1
+    assert main([*command, "--format", "json-list"]) == 1
     document = json.loads(capsys.readouterr().out)
     described = schema("recording")
     jsonschema.Draft7Validator.check_schema(described)
@@ -143,7 +143,7 @@ def test_any_content_is_judged_and_shown_without_a_traceback(data: st.DataObject
     with tempfile.TemporaryDirectory() as folder:
         bag = bags.write(Path(folder, "bag"), sorted(said, key=lambda message: message.received), "mcap")
         verdict = judged(bag)
-    json.loads(as_json(verdict, "bag"))
+    json.dumps(as_object(verdict, "bag"), allow_nan=False)
     ElementTree.fromstring(as_junit(verdict))
     if verdict.recording.series:
         ElementTree.fromstring(as_svg(verdict))

@@ -5,15 +5,16 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from ...diagnostics.console import Console
 from ...project import Description, NoDescription, all_here, find, here
+from ..answer import give_result
 from ..compiling import telling
 from ..given import Given, given_arguments
-from ..options import argument_options, json_option, named_robot, package_option, quiet_option
+from ..options import argument_options, console_of, json_option, named_robot, package_option, quiet_option
 from ..robots import descriptions, take_stdin
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
+    from ...diagnostics.console import Console
     from .explanation import Answer, Explanation
 
 
@@ -39,20 +40,14 @@ def run(options: argparse.Namespace) -> int:
     given, words = given_arguments(options, options.words)
     take_stdin([*words, options.robot])
     description, names = _asked(words, options.robot)
-    found = _explained(given, description, names, options.pose, Console("text", options.quiet))
+    found = _explained(given, description, names, options.pose, console_of(options))
     if found is None:
         return PROBLEMS
-    if options.format == "json":
-        import json
+    from .explanation import as_json
+    from .text import lines
 
-        from .explanation import as_json
-
-        print(json.dumps([as_json(explanation) for explanation in found], indent=2))
-    else:
-        from .text import lines
-
-        for explanation in found:
-            print("\n".join(lines(explanation)))
+    answers = [as_json(explanation) for explanation in found]
+    give_result(options, answers, lambda: "\n".join(line for explanation in found for line in lines(explanation)))
     return FINE
 
 

@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ... import world
-from ...diagnostics.console import Console
 from ...project import Description, no_file
+from ..answer import give_result
 from ..given import given_arguments
-from ..options import argument_options, named_robot, package_option, quiet_option
+from ..options import argument_options, console_of, json_option, named_robot, package_option, quiet_option
 from ..robots import one
 from ..understanding import Known, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
+    from ...diagnostics.console import Console
     from ...model import Joint, Robot, ServoGroup
 
 _HOW = "rosorin-compile pulses ROBOT ..."
@@ -52,7 +53,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--model", metavar="FILE", help="a robot_model.json: prove that it gives the same positions for every pulse"
     )
-    command.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    json_option(command)
     quiet_option(command)
     package_option(command)
     argument_options(command)
@@ -65,14 +66,14 @@ def run(options: argparse.Namespace) -> int:
     names = [options.robot] * bool(options.robot) + [word for word in words if "=" not in word]
     if len(names) > 1:
         raise WrongUsage(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither; {_HOW}')
-    console = Console("text", options.quiet)
+    console = console_of(options)
     known = understood(given, _named("".join(names)), console)
     if known is None:
         return PROBLEMS
     if not known.robot.servos:
         raise WrongUsage(f'the robot "{known.robot.name}" has no servos')
     if options.model is not None:
-        return _same_model(known.robot, options.model, console)
+        return _same_model(known.robot, options, console)
     from ...model.pulses import NoPulse, NoServo
     from .states import NoState
 
@@ -168,17 +169,14 @@ def _show(known: Known, rows: list[Row], options: argparse.Namespace, console: C
     console.show([beyond_limit(known, one_beyond, ERROR if options.strict else WARNING) for one_beyond in found])
     if found and options.strict:
         return PROBLEMS
-    if options.json:
-        import json
-
-        servos = [_servo_object(group) for group in known.robot.servos]
-        print(json.dumps({"servos": servos, "joints": [_object(row) for row in rows]}, indent=2))
-    elif rows:
-        print(
-            "\n".join(_table(_HEADS if any(row.asked is not None for row in rows) else _HEADS[:4], map(_cells, rows)))
-        )
-    else:
-        print("\n".join(_calibration(known.robot)))
+    servos = [_servo_object(group) for group in known.robot.servos]
+    made = {"servos": servos, "joints": [_object(row) for row in rows]}
+    heads = _HEADS if any(row.asked is not None for row in rows) else _HEADS[:4]
+    give_result(
+        options,
+        made,
+        lambda: "\n".join(_table(heads, map(_cells, rows)) if rows else _calibration(known.robot)),
+    )
     return FINE
 
 
@@ -263,10 +261,11 @@ def _servo_object(group: ServoGroup) -> dict[str, Any]:
     }
 
 
-def _same_model(robot: Robot, name: str, console: Console) -> int:
+def _same_model(robot: Robot, options: argparse.Namespace, console: Console) -> int:
     """Say whether the driver's model gives the positions that the description gives, pulse by pulse."""
     from ...model.pulses import NoModel, against_model
 
+    name = options.model
     path = Path(name)
     if world.kind(path) != world.FILE:
         raise WrongUsage(no_file(path))
@@ -275,9 +274,10 @@ def _same_model(robot: Robot, name: str, console: Console) -> int:
     except NoModel as problem:
         console.warn(f"{name}: {problem}")
         return PROBLEMS
-    if compared.differences:
-        for line in compared.differences:
-            console.warn(f"{name}: {line}")
-        return PROBLEMS
-    console.say(f"{name}: {compared.pulses:,} pulses of {compared.joints} joints give the very positions described")
-    return FINE
+    servos = [_servo_object(group) for group in robot.servos]
+    made = {"servos": servos, "joints": [], "model": {"file": name, "differences": list(compared.differences)}}
+    for line in compared.differences:
+        console.warn(f"{name}: {line}")
+    same = f"{name}: {compared.pulses:,} pulses of {compared.joints} joints give the very positions described"
+    give_result(options, made, lambda: "" if compared.differences or options.quiet else same)
+    return PROBLEMS if compared.differences else FINE

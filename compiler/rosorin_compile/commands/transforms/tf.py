@@ -6,17 +6,26 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...diagnostics.console import Console
 from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
+from ..answer import give_result
 from ..given import given_arguments
-from ..options import argument_options, mode_option, named_robot, package_option, quiet_option
+from ..options import (
+    argument_options,
+    console_of,
+    json_option,
+    mode_option,
+    named_robot,
+    package_option,
+    quiet_option,
+)
 from ..robots import one
 from ..understanding import Known, mode_states, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
+    from ...diagnostics.console import Console
     from ...model import Edge, Robot
     from ...model.kinematics.graph import NoWay
     from ...model.kinematics.lookup import Answer
@@ -78,7 +87,7 @@ def options(command: argparse.ArgumentParser) -> None:
     state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
     mode_option(command, "off, where one is named")
     answer = command.add_mutually_exclusive_group()
-    answer.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    json_option(answer)
     answer.add_argument("--table", action="store_true", help="one line a state: x y z in m, roll pitch yaw in degrees")
     answer.add_argument("--csv", action="store_true", help="one line a state: numbers in full, in m and rad")
     command.add_argument(
@@ -103,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"two frames are needed, and at most one robot: {_HOW}")
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
         raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
-    console = Console("text", options.quiet)
+    console = console_of(options)
     known = understood(given, one(options.robot or "".join(words[2:]), _HOW), console)
     if known is None:
         return PROBLEMS
@@ -167,20 +176,18 @@ def _answer(known: Known, source: str, target: str, asked: Asked, options: argpa
         console.show([_no_way(known, problem)])
         return PROBLEMS
     console.show(_remarks(known, answers[0]))
-    print(_form(answers, asked, options))
+    from .echo import as_json
+
+    made = [as_json(answer, state) for answer, state in zip(answers, asked.states, strict=True)]
+    give_result(options, made if asked.swept else made[0], lambda: _form(answers, asked, options))
     return FINE
 
 
 def _form(answers: Sequence[Answer], asked: Asked, options: argparse.Namespace) -> str:
-    """Return the answers in the form that is asked for."""
+    """Return the answers in the form for people that is asked for."""
     from . import echo
 
     digits = echo.DIGITS if options.digits is None else options.digits
-    if options.json:
-        import json
-
-        made = [echo.as_json(answer, state) for answer, state in zip(answers, asked.states, strict=True)]
-        return json.dumps(made if asked.swept else made[0], indent=2)
     if options.csv:
         return echo.csv(list(asked.swept), asked.states, answers)
     if options.table:

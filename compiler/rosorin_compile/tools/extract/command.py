@@ -6,12 +6,23 @@ import argparse
 import json
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import Console, masked
-from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, argument_options, package_option, place, quiet_option
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    console_of,
+    give_result,
+    json_option,
+    package_option,
+    place,
+    quiet_option,
+)
 
 from ...diagnostics.console import give
 
@@ -95,6 +106,7 @@ def _factory_options(way: argparse.ArgumentParser) -> None:
     way.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
     _section_option(way)
     _grid_options(way)
+    json_option(way)
 
 
 def _section_option(way: argparse.ArgumentParser) -> None:
@@ -122,7 +134,7 @@ def _grid_options(way: argparse.ArgumentParser) -> None:
 def _output_options(way: argparse.ArgumentParser) -> None:
     way.add_argument("-o", "--output", type=place, metavar="FILE", help="write a file instead of standard output")
     way.add_argument("--force", action="store_true", help="overwrite a file that extract did not make")
-    way.add_argument("--json", action="store_true", help="JSON instead of YAML")
+    json_option(way)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -137,7 +149,7 @@ def run(options: argparse.Namespace) -> int:
         "heightmap": _heightmap,
         "factory": _factory,
     }
-    console = Console("text", options.quiet)
+    console = console_of(options)
     try:
         need_trimesh()
         return ways[options.what](options, console)
@@ -161,11 +173,13 @@ def _boxes(options: argparse.Namespace, console: Console) -> int:
     decimals = digits(options.digits, "--digits")
     fitted = boxes.fit_parts(parts(options, console), decimals, options.stack, options.axis)
     lines = boxes.table(fitted, KINDS)
-    if options.json:
-        text = json.dumps(boxes.json_values(fitted, KINDS), indent=1) + "\n"
-    else:
-        text = _head(options) + boxes.yaml_text(fitted, options.shape)
-    return _give(options, text, lines)
+    made = boxes.json_values(fitted, KINDS)
+    text = (
+        json.dumps(made, indent=1) + "\n"
+        if options.format == "json-list"
+        else _head(options) + boxes.yaml_text(fitted, options.shape)
+    )
+    return _give(options, made, text, lines)
 
 
 def _heightmap(options: argparse.Namespace, console: Console) -> int:
@@ -173,10 +187,11 @@ def _heightmap(options: argparse.Namespace, console: Console) -> int:
     from .heightmap import make_map, summary
     from .options import surface, wanted, wanted_there
 
-    if options.into and (options.output or options.json):
-        raise WrongUsage("--into edits a file; it goes with neither -o nor --json")
-    if options.bottom and (options.into or options.json):
-        raise WrongUsage("--bottom goes with neither --into nor --json; write a file with -o, and paste it")
+    as_json = options.format != "text"
+    if options.into and (options.output or as_json):
+        raise WrongUsage("--into edits a file; it goes with neither -o nor JSON")
+    if options.bottom and (options.into or as_json):
+        raise WrongUsage("--bottom goes with neither --into nor JSON; write a file with -o, and paste it")
     asked = wanted(options)
     source = block = None
     if options.into:
@@ -189,10 +204,9 @@ def _heightmap(options: argparse.Namespace, console: Console) -> int:
     note = options.note or f"top of {', '.join(meshes)}"
     if source is not None and block is not None:
         return _replace(options, source, block, made, note)
-    if options.json:
-        return _give(options, json.dumps(writing.driver_height_map(frame, made)) + "\n", [summary(made)])
-    text = "\n".join(writing.height_map(frame, made, options.status, note)) + "\n"
-    return _give(options, _head(options) + text, [summary(made)])
+    values = writing.driver_height_map(frame, made)
+    text = _head(options) + "\n".join(writing.height_map(frame, made, options.status, note)) + "\n"
+    return _give(options, values, json.dumps(values) + "\n" if options.format == "json-list" else text, [summary(made)])
 
 
 def _replace(options: argparse.Namespace, source: Source, block: Block, made: HeightMap, note: str) -> int:
@@ -237,20 +251,24 @@ def _factory(options: argparse.Namespace, console: Console) -> int:
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    if not options.quiet:
-        _tell(made, options.output)
+    result = {"joints": list(made.joints), "boxes": list(made.boxes), "written": _written(made, options.output)}
+    give_result(options, result, lambda: "" if options.quiet else "\n".join(_told(made, options.output)))
     return PROBLEMS if has_errors(made.diagnostics) else FINE
 
 
-def _tell(made: Factory, folder: str) -> None:
-    """Say what came of a package."""
+def _written(made: Factory, folder: str) -> list[str]:
+    return [str(Path(folder, file)) for file in sorted(made.files)]
+
+
+def _told(made: Factory, folder: str) -> Iterator[str]:
+    """Yield lines about what came of a package."""
     from .heightmap import summary
 
     for what, names in (("joints", made.joints), ("boxes", list(made.boxes))):
-        print(f"{what} ({len(names)}): {', '.join(names) or 'none'}")
+        yield f"{what} ({len(names)}): {', '.join(names) or 'none'}"
     if made.height_map is not None:
-        print(f"height map in {made.frame}: {summary(made.height_map)}")
-    print(f"written: {', '.join(str(Path(folder, file)) for file in sorted(made.files))}")
+        yield f"height map in {made.frame}: {summary(made.height_map)}"
+    yield f"written: {', '.join(_written(made, folder))}"
 
 
 def _head(options: argparse.Namespace) -> str:
@@ -260,10 +278,18 @@ def _head(options: argparse.Namespace) -> str:
     return masked(f"{MARK} {options.what} {shlex.join(options.words)}".replace("\n", " ")) + "\n"
 
 
-def _give(options: argparse.Namespace, text: str, said: Sequence[str]) -> int:
-    """Write a result to the file that is asked for, else to standard output, and say on the other what it is."""
+def _give(options: argparse.Namespace, result: object, text: str, said: Sequence[str]) -> int:
+    """Write a text to the file that is asked for, else to standard output, and say on the other what it is.
+
+    In an envelope there is the result instead, with or without a file.
+    """
     from .writing import save
 
+    if options.format == "json":
+        if options.output is not None:
+            save(Path(options.output), text, options.force)
+        give_result(options, result, str)
+        return FINE
     said = () if options.quiet else (*said, *([f"written: {options.output}"] if options.output else []))
     if options.output is None:
         give(text)

@@ -27,6 +27,8 @@ from rosorin_compile.extending import (
     Description,
     WrongUsage,
     argument_options,
+    console_of,
+    give_result,
     given_arguments,
     json_option,
     one_robot,
@@ -99,7 +101,7 @@ def run(options: argparse.Namespace) -> int:
     if lacking:
         raise WrongUsage(f"simulate needs what is not installed ({listed(lacking)}): {pip_install('simulate')}")
     description = one(words[0] if words else "", _HOW)
-    console = Console("text", options.quiet)
+    console = console_of(options)
     known = understood(given, description, console)
     if known is None:
         return PROBLEMS
@@ -189,9 +191,13 @@ def _tell(
     from . import telling
 
     timing = not options.no_timing
-    if options.format == "json":
+    if options.format != "text":
         made = telling.as_json(world, trials, limits, timing)
-        print(json.dumps({**made, "findings": json.loads(as_json(found))}, indent=2))
+        if options.format == "json":
+            console.show(found)
+        else:
+            made["findings"] = json.loads(as_json(found))
+        give_result(options, made, str)
         return
     name = world.robot.name
     print(f"{name}: {telling.about(world)}\n")

@@ -21,6 +21,8 @@ from rosorin_compile.extending import (
     WrongUsage,
     argument_options,
     compile_one,
+    console_of,
+    give_result,
     given_arguments,
     is_foreign,
     json_option,
@@ -94,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
     source, description = _asked(words)
     if source != "-" and not _is_there(source):
         raise WrongUsage(f"there is no {source}; name {_SOURCES}")
-    console = Console("text", options.quiet)
+    console = console_of(options)
     compiled = _compiled(given, description, console)
     if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
         console.show([diagnostic for diagnostic in compiled.diagnostics if diagnostic.severity == "error"])
@@ -259,10 +261,12 @@ def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str,
 
     from .lines import summary, table
 
-    if options.format == "json":
-        from .machine import as_json
+    if options.format != "text":
+        from .machine import as_object
 
-        sys.stdout.write(as_json(verdict, source))
+        if options.format == "json":
+            console.show(verdict.findings)
+        give_result(options, as_object(verdict, source), str)
         return
     if options.quiet:
         failing = (ERROR, WARNING) if options.strict else (ERROR,)

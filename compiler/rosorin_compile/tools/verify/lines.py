@@ -41,7 +41,7 @@ def table(verdict: Verdict) -> list[str]:
     rows = list(_edges(recording))
     lines = _columns([_HEAD, *rows[:MAX_ROWS]]) if rows else []
     if len(rows) > MAX_ROWS:
-        lines.append(f"...{and_more(len(rows) - MAX_ROWS, 'edges')}; --json has them all")
+        lines.append(f"...{and_more(len(rows) - MAX_ROWS, 'edges')}; --format json has them all")
     sensors = list(_sensors(recording))
     if sensors:
         lines += ["", *_columns([_SENSOR_HEAD, *sensors[:MAX_ROWS]])]

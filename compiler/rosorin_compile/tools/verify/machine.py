@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -20,12 +19,12 @@ from .series import Series
 VERSION = 1
 
 
-def as_json(verdict: Verdict, source: str) -> str:
-    """Return a verdict as a JSON document."""
+def as_object(verdict: Verdict, source: str) -> dict[str, Any]:
+    """Return a verdict as JSON has it."""
     recording = verdict.recording
     span = (recording.end - recording.start) / SECOND if recording.timed and recording.start is not None else None
     way = best_way(recording)
-    document = {
+    return {
         "recording": VERSION,
         "robot": verdict.description.robot.name,
         "source": source,
@@ -45,7 +44,6 @@ def as_json(verdict: Verdict, source: str) -> str:
         "answers": [{"source": a.source, "target": a.target, "line": a.line} for a in recording.asked],
         "findings": [_finding(finding) for finding in verdict.findings],
     }
-    return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
 
 def _finite(value: float) -> float | None:

@@ -1,0 +1,33 @@
+"""Answers of commands as JSON, held against the schemas that they name."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import Any
+
+import jsonschema
+
+from rosorin_compile.commands import answer as answering
+from support.paths import SCHEMAS
+
+_envelope = answering.envelope
+
+
+@cache
+def validator(name: str) -> jsonschema.Draft7Validator:
+    """Return the validator of a schema of this project."""
+    return jsonschema.Draft7Validator(json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8")))
+
+
+def hold(answer: dict[str, Any]) -> None:
+    """Raise AssertionError for an answer that is not as its schema says."""
+    wrong = [f"{list(one.path)}: {one.message[:200]}" for one in validator(answer["schema"]).iter_errors(answer)]
+    assert wrong == []
+
+
+def held_envelope(answer: answering.Answer) -> dict[str, object]:
+    """Return an answer as it is printed, which is as its schema says."""
+    made = _envelope(answer)
+    hold(json.loads(answering.document(made)))
+    return made

@@ -136,6 +136,11 @@ SPOILED = [
         id="box",
     ),
     pytest.param(
+        *("robot_model.json", '"max": [0.02398, 0.02399, 0.03955]', '"max": [0.02398, 0.02399, 0.04]'),
+        "link1 collision: 1 of 1 shapes in robot_model.json are not in the model",
+        id="box-between-corners",
+    ),
+    pytest.param(
         *("rosorin.xml", 'type="box" size="0.0239', 'type="box" size="0.0479'),
         "link1 collision: 1 of 1 shapes in rosorin.xml are not in the model",
         id="half-sizes",

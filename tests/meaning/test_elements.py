@@ -7,6 +7,7 @@ import pytest
 from rosorin_compile.meaning.elements import Context, differently_meant
 
 SENSOR = '<gazebo reference="eye"><sensor name="s" type="camera"><camera>{}</camera></sensor></gazebo>'
+LIDAR = '<gazebo reference="l"><sensor name="s" type="gpu_lidar">{}<topic>scan</topic></sensor></gazebo>'
 MU = "<gazebo reference='a'><mu1>{}</mu1></gazebo>"
 
 
@@ -22,6 +23,12 @@ MU = "<gazebo reference='a'><mu1>{}</mu1></gazebo>"
         ("<gazebo><static>1</static></gazebo>", "", ["<static> of <gazebo> is lost"]),
         ("", "<link_extra a='1'/>", ['<link_extra a="1.0"/> is new']),
         ("<ros2_control name='c' type='system'/>", "", ['<ros2_control name="c"> is lost']),
+        # A lidar has two names, which do not stand at one place of the alphabet.
+        (
+            LIDAR.format("<ray><scan/></ray><pose>1 0 0 0 0 0</pose>"),
+            LIDAR.format("<pose>1 0 0 0 0 0</pose><lidar><scan/></lidar>"),
+            [],
+        ),
         # What has another name may stand before or behind, what has the same one may not.
         (SENSOR.format("<a>1</a><b>2</b>"), SENSOR.format("<b>2</b><a>1</a>"), []),
         (

@@ -18,7 +18,9 @@ materials: {{red: {{rgba: [1, 0, 0, 1]}}, blue: {{rgba: [0, 0, 1, 1]}}}}
 links:
   base: {{}}
   arm: {{inertial: {SOLID}, visual: [{{sphere: {{radius: 0.1}}, material: red}}]}}
-  hand: {{inertial: {SOLID}, visual: [{{sphere: {{radius: 0.2}}, material: red}}]}}
+  hand:
+    inertial: {SOLID}
+    visual: [{{sphere: {{radius: 0.2}}, material: red}}, {{sphere: {{radius: 0.05}}, rgba: [0, 1, 0, 1]}}]
   lamp: {{inertial: {SOLID}, visual: [{{sphere: {{radius: 0.3}}, material: blue}}]}}
 joints:
   turn: {{type: revolute, parent: base, child: arm, xyz: [0, 0, 0.1], {HINGE}}}
@@ -60,6 +62,18 @@ CHANGES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
             ("joints:\n", "joints:\n  m: {type: fixed, parent: base, child: mark, publisher: {none: no need}}\n"),
         ],
         ["new: frame mark (on base, published by nobody): mjcf, frames"],
+    ),
+    "a frame that nobody publishes is new, and no artifact says who": (
+        [
+            (", frames: {file: frames.md}, static_tf: {file: tf.py}", ""),
+            ("  base: {}\n", "  base: {}\n  mark: {}\n"),
+            ("joints:\n", "joints:\n  m: {type: fixed, parent: base, child: mark, publisher: {none: no need}}\n"),
+        ],
+        ["new: frame mark (on base, published by nobody): mjcf"],
+    ),
+    "a colour that several formats say": (
+        [("rgba: [0, 1, 0, 1]", "rgba: [0, 0.5, 0, 1]")],
+        ["hand visual colour 0 1 0 1 -> 0 0.5 0 1: urdf, mjcf"],
     ),
     "a name of a shape": (
         [("radius: 0.2}, mat", "radius: 0.2}, name: skin, mat")],

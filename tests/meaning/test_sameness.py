@@ -1,0 +1,38 @@
+"""Whether two robots are the same, number by number: to a part of the larger one, or of one."""
+
+from __future__ import annotations
+
+import pytest
+
+from rosorin_compile.meaning.sameness import _Comparison, different
+from rosorin_compile.model import Dynamics, Joint, Link, Robot
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        (0.0, 0.9e-6, True),
+        (0.0, 1.1e-6, False),
+        (1.0, 1.0 + 1.1e-6, False),
+        (1000.0, 1000.0009, True),
+        (1000.0, 1000.0011, False),
+        (-1000.0, -1000.0009, True),
+        (None, 0.0, False),
+        (0, 0.0, True),
+        ("a", "a", True),
+        ("a", "b", False),
+    ],
+)
+def test_two_values(one: object, other: object, same: bool) -> None:
+    comparison = _Comparison(1e-6, (), by_meaning=False)
+    assert comparison.same(one, other) == comparison.same(other, one) == same
+
+
+def test_dynamics_of_zero_are_none() -> None:
+    links = (Link("a"), Link("b"))
+    plain, zero, damped = (
+        Robot("r", links, (Joint("j", "continuous", "a", "b", dynamics=dynamics),))
+        for dynamics in (None, Dynamics(), Dynamics(damping=0.1))
+    )
+    assert different(plain, zero, 0.0, carried_by_urdf=False) == []
+    assert different(plain, damped, 0.0, carried_by_urdf=False) != []

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.meaning.causes import _painted
 from rosorin_compile.meaning.golden import compare
 from support.robots import compiled_text, sound
 
@@ -93,3 +94,12 @@ def test_what_is_said(tmp_path: Path, what: str) -> None:
     robot, _, after = sound(compiled_text(tmp_path, text))
     committed = {artifact.file: artifact.text.encode() for artifact in before.artifacts}
     assert [change.line() for change in compare(robot, after.artifacts, committed).changes] == said
+
+
+def test_a_material_paints_what_is_seen_of_the_links_that_there_are(tmp_path: Path) -> None:
+    _, _, before = sound(compiled_text(tmp_path, ROBOT))
+    robot, _, after = sound(compiled_text(tmp_path, ROBOT.replace("rgba: [1, 0, 0, 1]", "rgba: [1, 1, 0, 1]")))
+    committed = {artifact.file: artifact.text.encode() for artifact in before.artifacts}
+    pair = next(one for one in compare(robot, after.artifacts, committed).pairs if one.output == "urdf")
+    assert _painted(robot, pair, ("arm", "visual")) == {"red"}
+    assert _painted(robot, pair, ("arm", "collision")) == _painted(robot, pair, ("nothing", "visual")) == set()

@@ -101,8 +101,9 @@ def test_contacts_that_somebody_disabled_are_counted(tmp_path: Path) -> None:
     bodies = '<body name="a"><body name="b"><body name="c"/></body></body>'
     exclude = '<contact><exclude body1="a" body2="b"/></contact>'
     (tmp_path / "r.xml").write_text(f'<mujoco model="r"><worldbody>{bodies}</worldbody>{exclude}</mujoco>', "utf-8")
-    said = compared(tmp_path / "robot.yaml", tmp_path / "r.xml")["not_compared"]
-    assert "2 and 1 disabled contacts: a simulation adds those of neighbours" in said
+    found = compared(tmp_path / "robot.yaml", tmp_path / "r.xml")
+    assert "2 and 1 disabled contacts: a simulation adds those of neighbours" in found["not_compared"]
+    assert found["differences"] == []
 
 
 def test_robots_of_two_names_are_one_with_a_note(tmp_path: Path) -> None:

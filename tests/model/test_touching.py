@@ -11,7 +11,6 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform  # noqa: E402
-from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
 from rosorin_compile.model.touching import NEAR, Solid, Touching, around  # noqa: E402
 
 CASES = 1500
@@ -62,7 +61,7 @@ def test_two_solids_touch_where_mujoco_says_so() -> None:
             for word, some in ((kind, sizes), (other_kind, other_sizes))
         )
         judged = distance(ones, others, " ".join(map(repr, xyz)), " ".join(map(repr, quat)))
-        way = transform_of_quaternion(xyz, quat)
+        way = Transform.of_quaternion(xyz, quat)
         ours = touch([one], [other], way)
         assert ours == touch([other], [one], way.inverse())
         touching += ours

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile.output import OutputError, placing
-from rosorin_compile.output.placing import READY, alone, place
+from rosorin_compile.output.placing import READY, holding, place
 from support.kills import ended_at
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}
@@ -227,7 +227,7 @@ def test_a_kill_at_each_call_is_mended_by_the_next_run(tmp_path: Path, there: bo
             mixed += 1
         assert all(shown.get(name) in (before.get(name), NEW.get(name)) for name in {**before, **NEW})
         more = {"more": b"more"}
-        with alone(folder) as held:
+        with holding(folder) as held:
             assert held.finished.left == ()
             held.place(more)
         assert contents(folder) in ({**before, **more}, {**before, **NEW, **more}), step
@@ -253,10 +253,10 @@ def test_what_is_changed_after_a_kill_stays(tmp_path: Path, name: str) -> None:
     folder, waiting = between(tmp_path)
     assert 0 < len(waiting) < len(NEW)
     (folder / name).write_bytes(b"an hour of work")
-    with alone(folder, dry=True) as held:
+    with holding(folder, dry=True) as held:
         would = held.finished
     before = contents(folder)
-    with alone(folder) as held:
+    with holding(folder) as held:
         assert held.finished == would
         assert set(would.left) == {name} & waiting
         assert set(would.put) == waiting - {name}
@@ -276,7 +276,7 @@ def test_what_became_of_a_place_after_a_kill(tmp_path: Path, how: str) -> None:
     elif how == "link":
         (tmp_path / "mine").write_bytes(b"mine")
         (folder / name).symlink_to(tmp_path / "mine")
-    with alone(folder) as held:
+    with holding(folder) as held:
         assert held.finished.left == (() if how == "gone" else (name,))
     if how == "gone":
         assert contents(folder) == {**OLD, **NEW}
@@ -288,7 +288,7 @@ def test_a_set_that_came_with_a_copy_counts_for_nothing(tmp_path: Path) -> None:
     folder, waiting = between(tmp_path)
     shutil.copytree(folder, tmp_path / "copy")
     before = {name: data for name, data in contents(tmp_path / "copy").items() if name in {**OLD, **NEW}}
-    with alone(tmp_path / "copy") as held:
+    with holding(tmp_path / "copy") as held:
         assert held.finished.put == held.finished.left == ()
     assert contents(tmp_path / "copy") == before
     assert waiting

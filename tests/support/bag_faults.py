@@ -108,10 +108,10 @@ def _stamp(transform: Any) -> int:
 
 
 def _rows(transform: Any) -> Any:
-    from rosorin_compile.model.geometry import transform_of_quaternion
+    from rosorin_compile.model.geometry import Transform
 
     q = transform.transform.rotation
-    return transform_of_quaternion((0.0, 0.0, 0.0), (q.w, q.x, q.y, q.z)).rows
+    return Transform.of_quaternion((0.0, 0.0, 0.0), (q.w, q.x, q.y, q.z)).rows
 
 
 def on_the_other_topic(child: str, to_static: bool) -> Callable[[list[Message]], list[Message]]:

@@ -29,15 +29,21 @@ if TYPE_CHECKING:
     from ..commands.robots import is_foreign
     from ..commands.understanding import mode_states
     from ..commands.usage import FINE, PROBLEMS, WrongUsage
+    from ..diagnostics.bounded import python_of, yaml_of
     from ..formats import FORMATS
     from ..formats.mesh_files import Places
+    from ..formats.static_tf import StaticTransform, static_transforms
     from ..frontend.arguments import declared
     from ..frontend.expression import ExpressionError, evaluate
     from ..frontend.load import LoadError, load_mapping, parse_yaml, read_utf8
     from ..frontend.tree import Map, Path, Seq, Text, locate
     from ..frontend.yaml_text import scalar
+    from ..meaning.entities import Change
+    from ..meaning.golden import Comparison, TextDifference, compare
     from ..output import OutputError
     from ..output.one_file import write_file
+    from ..output.ours import Held
+    from ..output.placing import Holding, holding
     from ..pipeline import compile_robot
     from ..project import DESCRIPTIONS, ROOT_FILE, Description, NoDescription, data_folder
     from ..units import Quantity, parse_quantity
@@ -46,6 +52,8 @@ if TYPE_CHECKING:
 
 # Each public name and the module that has it.
 _HOMES = {
+    "Change": "meaning.entities",
+    "Comparison": "meaning.golden",
     "DESCRIPTIONS": "project",
     "Description": "project",
     "Element": "xml.markup",
@@ -53,6 +61,8 @@ _HOMES = {
     "FINE": "commands.usage",
     "FORMATS": "formats",
     "Given": "commands.given",
+    "Held": "output.ours",
+    "Holding": "output.placing",
     "LoadError": "frontend.load",
     "Map": "frontend.tree",
     "MarkupError": "xml.markup",
@@ -64,9 +74,12 @@ _HOMES = {
     "Quantity": "units",
     "ROOT_FILE": "project",
     "Seq": "frontend.tree",
+    "StaticTransform": "formats.static_tf",
     "Text": "frontend.tree",
+    "TextDifference": "meaning.golden",
     "WrongUsage": "commands.usage",
     "argument_options": "commands.options",
+    "compare": "meaning.golden",
     "compile_one": "commands.compiling",
     "compile_robot": "pipeline",
     "console_of": "commands.options",
@@ -76,6 +89,7 @@ _HOMES = {
     "format_options": "commands.options",
     "give_result": "commands.answer",
     "given_arguments": "commands.given",
+    "holding": "output.placing",
     "is_foreign": "commands.robots",
     "json_option": "commands.options",
     "load_mapping": "frontend.load",
@@ -87,12 +101,15 @@ _HOMES = {
     "parse_quantity": "units",
     "parse_yaml": "frontend.load",
     "place": "commands.options",
+    "python_of": "diagnostics.bounded",
     "quiet_option": "commands.options",
     "read_utf8": "frontend.load",
     "scalar": "frontend.yaml_text",
     "search_meshes": "commands.compiling",
+    "static_transforms": "formats.static_tf",
     "world": "world",
     "write_file": "output.one_file",
+    "yaml_of": "diagnostics.bounded",
 }
 
 __all__ = [
@@ -101,10 +118,14 @@ __all__ = [
     "FORMATS",
     "PROBLEMS",
     "ROOT_FILE",
+    "Change",
+    "Comparison",
     "Description",
     "Element",
     "ExpressionError",
     "Given",
+    "Held",
+    "Holding",
     "LoadError",
     "Map",
     "MarkupError",
@@ -114,9 +135,12 @@ __all__ = [
     "Places",
     "Quantity",
     "Seq",
+    "StaticTransform",
     "Text",
+    "TextDifference",
     "WrongUsage",
     "argument_options",
+    "compare",
     "compile_one",
     "compile_robot",
     "console_of",
@@ -126,6 +150,7 @@ __all__ = [
     "format_options",
     "give_result",
     "given_arguments",
+    "holding",
     "is_foreign",
     "json_option",
     "load_mapping",
@@ -137,12 +162,15 @@ __all__ = [
     "parse_quantity",
     "parse_yaml",
     "place",
+    "python_of",
     "quiet_option",
     "read_utf8",
     "scalar",
     "search_meshes",
+    "static_transforms",
     "world",
     "write_file",
+    "yaml_of",
 ]
 
 __getattr__ = lazily(__name__, _HOMES, globals())

@@ -83,6 +83,11 @@ class StaticTransform(NamedTuple):
     source: Source
     when: str = ""
 
+    @staticmethod
+    def launch_arguments() -> Mapping[str, str]:
+        """Return the arguments that every launch file of ours has, with their help."""
+        return ARGUMENTS
+
     def words(self) -> Iterator[tuple[str, str, bool]]:
         """Yield the arguments in pairs: the flag, the value, and whether that is the name of a frame."""
         for flag, value in zip(self.arguments[::2], self.arguments[1::2], strict=True):
@@ -107,11 +112,6 @@ class StaticTransforms(NamedTuple):
     always: list[StaticTransform]
     in_modes: list[StaticTransform]
     diagnostics: list[Diagnostic]
-
-    @staticmethod
-    def launch_arguments() -> Mapping[str, str]:
-        """Return the arguments that every launch file of ours has, with their help."""
-        return ARGUMENTS
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:

@@ -7,6 +7,7 @@ have), ``frame_tree``.
 """
 
 from ..startup.lazily import lazily
+from .control import Controller
 from .geometry import Pose, Transform, Vector
 from .joint import (
     ROBOT_STATE_PUBLISHER,
@@ -30,6 +31,7 @@ __all__ = [
     "UNPUBLISHED",
     "Box",
     "Capsule",
+    "Controller",
     "Cylinder",
     "Dynamics",
     "Edge",

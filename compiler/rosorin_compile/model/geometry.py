@@ -138,6 +138,23 @@ class Transform:
     rows: Rows = _UNIT_ROWS
     xyz: Vector = _ORIGIN
 
+    @staticmethod
+    def of_quaternion(xyz: Vector, quaternion: Sequence[float]) -> Transform:
+        """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length.
+
+        Raises ValueError for a quaternion of length zero.
+        """
+        length = math.hypot(*quaternion)
+        if length == 0:
+            raise ValueError("a quaternion of length zero is no rotation")
+        w, x, y, z = (c / length for c in quaternion)
+        rows = (
+            (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+            (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+            (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+        )
+        return Transform(rows, xyz)
+
     def __repr__(self) -> str:
         """Return the translation and the rotation as people read them, to six digits."""
         x, y, z = (f"{value + 0.0:.6g}" for value in self.xyz)
@@ -235,20 +252,3 @@ IDENTITY = Pose()
 def pose_of(transform: Transform) -> Pose:
     """Return a transform as xyz and rpy; exact quarter turns give exact angles."""
     return Pose(transform.xyz, transform.rpy())
-
-
-def transform_of_quaternion(xyz: Vector, quaternion: Sequence[float]) -> Transform:
-    """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length.
-
-    Raises ValueError for a quaternion of length zero.
-    """
-    length = math.hypot(*quaternion)
-    if length == 0:
-        raise ValueError("a quaternion of length zero is no rotation")
-    w, x, y, z = (c / length for c in quaternion)
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return Transform(rows, xyz)

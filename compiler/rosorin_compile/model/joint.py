@@ -106,6 +106,11 @@ class Publisher:
     stamps: tuple[str, ...] = ()
     simulated: bool = False
 
+    @property
+    def is_node(self) -> bool:
+        """Whether it is a node that is neither robot_state_publisher nor a static_transform_publisher."""
+        return self.kind == NODE
+
 
 @dataclass(frozen=True, repr=False)
 class Joint:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from .geometry import Transform, Vector, norm, rotation_about, transform_of_quaternion
+from .geometry import Transform, Vector, norm, rotation_about
 
 # In radians and metres; the quaternion of a floating or ball joint may have any length but zero.
 COORDINATES: Mapping[str, tuple[str, ...]] = {
@@ -49,10 +49,10 @@ def _several(kind: str, axis: Vector, numbers: Sequence[float]) -> Transform:
         )
     if kind == "floating":
         x, y, z, qx, qy, qz, qw = numbers
-        return transform_of_quaternion((x, y, z), (qw, qx, qy, qz))
+        return Transform.of_quaternion((x, y, z), (qw, qx, qy, qz))
     if kind == "ball":
         qx, qy, qz, qw = numbers
-        return transform_of_quaternion((0.0, 0.0, 0.0), (qw, qx, qy, qz))
+        return Transform.of_quaternion((0.0, 0.0, 0.0), (qw, qx, qy, qz))
     first, second = plane_axes(axis)
     (a, b, c), (d, e, f) = _along(first, numbers[0]), _along(second, numbers[1])
     return Transform(rotation_about(axis, numbers[2]), (a + d, b + e, c + f))

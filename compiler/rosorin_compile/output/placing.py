@@ -118,6 +118,11 @@ class Holding(NamedTuple):
         """Return what stands at the names of ``files`` and is not replaced in silence, as ``ours.held``."""
         return list(ours.held(self.root, files, record, own=own))
 
+    @staticmethod
+    def digest(data: bytes) -> str:
+        """Return by what a file is known in the note."""
+        return digest(data)
+
     def check_way(self, name: str) -> None:
         """Raise OutputError for a name that is not below the folder, or to which a link leads."""
         check_way(self.root, name)
@@ -144,7 +149,7 @@ class Holding(NamedTuple):
 
 
 @contextmanager
-def alone(folder: Path, dry: bool = False) -> Iterator[Holding]:
+def holding(folder: Path, dry: bool = False) -> Iterator[Holding]:
     """Keep other runs from placing files into a folder, and finish what a killed one has begun.
 
     With ``dry`` nothing is changed, and nobody kept from anything. Raises OutputError.
@@ -168,7 +173,7 @@ def alone(folder: Path, dry: bool = False) -> Iterator[Holding]:
 
 def place(folder: Path, files: Mapping[str, bytes]) -> tuple[str, ...]:
     """Write ``files`` into a folder, as ``Holding.place``. Raises OutputError."""
-    with alone(folder) as held:
+    with holding(folder) as held:
         return held.place(files)
 
 

@@ -14,7 +14,7 @@ from rosorin_compile.meaning.solids import same_set  # noqa: E402
 from rosorin_compile.meaning.tolerance import same_turn  # noqa: E402
 from rosorin_compile.meaning.view import view_of  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
-from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
+from rosorin_compile.model.geometry import Transform  # noqa: E402
 from support.machines import exact_urdf, machine  # noqa: E402
 from support.simulator import BASES, emit, frame, load, matrix, pose, random_states  # noqa: E402
 
@@ -67,8 +67,8 @@ def test_damping_that_is_a_polynomial_is_read_as_what_is_linear():
     [
         (Pose(rpy=(0, 0, -np.pi)).transform(), (0, 0, np.pi)),
         (Pose(rpy=(0.3, 2.0, 0.1)).transform(), (0.3 - np.pi, np.pi - 2, 0.1 - np.pi)),
-        (transform_of_quaternion((0, 0, 0), (-1e-17, 0, 0, 1)), (0, 0, np.pi)),
-        (transform_of_quaternion((0, 0, 0), (1e-17, 0, 0, 2)), (0, 0, np.pi)),
+        (Transform.of_quaternion((0, 0, 0), (-1e-17, 0, 0, 1)), (0, 0, np.pi)),
+        (Transform.of_quaternion((0, 0, 0), (1e-17, 0, 0, 2)), (0, 0, np.pi)),
     ],
 )
 def test_one_rotation_has_one_form(transform, same):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.model.geometry import transform_of_quaternion
+from rosorin_compile.model.geometry import Transform
 from support import stock_nodes
 from support.launch import read
 from support.paths import ROSORIN
@@ -37,7 +37,7 @@ def test_every_frame_is_where_the_model_has_it(tmp_path: Path, form: str) -> Non
     (poses,) = said["states"]
     assert {"camera_link", "depth_camera_link", "laser", "imu_link"} < set(poses)
     for frame, (root, xyz, (qx, qy, qz, qw)) in poses.items():
-        found = transform_of_quaternion(tuple(xyz), (qw, qx, qy, qz))
+        found = Transform.of_quaternion(tuple(xyz), (qw, qx, qy, qz))
         wanted = robot.transform(root, frame, STATE)
         assert found.xyz == pytest.approx(wanted.xyz, abs=1e-6)
         assert found.angle_to(wanted) < 1e-6

@@ -16,7 +16,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ...model import Transform
-from ...model.geometry import rotation_about, transform_of_quaternion, unit
+from ...model.geometry import rotation_about, unit
 from ..facts import COLLISION, VISUAL, FactSheet, Six, number_of
 from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, TOUCHES, WORLD
@@ -247,7 +247,7 @@ def _transform(sheet: FactSheet, element: Element) -> Transform:
 def _placed(sheet: FactSheet, element: Element) -> Transform:
     if "quat" not in element.attrib:
         return Transform(xyz=sheet.vector3(element, "pos"))
-    return transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
+    return Transform.of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
 
 
 def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:

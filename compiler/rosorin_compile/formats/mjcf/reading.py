@@ -16,7 +16,7 @@ from ...diagnostics import NOTE, WARNING, Diagnostic, Span, and_here
 from ...diagnostics.registry import READING, Rule
 from ...frontend.tree import Map, Seq
 from ...model import Transform, geometry
-from ...model.geometry import IDENTITY, Rows, Vector, transform_of_quaternion
+from ...model.geometry import IDENTITY, Rows, Vector
 from ...model.motion import plane_axes
 from ...xml.markup import Element
 from ..imported import LeftOut, cannot_carry
@@ -333,7 +333,7 @@ def rotation(quaternion: Sequence[float]) -> Rows:
 def transform(pos: Sequence[float], quat: Sequence[float]) -> Transform:
     """Return the transform of a position (m) and a quaternion (w, x, y, z)."""
     x, y, z = pos
-    return transform_of_quaternion((x, y, z), quat)
+    return Transform.of_quaternion((x, y, z), quat)
 
 
 def shift(offset: Sequence[float]) -> Transform:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 from ...diagnostics import NOTE, Diagnostic, Span
 from ...diagnostics.wording import counted
 from ...model import Pose, Transform
-from ...model.geometry import transform_of_quaternion
 from ...rules.remarkable import FULL_TURN
 from ...rules.values import FAR
 from ...units import ANGLE, LENGTH, Quantity
@@ -156,7 +155,7 @@ class Numbers:
             message = f"the quaternion of {named(element)} is zero: no rotation"
             self.reading.error("zero-quaternion", message, element.span, "correct it")
             return Said(Transform(), element=element)
-        return Said(transform_of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
+        return Said(Transform.of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
 
 
 def others(reading: Reading, element: Element, known: Collection[str], attributes: Collection[str]) -> list[Element]:

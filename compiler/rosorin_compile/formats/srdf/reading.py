@@ -15,7 +15,7 @@ from ...diagnostics.wording import quoted
 from ...frontend.lower import lower
 from ...frontend.tree import Map, Text
 from ...model import Output, Robot
-from ...model.geometry import transform_of_quaternion
+from ...model.geometry import Transform
 from ...model.moveit import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
 from ...xml.markup import Element
 from ..format import Joined, Opened, Placed
@@ -481,7 +481,7 @@ def _base(found: list[float]) -> Entry:
     if not any(rotation):
         rotation = [0.0, 0.0, 0.0, 1.0]
     a, b, c, w = rotation
-    return {"xyz": [x, y, z], "rpy": list(transform_of_quaternion((0.0, 0.0, 0.0), (w, a, b, c)).rpy())}
+    return {"xyz": [x, y, z], "rpy": list(Transform.of_quaternion((0.0, 0.0, 0.0), (w, a, b, c)).rpy())}
 
 
 def _pose(state: _State) -> Placed:

@@ -14,7 +14,7 @@ from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Path, Seq
-from ...model.geometry import transform_of_quaternion
+from ...model.geometry import Transform
 from ...rules.remarkable import FULL_TURN
 from ...rules.values import FAR
 from ...units import ANGLE, LENGTH, Quantity
@@ -195,7 +195,7 @@ def put_origin(entry: Map, element: Element, path: Path, reading: Reading) -> No
         )
         return
     x, y, z, w = quaternion
-    rpy = transform_of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy()
+    rpy = Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy()
     made = Seq(attribute.span)
     for angle in rpy:
         made.put(angle + 0.0, attribute.span)

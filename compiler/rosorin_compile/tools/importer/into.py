@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, listed
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, WrongUsage, load_mapping, world
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, WrongUsage, holding, load_mapping, world
 
-from ...output.placing import alone
 from ..package.finding import package_of
 from ..package.installing import missing
 from .merging.again import Again, Wanted, imported_again, recorded, remove
@@ -221,7 +220,7 @@ def put_into(
     """
     description, test = _places(name)
     there = package.folder / description
-    with alone(package.folder) as held:
+    with holding(package.folder) as held:
         finished = held.finished.told()
         taken = _taken(package, Said(source, dict(given), f"{description}/{ROOT_FILE}"), name, files, tree)
         again = None if taken or not _has_files(there) else _again(package, description, files, asked)

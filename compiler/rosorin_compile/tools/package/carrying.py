@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact
 from rosorin_compile.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
-from rosorin_compile.extending import DESCRIPTIONS, Description, data_folder, world
+from rosorin_compile.extending import DESCRIPTIONS, Description, data_folder, world, yaml_of
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ...diagnostics.bounded import yaml_of
 from ...formats.launching import free_names
 from ...project import ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE
 from .meshes import named

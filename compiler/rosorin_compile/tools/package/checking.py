@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile import Artifact
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
-from rosorin_compile.extending import world
+from rosorin_compile.extending import Comparison, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 
-from ...meaning.golden import Comparison
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
 from .deploying import told_before
@@ -23,8 +22,9 @@ from .starting import LAUNCH, STATICS
 from .starting import PUBLISHER as STARTS_URDF
 
 if TYPE_CHECKING:
+    from rosorin_compile.extending import Change
+
     from ...diagnostics.markdown import Block
-    from ...meaning.entities import Change
     from .carrying import Carried
 
 RULES = (

@@ -29,9 +29,8 @@ if TYPE_CHECKING:
 
     from rosorin_compile import Compiled
     from rosorin_compile.diagnostics import Diagnostic
-    from rosorin_compile.extending import Description, Given
+    from rosorin_compile.extending import Description, Given, Holding
 
-    from ...output.placing import Holding
     from .carrying import Carried
     from .package import Options
 
@@ -81,16 +80,14 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and write its package."""
-    from rosorin_compile.extending import OutputError
-
-    from ...output.placing import alone
+    from rosorin_compile.extending import OutputError, holding
 
     console, description, compiled = compiled_one(options, "a package is for one robot", _HOW)
     code = PROBLEMS
     if compiled is not None and compiled.robot is not None:
         robot = compiled.robot
         try:
-            with alone(Path(options.output)) as held:
+            with holding(Path(options.output)) as held:
                 console.show(held.finished.told())
                 asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
                 given = given_arguments(options, options.words)[0]

@@ -9,11 +9,9 @@ from typing import NamedTuple
 
 from rosorin_compile import Artifact, Templates
 from rosorin_compile.diagnostics import printable
-from rosorin_compile.extending import FORMATS
+from rosorin_compile.extending import FORMATS, Change, TextDifference, compare
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 
-from ...meaning.entities import Change
-from ...meaning.golden import TextDifference, compare
 from .meshes import settle
 
 _SAME = "same meaning, different text"

@@ -25,10 +25,9 @@ from ...commands.compiling import compiled_one
 if TYPE_CHECKING:
     from rosorin_compile import Artifact
     from rosorin_compile.diagnostics import Diagnostic
+    from rosorin_compile.extending import Held, Holding
     from rosorin_compile.model import Robot
 
-    from ...output.ours import Held
-    from ...output.placing import Holding
     from .deploying import Plan
 
 RULES = (
@@ -67,9 +66,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and put its artifacts into a folder."""
-    from rosorin_compile.extending import LoadError, OutputError
-
-    from ...output.placing import alone
+    from rosorin_compile.extending import LoadError, OutputError, holding
 
     folder = Path(options.to)
     if world.kind(folder) != world.FOLDER:
@@ -78,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
     code = PROBLEMS
     if compiled is not None and compiled.robot is not None:
         try:
-            with alone(folder, options.dry_run) as held:
+            with holding(folder, options.dry_run) as held:
                 console.show(held.finished.told(options.dry_run))
                 code = _deploy(options, console, compiled.robot, compiled.artifacts, held)
         except (LoadError, OutputError) as problem:
@@ -133,13 +130,11 @@ def _written(robot: Robot, planned: Plan, folder: Path, alone: Holding) -> dict[
     """Return the digests of what was written before; a list without a note that says whose it is, is as it stands."""
     from rosorin_compile.extending import FORMATS
 
-    from ...output.ours import digest
-
     ours = {}
     for copy in planned.copies:
         robot_of = FORMATS[copy.artifact.backend].robot_of
         if copy.old is not None and robot_of is not None and robot_of(folder / copy.place) == robot.name:
-            ours[copy.place] = digest(copy.old)
+            ours[copy.place] = alone.digest(copy.old)
     return {**ours, **alone.recorded()}
 
 

@@ -25,7 +25,7 @@ from .package import Options, folder_of
 from .views import topics_of
 
 if TYPE_CHECKING:
-    from ...output.ours import Held
+    from rosorin_compile.extending import Held
 
 RULES = (
     Rule(

@@ -27,7 +27,6 @@ from rosorin_compile.model import (
     Transform,
 )
 
-from ...model.geometry import transform_of_quaternion
 from ...numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 from .plain_values import Unknown, constants, value
 
@@ -109,7 +108,7 @@ def _transform(numbers: dict[str, float]) -> Transform:
     x, y, z = (numbers.get(flag, 0.0) for flag in _XYZ)
     if numbers.keys() & {*_QUATERNION}:
         qx, qy, qz = (numbers.get(flag, 0.0) for flag in _QUATERNION[:3])
-        return transform_of_quaternion((x, y, z), (numbers.get("--qw", 1.0), qx, qy, qz))
+        return Transform.of_quaternion((x, y, z), (numbers.get("--qw", 1.0), qx, qy, qz))
     roll, pitch, yaw = (numbers.get(flag, 0.0) for flag in _RPY)
     return Pose((x, y, z), (roll, pitch, yaw)).transform()
 

@@ -10,9 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.diagnostics import NOTE, Diagnostic, Heading, Rule
-from rosorin_compile.extending import world
-
-from ...output.ours import digest
+from rosorin_compile.extending import Holding, world
 
 if TYPE_CHECKING:
     from .package import Options
@@ -57,7 +55,7 @@ def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, st
     Raises OSError.
     """
     papers = [name for name in (CHANGELOG, LICENSE) if name in files and world.kind(target / name) == world.FILE]
-    return {name for name in papers if digest(world.read(target / name)) != record.get(name)}
+    return {name for name in papers if Holding.digest(world.read(target / name)) != record.get(name)}
 
 
 def remarks(options: Options, target: Path) -> list[Diagnostic]:

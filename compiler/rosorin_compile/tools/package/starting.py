@@ -6,11 +6,10 @@ import shlex
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.extending import FORMATS
+from rosorin_compile.extending import FORMATS, StaticTransform, static_transforms
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 
 from ...formats import launching
-from ...formats.static_tf import StaticTransform, StaticTransforms, static_transforms
 
 if TYPE_CHECKING:
     from .carrying import Carried
@@ -34,7 +33,7 @@ class LaunchArgument(NamedTuple):
     choices: tuple[str, ...] = ()
 
 
-COMMON = StaticTransforms.launch_arguments()
+COMMON = StaticTransform.launch_arguments()
 ARGUMENTS = (
     *(LaunchArgument(name, "", help) for name, help in COMMON.items()),
     LaunchArgument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),

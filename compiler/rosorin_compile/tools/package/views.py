@@ -7,10 +7,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.extending import world
+from rosorin_compile.extending import world, yaml_of
 from rosorin_compile.model import Robot
-
-from ...diagnostics.bounded import yaml_of
 
 # What shows the messages of a sensor of a type: a class of rviz_default_plugins and the type of its messages.
 DISPLAYS: Mapping[str, str] = {

@@ -26,14 +26,13 @@ from rosorin_compile.diagnostics import (
     listed,
 )
 from rosorin_compile.extending import WrongUsage, world
+from rosorin_compile.model import Controller
 
 from ...formats.controllers.checking import against_robot, missing
 from ...formats.controllers.known import known
 from ...formats.controllers.topics import is_of_nobody, odometry_of
 from ...formats.controllers.types import full, of_type
 from ...formats.parameters.tables import MANAGER
-from ...model.control import Controller
-from ...model.joint import NODE
 from ...project import no_file
 from . import frames, owners, values
 from .files import NoParameters, Section, read_file
@@ -180,7 +179,7 @@ def _judged(case: Case, nodes: Sequence[Node]) -> tuple[int, list[str]]:
     publishers = case.robot.publishers
     judged, absent = 0, []
     for edge in case.robot.edges:
-        if edge.publisher.kind != NODE:
+        if not edge.publisher.is_node:
             continue
         mine = [node for node in nodes if node.is_of(edge.publisher, publishers)]
         if any(node.kind is not None for node in mine):

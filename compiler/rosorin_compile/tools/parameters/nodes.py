@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, did_you_mean, error, nearest
-from rosorin_compile.model import Publisher
+from rosorin_compile.model import Controller, Publisher
 
 from ...formats.controllers.types import full as full_type
 from ...formats.parameters.tables import (
@@ -20,7 +20,6 @@ from ...formats.parameters.tables import (
     is_of,
     plugins,
 )
-from ...model.control import Controller
 from .files import Parameter, Section
 
 RULES = (

@@ -11,7 +11,6 @@ from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Related, R
 from rosorin_compile.extending import Path
 from rosorin_compile.model import UNPUBLISHED, Publisher
 
-from ...model.joint import NODE
 from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic
 from .values import world_problem
@@ -273,7 +272,7 @@ def _not_its_own(
     above = [other for other in declared(case) if other.child == claim.parent.value]
     if claim.aside and any(claim.node.is_of(other.publisher, publishers) for other in above):
         help = claim.aside
-    elif one.publisher.kind == NODE and claim.node.name != one.publisher.name:
+    elif one.publisher.is_node and claim.node.name != one.publisher.name:
         help += f"; if it is to own the edge, name it in the description: publisher: {claim.node.name}"
     return error("parameters-two-owners", message, claim.deciding.span, help, related)
 

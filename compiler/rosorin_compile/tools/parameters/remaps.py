@@ -91,7 +91,7 @@ class _Unreadable(Exception):
 
 
 def _python(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
-    from ...diagnostics.bounded import python_of
+    from rosorin_compile.extending import python_of
 
     try:
         tree = python_of(source.text)

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from rosorin_compile.model import Transform
 
-from ...model.geometry import transform_of_quaternion
-
 Floats = NDArray[np.float64]
 Times = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -105,4 +103,4 @@ def transform_from(xyz: Floats, quaternion: Floats) -> Transform:
     """Return a position (3,) and a quaternion (4,) x, y, z, w as a transform."""
     x, y, z, w = map(float, quaternion)
     px, py, pz = map(float, xyz)
-    return transform_of_quaternion((px, py, pz), (w, x, y, z))
+    return Transform.of_quaternion((px, py, pz), (w, x, y, z))

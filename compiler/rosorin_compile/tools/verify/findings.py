@@ -11,7 +11,6 @@ from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Relate
 from rosorin_compile.model import Transform, Vector
 
 from ...meaning.wording import amount
-from ...model.geometry import minus, norm
 
 _WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}
 _NEAR = math.radians(2.0)  # a turn is named a quarter or a half of one if it is one to within this
@@ -92,10 +91,11 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
 
     The move is along the axes of the parent, the turn about the axes of the described child.
     """
-    move = minus(recorded.xyz, described.xyz)
+    (x, y, z), (u, v, w) = recorded.xyz, described.xyz
+    move = (x - u, y - v, z - w)
     axis, angle = described.turn_to(recorded)
     parts = []
-    far = norm(move)
+    far = math.hypot(*move)
     if angle > 1e-7:
         parts.append(f"turned by {_turn_text(angle, axis)}")
     if far > 1e-7:

@@ -24,9 +24,9 @@ from rosorin_compile.diagnostics import (
     did_you_mean,
     first_of,
 )
+from rosorin_compile.extending import compare
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Transform
 
-from ...meaning.golden import compare
 from ...meaning.wording import amount
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
 from .expected import Description, Expected

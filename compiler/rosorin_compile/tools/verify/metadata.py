@@ -10,9 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import printable
-from rosorin_compile.extending import world
-
-from ...diagnostics.bounded import yaml_of
+from rosorin_compile.extending import world, yaml_of
 
 FILE = "metadata.yaml"
 MAX_BYTES = 16 << 20

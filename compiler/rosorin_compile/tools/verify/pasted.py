@@ -19,14 +19,13 @@ from typing import Any
 import numpy as np
 
 from rosorin_compile.diagnostics import Heading, Rule
-from rosorin_compile.model import Transform, Vector
+from rosorin_compile.extending import python_of, yaml_of
+from rosorin_compile.model import Pose, Transform, Vector
 
-from ...diagnostics.bounded import python_of, yaml_of
-from ...model.geometry import Rows, rotation_of_rpy, transform_of_quaternion
 from .arrays import SECOND, Samples
 from .expected import EXACT, SIX_ANGLE
 from .findings import problem
-from .recording import MAX_DESCRIPTIONS, Asked, Batch, FrameRow, Reading, Recording, Refused
+from .recording import MAX_DESCRIPTIONS, Asked, Batch, FrameRow, Reading, Recording, Refused, Rows
 
 RULES = (
     Rule(
@@ -290,7 +289,7 @@ class Block:
         if form == "quaternion" and len(texts) == 4:
             x, y, z, w = (float(text) for text in texts)
             try:
-                turned = transform_of_quaternion((0.0, 0.0, 0.0), (w, x, y, z))
+                turned = Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z))
             except ValueError:
                 return None
             return Reading(xyz, turned.rows, metres, 4.2 * half + SIX_ANGLE)
@@ -299,7 +298,7 @@ class Block:
             roll, pitch, yaw = (float(text) * factor for text in texts)
             if not all(map(math.isfinite, (roll, pitch, yaw))):
                 return None
-            return Reading(xyz, rotation_of_rpy((roll, pitch, yaw)), metres, 3 * half * factor + SIX_ANGLE)
+            return Reading(xyz, Pose(rpy=(roll, pitch, yaw)).transform().rows, metres, 3 * half * factor + SIX_ANGLE)
         return None
 
 
@@ -355,7 +354,7 @@ def _three(values: Sequence[float]) -> Vector:
 def _orthonormal(rows: Rows) -> Rows:
     """Return the rotation nearest to a printed matrix, through its quaternion."""
     w, x, y, z = Transform(rows).quaternion()
-    return transform_of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rows
+    return Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rows
 
 
 _EDGE = re.compile(r'"([^"]+)" -> "([^"]+)"\s*\[label="([^"]*)"')

@@ -15,12 +15,13 @@ import numpy as np
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.model import Vector
 
-from ...model.geometry import Rows
 from .arrays import NO_SAMPLES, SECOND, Samples, Times
 from .expected import Description, Expected
 from .joints import JointLog
 from .pace import Gap, Pace
 from .series import Series, unlike
+
+Rows = tuple[Vector, Vector, Vector]
 
 MAX_EDGES = 4000
 MAX_SENSORS = 500

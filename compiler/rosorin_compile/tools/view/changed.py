@@ -26,11 +26,9 @@ from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
     from rosorin_compile import Compiled, Difference
-    from rosorin_compile.extending import Description
+    from rosorin_compile.extending import Change, Comparison, Description
 
     from ...meaning.difference import Item, Side
-    from ...meaning.entities import Change
-    from ...meaning.golden import Comparison
     from ...meaning.pairing import Pairing
 
 COMMITTED = "what is committed"

@@ -12,6 +12,7 @@ import pytest
 
 from rosorin_compile import __version__
 from rosorin_compile.cli import main
+from rosorin_compile.commands import robots
 from rosorin_compile.commands.schema import names
 from support.answers import hold, validator
 from support.commands import HANDY, Shown
@@ -19,11 +20,31 @@ from support.paths import SCHEMAS
 
 BROKEN = "robot: broken\nlinks: {base_link: {}}\njoints: {lift: {type: fixed, parent: base_link, child: nope}}\n"
 pytestmark = pytest.mark.usefixtures("project")
-PROJECT = {**HANDY, "broken.yaml": BROKEN}
+PROJECT = {
+    **HANDY,
+    "broken.yaml": BROKEN,
+    "broken.urdf": "<robot",
+    "arm.urdf": '<robot name="arm"><link name="base"/></robot>',
+    "package/package.xml": "<package/>",
+    "list.csv": "name,scale\nsmall,1\nlarge,2\n",
+    "wrong.csv": "name,skale\nsmall,1\n",
+}
 HAND = "descriptions/handy"
 
 # A command line whose answer has a result, one with an error in the description, and one that cannot be followed.
 CASES: dict[str, tuple[str, str, str]] = {
+    "all": (f"all {HAND}", "all broken.yaml", "all nobody"),
+    "check": (f"check {HAND}", "check broken.yaml", "check nobody"),
+    "deploy": (f"deploy {HAND} --to package", "deploy broken.yaml --to package", f"deploy {HAND} --to nowhere"),
+    "import": ("import arm.urdf -o made", "import broken.urdf -o made", "import nothing.urdf"),
+    "init": ("init rover", "", "init handy"),
+    "package": (f"package {HAND} -o made", "package broken.yaml -o made", f"package {HAND} other -o made"),
+    "sweep": (
+        f"sweep {HAND} --over list.csv -o made",
+        f"sweep {HAND} --over wrong.csv -o made",
+        f"sweep {HAND} -o made",
+    ),
+    "view": (f"view {HAND} --html page.html", "view broken.yaml --html page.html", f"view {HAND}"),
     "args": (f"args {HAND}", f"args {HAND} scale:=x", "args nobody"),
     "diff": (f"diff {HAND} {HAND} --b-arg scale=2", f"diff {HAND} broken.yaml", f"diff {HAND}"),
     "explain": (f"explain {HAND} eye_link left_f0_finger", "explain broken.yaml base_link", f"explain {HAND} nope"),
@@ -34,7 +55,8 @@ CASES: dict[str, tuple[str, str, str]] = {
     "tf": (f"tf base_link eye_link {HAND}", "tf base_link nope broken.yaml", "tf base_link"),
 }
 # What commands answer alone, with --format json-list: their result, or the messages.
-RESULTS = [name for name in CASES if name not in ("check",)]
+MESSAGES = ("all", "check", "deploy", "import", "package", "sweep")
+RESULTS = [name for name in CASES if name not in (*MESSAGES, "init")]
 
 
 def asked(capsys: Shown, words: str, form: str = "json") -> tuple[int, Any]:
@@ -86,6 +108,23 @@ def test_a_result_alone_is_that_of_the_answer(name: str, capsys: Shown) -> None:
     assert asked(capsys, fine, "json-list")[1] == answer["result"]
 
 
+@pytest.mark.parametrize("name", MESSAGES)
+def test_messages_alone_are_those_of_the_answer(name: str, capsys: Shown) -> None:
+    _, broken, _ = CASES[name]
+    _, answer = asked(capsys, broken)
+    assert asked(capsys, broken, "json-list")[1] == answer["diagnostics"]
+
+
+def test_an_answer_of_many_robots_has_each_with_what_differs(capsys: Shown) -> None:
+    assert main(["all", HAND]) == 0
+    assert asked(capsys, f"all {HAND}")[1]["result"]["robots"][0]["unchanged"] == ["handy.urdf"]
+    code, answer = asked(capsys, f"check {HAND} broken.yaml --arg scale=2")
+    first, second = answer["result"]["robots"]
+    assert (code, first["fine"], second["fine"]) == (1, False, False)
+    assert [one["file"] for one in (first, second)] == [f"{HAND}/robot.yaml", "broken.yaml"]
+    assert first["differences"][0] == "shelf moved 1.0 m in base_link: origin z 1 -> 2 m: urdf"
+
+
 def test_the_old_spelling_gives_what_it_gave_and_says_the_new_one_once(capsys: Shown) -> None:
     assert main(["tf", "base_link", "eye_link", "--json"]) == 0
     shown = capsys.readouterr()
@@ -110,6 +149,15 @@ def test_each_schema_of_an_answer_is_one_and_can_be_printed_by_its_id(capsys: Sh
         assert main(["schema", schema["$id"]]) == 0
         assert capsys.readouterr().out == file.read_text("utf-8")
         assert schema["$id"] in names()
+
+
+def test_the_answer_of_a_run_is_no_part_of_what_a_robot_is_remembered_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    keys: list[list[str]] = []
+    key = robots._key
+    monkeypatch.setattr(robots, "_key", lambda *given: keys.append(key(*given)) or keys[-1])
+    assert main(["all", HAND]) == main(["all", HAND]) == 0
+    assert keys[0] == keys[1]
+    assert "Answer" not in str(keys)
 
 
 def test_a_schema_refuses_what_is_no_answer() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from .. import world
 from ..diagnostics.registry import WRITING, Rule
 from ..project import Description
+from .answer import tell_of_robot
 from .given import given_arguments
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
 from .robots import Run, check_depfile, descriptions, for_each, no_stdin, once
@@ -183,6 +184,8 @@ def _write(run: Run, description: Description, files: Mapping[str, str | bytes])
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return None
+    names = {"written": list(written.written), "unchanged": list(written.unchanged), "removed": list(written.removed)}
+    tell_of_robot(run.options, folder=str(description.outputs), **names)
     if written.aside:
         world.spoil("what was there before is told once")
     run.console.show(put_aside(description.outputs, written))

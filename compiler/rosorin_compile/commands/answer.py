@@ -19,6 +19,8 @@ from ..project import data_folder
 if TYPE_CHECKING:
     import argparse
 
+    from ..project import Description
+
 GENERAL = "answer"  # the schema of an answer that has none of its own
 _OPTION = "--format"
 
@@ -31,6 +33,7 @@ class Answer:
         self.form = form
         self.diagnostics: list[Diagnostic] = []
         self.result: object = None
+        self.robots: list[dict[str, object]] = []
 
     def refuse(self, message: str) -> None:
         """Add why a command line cannot be followed."""
@@ -38,7 +41,10 @@ class Answer:
 
     def console(self, quiet: bool = False, verbose: bool = False) -> Console:
         """Return what takes messages beside the result: as text, unless they are to be in the envelope."""
-        return Console(self.form if self.form == ENVELOPE else "text", quiet, verbose, collected=self.diagnostics)
+        form = self.form if self.form == ENVELOPE else "text"
+        made = Console(form, quiet, verbose, collected=self.diagnostics)
+        made.beside = self.form == BARE
+        return made
 
     def end(self) -> None:
         """Print the envelope, if it is asked for."""
@@ -69,14 +75,25 @@ def give_result(
 ) -> None:
     """Give the result of a command: a person reads it as ``text``, a program gets it in the envelope, or alone.
 
-    ``show`` prints the text.
+    ``show`` prints the text. Alone, a command that has messages for people gives those, and no result.
     """
     answer = answer_of(options)
     answer.result = result
-    if answer.form == BARE:
+    if answer.form == BARE and hasattr(options, "old_json"):
         sys.stdout.write(document(envelope(answer)["result"]))
-    elif answer.form != ENVELOPE and (shown := text()):
+    elif answer.form not in (BARE, ENVELOPE) and (shown := text()):
         show(shown)
+
+
+def begin_robot(options: argparse.Namespace, description: Description) -> None:
+    """Begin the row of a robot, in the result of a command that goes through robots."""
+    answer_of(options).robots.append({"robot": description.name, "file": str(description.path), "fine": False})
+
+
+def tell_of_robot(options: argparse.Namespace, **more: object) -> None:
+    """Add to the row of the robot at hand; where a command goes through none there is no row."""
+    for row in answer_of(options).robots[-1:]:
+        row.update(more)
 
 
 def envelope(answer: Answer) -> dict[str, object]:

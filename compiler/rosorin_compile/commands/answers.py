@@ -250,13 +250,61 @@ class RuleEntry(TypedDict):
     asked: Annotated[str, "what has to be asked for to hear it"]
 
 
+class _RobotMore(TypedDict, total=False):
+    folder: Annotated[str, "the folder of its artifacts, where it compiles"]
+    differences: Annotated[list[str], "what differs, in the lines that people read"]
+
+
+class CheckedRobot(_RobotMore):
+    """What came of one robot."""
+
+    robot: str
+    file: Annotated[str, "its first file"]
+    fine: Annotated[bool, "whether nothing is wrong with it; the exit code is 0 where all are fine"]
+
+
+class _WrittenMore(TypedDict, total=False):
+    written: Annotated[list[str], "files that are new or others than before, as seen from the folder"]
+    unchanged: list[str]
+    removed: Annotated[list[str], "with `--prune`"]
+
+
+class WrittenRobot(CheckedRobot, _WrittenMore):
+    """What was written of one robot; with `--dry-run` what differs."""
+
+
+class Checked(TypedDict):
+    """What came of all robots that were asked for."""
+
+    robots: list[CheckedRobot]
+
+
+class Written(TypedDict):
+    """What was written of all robots that were asked for."""
+
+    robots: list[WrittenRobot]
+
+
+class Started(TypedDict):
+    """A new description."""
+
+    description: Annotated[str, "its first file"]
+    template: str
+    schema: Annotated[str, "the schema for editors"]
+    schema_written: bool
+    schema_outdated: Annotated[bool, "whether one is there that is of another version"]
+
+
 ANSWERS: dict[str, Any] = {
+    "all": Written,
     "args": list[RobotArguments],
+    "check": Checked,
     "diff": Difference,
+    "explain": list[Explanation | Answer],
     "frames": Frames | FramePictures,
+    "init": Started,
     "print": list[ListedOutput],
     "pulses": Pulses,
-    "explain": list[Explanation | Answer],
     "rule": list[RuleEntry],
     "schema": list[ListedSchema],
     "tf": FrameTransform | list[FrameTransform],

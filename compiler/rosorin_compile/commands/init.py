@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from .. import world
+from ..diagnostics import error
 from ..output import cleared
 from ..output.staging import staged
 from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
+from .answer import answer_of, give_result
+from .options import json_option
 from .usage import FINE, PROBLEMS, WrongUsage
 
 
@@ -25,6 +29,7 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="TEMPLATE",
         help=f"what to start from: {', '.join(TEMPLATES)}; default: a terminal is asked, else {DEFAULT}",
     )
+    json_option(command)
     command.add_argument(
         "--folder", default=".", metavar="FOLDER", help="the project, which has or gets descriptions/; default: ."
     )
@@ -32,23 +37,36 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write a new description, and say what to do next."""
+    for_people = options.format == "text"
     try:
         check_free(options.name, Path(options.folder))
-        template = options.template or asked()
+        template = options.template or (asked() if for_people else DEFAULT)
         started = start(options.name, Path(options.folder), template)
     except CannotStart as problem:
         raise WrongUsage(str(problem)) from None
     except OSError as problem:
-        sys.stderr.write(f"cannot write in {options.folder}: {problem.strerror or problem}\n")
+        message = f"cannot write in {options.folder}: {problem.strerror or problem}"
+        if for_people:
+            sys.stderr.write(f"{message}\n")
+        else:
+            console = answer_of(options).console()
+            console.show([error("output-folder", message, None, "name another folder")])
         return PROBLEMS
-    print(f"{started.description} written: {TEMPLATES[template].what}")
-    if started.schema_written:
-        print(f"{started.schema} written: completion and help in editors")
-    elif started.outdated:
-        print(f"{started.schema} is of another version; to renew it: rosorin-compile schema > {started.schema}")
-    where = "" if world.is_same(options.folder, ".") else f"cd {options.folder} && "
-    print(f"next: {where}rosorin-compile all {options.name}, and rosorin-compile view {options.name} to see it")
+    made = {"description": str(started.description), "template": template, "schema": str(started.schema)}
+    made |= {"schema_written": started.schema_written, "schema_outdated": started.outdated}
+    give_result(options, made, lambda: "\n".join(_told(options, started, template)))
     return FINE
+
+
+def _told(options: argparse.Namespace, started: Started, template: str) -> Iterator[str]:
+    """Yield what was written, and what to do next, as lines."""
+    yield f"{started.description} written: {TEMPLATES[template].what}"
+    if started.schema_written:
+        yield f"{started.schema} written: completion and help in editors"
+    elif started.outdated:
+        yield f"{started.schema} is of another version; to renew it: rosorin-compile schema > {started.schema}"
+    where = "" if world.is_same(options.folder, ".") else f"cd {options.folder} && "
+    yield f"next: {where}rosorin-compile all {options.name}, and rosorin-compile view {options.name} to see it"
 
 
 def asked() -> str:

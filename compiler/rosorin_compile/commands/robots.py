@@ -26,6 +26,7 @@ from ..project import (
     stdin_of,
 )
 from ..world import memory
+from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments, no_half_mark
 from .options import console_of
 from .usage import FINE, WrongUsage
@@ -111,9 +112,13 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     for description in found:
         run.console.begin(description.name)
         about(f"{description.name}:" if len(found) > 1 else "")
+        begin_robot(options, description)
         result = one(run, description)
+        differing = {"differences": run.console.differing} if run.console.differing else {}
+        tell_of_robot(options, fine=result == FINE, **differing)
         run.console.end(result != FINE)
         code = max(code, result)
+    give_result(options, {"robots": answer_of(options).robots}, str)
     run.console.finish()
     if summary is not None:
         append_summary(Path(summary), run.console.summary())
@@ -140,7 +145,8 @@ def once(run: Run, description: Description, work: Callable[[], int]) -> int:
 
 def _key(run: Run, description: Description) -> list[str]:
     """Return what tells one call from another: the options, the arguments, what is seen and how it is shown."""
-    options = {name: value for name, value in vars(run.options).items() if name not in ("words", "run", "known")}
+    left_out = ("answer", "words", "run", "known")
+    options = {name: value for name, value in vars(run.options).items() if name not in left_out}
     told = [options, sorted(run.given.texts.items()), list(map(str, run.given.files))]
     told += [[str(part) for part in description], sorted((n, str(f)) for n, f in run.given.packages.items())]
     return ["robot", run.options.run.__module__, *map(repr, told), *memory.surroundings()]

@@ -136,6 +136,8 @@ class Console:
         self.sections: list[Section] = []
         self.collected: list[Diagnostic] = [] if collected is None else collected
         self.stand_ins = 0
+        self.differing: list[str] = []  # what differs of the robot at hand, in lines
+        self.beside = False  # whether standard output is for a result alone
 
     @property
     def for_people(self) -> bool:
@@ -151,6 +153,7 @@ class Console:
 
     def begin(self, name: str) -> None:
         """Begin with what there is to say of one robot."""
+        self.differing = []
         if self.keeps:
             from .markdown import Section
 
@@ -166,6 +169,7 @@ class Console:
 
         ``what`` says it in some words.
         """
+        self.differing += lines
         if self.for_people:
             for line in lines:
                 print(line)
@@ -224,7 +228,7 @@ class Console:
         """
         if self.quiet and not needed:
             return
-        kind, stream = (OUT, sys.stdout) if self.for_people else (ERR, sys.stderr)
+        kind, stream = (OUT, sys.stdout) if self.for_people and not self.beside else (ERR, sys.stderr)
         with otherwise(kind, printable(f"{self._inert(next_time or line)}\n", _LAYOUT)):
             print(self._inert(line), file=stream)
         if self.keeps:

@@ -15,7 +15,10 @@ from rosorin_compile.extending import (
     Given,
     WrongUsage,
     argument_options,
+    console_of,
+    give_result,
     given_arguments,
+    json_option,
     one_robot,
     package_option,
     place,
@@ -51,6 +54,7 @@ def options(command: argparse.ArgumentParser) -> None:
     one_robot(command)
     command.add_argument("-o", "--output", type=place, metavar="FILE", help=f"default: {FILE} beside the description")
     command.add_argument("--force", action="store_true", help="compute it anew, though it is that of the robot")
+    json_option(command)
     quiet_option(command)
     package_option(command)
     argument_options(command)
@@ -63,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"the matrix of one robot is computed at a time: {_HOW}")
     no_stdin(words, "name its file")
     description = one(words[0] if words else "", _HOW)
-    console = Console("text", options.quiet)
+    console = console_of(options)
     if not options.quiet:
         log_progress()
     known = understood(given, description, console)
@@ -116,6 +120,7 @@ def _compute(
     meshes, matrix, of = digests(meshes_of(planning), files), planning.said.matrix, digest(planning)
     if matrix is not None and matrix.of == of and dict(matrix.meshes) == meshes and not options.force:
         console.say(f"{planning.robot.name}: the collision matrix is that of {planning.urdf.file}; --force computes it")
+        give_result(options, {"robot": planning.robot.name, "file": str(path), "written": False}, str)
         return FINE
     _need()
     now = parts(planning, meshes)
@@ -125,7 +130,13 @@ def _compute(
         return PROBLEMS
     if same:
         console.say(f"{counted(len(same), 'pair')} as before: the same shapes, and the same joints between")
-    return _write(console, planning, description, path, _text(planning, of, tried, meshes, now, pairs), pairs, tried)
+    text = _text(planning, of, tried, meshes, now, pairs)
+    code = _write(console, planning, description, path, text, pairs, tried)
+    if code == FINE:
+        found = [{"links": list(pair.links), "reason": pair.reason} for pair in pairs]
+        result = {"robot": planning.robot.name, "file": str(path), "written": True, "states": tried, "pairs": found}
+        give_result(options, result, str)
+    return code
 
 
 def _need() -> None:

@@ -20,6 +20,7 @@ from rosorin_compile.extending import (
     argument_options,
     console_of,
     format_options,
+    give_result,
     given_arguments,
     package_option,
     place,
@@ -128,6 +129,8 @@ def run(options: argparse.Namespace) -> int:
     console.tell_read(imported.files)
     _show(console, imported.diagnostics)
     code = _describe(options, console, source, imported, target, how)
+    if code != FINE:
+        give_result(options, None, str)
     console.finish()
     return code
 
@@ -239,6 +242,7 @@ def _describe(
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
     base = target.package.folder if target else around()
     folder = Path(options.output) if options.output else Path(base, DESCRIPTIONS, safe(tree["robot"]))
+    give_result(options, {"source": str(source), "robot": tree["robot"], "folder": str(folder)}, str)
     wanted = Wanted(_words(options, source, how), options.ours, how.arguments, how.packages)
     record = recorded(folder, wanted.words) if target is None and not options.force else None
     if target is None and record is None:

@@ -15,6 +15,7 @@ from rosorin_compile.extending import (
     WrongUsage,
     argument_options,
     format_options,
+    give_result,
     given_arguments,
     one_robot,
     package_option,
@@ -91,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
                 console.show(held.finished.told())
                 asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
                 given = given_arguments(options, options.words)[0]
-                code = _write(console, asked, compiled, given, description, Path(options.output), held)
+                code = _write(options, console, asked, compiled, given, description, Path(options.output), held)
         except OutputError as problem:
             console.show([problem.diagnostic])
     console.finish()
@@ -99,6 +100,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _write(
+    options: argparse.Namespace,
     console: Console,
     asked: Options,
     compiled: Compiled,
@@ -132,6 +134,8 @@ def _write(
     fresh = [name for name in alone.place(files) if name in package.files]
     written = f"{len(fresh)} written" if fresh else "unchanged"
     console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
+    result = {"package": asked.name, "folder": str(target), "files": sorted(package.files), "written": sorted(fresh)}
+    give_result(options, result, str)
     return FINE
 
 

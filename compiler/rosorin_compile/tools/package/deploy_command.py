@@ -14,6 +14,7 @@ from rosorin_compile.extending import (
     WrongUsage,
     argument_options,
     format_options,
+    give_result,
     one_robot,
     package_option,
     place,
@@ -114,6 +115,9 @@ def _deploy(
         return PROBLEMS
     _tell(console, told(planned.copies, options.full))
     _write(options, console, robot, planned, wanted, there, alone)
+    rows = [{"file": copy.place, "output": copy.artifact.output, "same": copy.is_same} for copy in planned.copies]
+    result = {"robot": robot.name, "folder": str(folder), "written": not options.dry_run, "copies": rows}
+    give_result(options, result, str)
     ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].located]
     problems = list(launch_files(robot, folder, files, ours))
     problems += afterwards(robot, planned, folder, Path(options.install) if options.install else None)

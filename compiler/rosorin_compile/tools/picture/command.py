@@ -15,7 +15,10 @@ from rosorin_compile.extending import (
     PROBLEMS,
     WrongUsage,
     argument_options,
+    console_of,
+    give_result,
     given_arguments,
+    json_option,
     mode_option,
     mode_states,
     one_robot,
@@ -98,6 +101,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "--theme", choices=("light", "dark"), default="light", help="the colours around the robot; default: light"
     )
     look.add_argument("--transparent", action="store_true", help="no background and no floor, but its shadow")
+    json_option(command)
     quiet_option(command)
     package_option(command)
     argument_options(command)
@@ -117,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"a picture shows one robot: {_HOW}")
     target, size, direction = Path(options.output), _size(options.size), _direction(options.view)
     _check(target, options.force)
-    console = Console("text", options.quiet)
+    console = console_of(options)
     description = one(words[0] if words else "", _HOW)
     try:
         looked = look(given, description, console)
@@ -174,6 +178,8 @@ def _draw(
         console.show([problem.diagnostic])
         return PROBLEMS
     console.say(f"{shown.robot.name}: {target}, {asked.width} x {asked.height}")
+    size = {"width": asked.width, "height": asked.height}
+    give_result(options, {"robot": shown.robot.name, "file": str(target), **size}, str)
     return FINE
 
 

@@ -21,6 +21,7 @@ from rosorin_compile.extending import (
     console_of,
     declared,
     format_options,
+    give_result,
     given_arguments,
     one_robot,
     package_option,
@@ -165,6 +166,8 @@ def _write_ninja(
     file = Path(options.ninja)
     count = write(AskedOfNinja(file, description, variants, given, Path(options.output), options.whole))
     console.say(f"{file}: {counted(count, 'variant')} for ninja")
+    result = {"description": str(description.path), "folder": options.output, "ninja": str(file)}
+    give_result(options, result, str)
     console.end(False)
     console.finish()
     return FINE
@@ -226,6 +229,8 @@ def _made(sweep: Sweep, made: Job) -> int:
         raise
     _tell_changed(sweep, counts, Maker(made, sweep.folder))
     teller.finish(counts, stored)
+    result = {"description": str(sweep.description.path), "folder": str(sweep.options.output), **counts.by_state}
+    give_result(sweep.options, result, str)
     return PROBLEMS if counts.by_state["error"] else FINE
 
 

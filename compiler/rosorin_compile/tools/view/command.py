@@ -21,7 +21,10 @@ from rosorin_compile.extending import (
     Given,
     WrongUsage,
     argument_options,
+    console_of,
+    give_result,
     given_arguments,
+    json_option,
     one_robot,
     package_option,
     quiet_option,
@@ -54,6 +57,7 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="show it to other machines, too: whoever reaches the address sees the robot; default: this machine alone",
     )
+    json_option(command)
     quiet_option(command)
     package_option(command)
     argument_options(command)
@@ -67,6 +71,8 @@ def run(options: argparse.Namespace) -> int:
     description = one(names[0] if names else "", _HOW)
     if options.max_megabytes is not None and not options.max_megabytes >= 0:
         raise WrongUsage("--max-megabytes wants a number from 0 on")
+    if options.html is None and options.format != "text":
+        raise WrongUsage("JSON goes with --html FILE: without a file there is a page to look at, and no answer")
     if options.html is None and (options.no_meshes or options.max_megabytes is not None):
         raise WrongUsage("--no-meshes and --max-megabytes go with --html FILE")
     if options.html is not None:
@@ -87,7 +93,7 @@ def _write(options: argparse.Namespace, given: Given, description: Description) 
     """Write the page of a robot into a file."""
     from rosorin_compile.extending import OutputError, write_file
 
-    console = Console("text", options.quiet)
+    console = console_of(options)
     looked = _looked(given, description, console)
     console.show([one for one in looked.diagnostics if one.severity == "error"])
     if looked.shown is None:
@@ -105,6 +111,7 @@ def _write(options: argparse.Namespace, given: Given, description: Description) 
     if embedding.left:
         console.warn(f"not shown: {left_out(embedding.left)}")
     console.say(f"{description.name}: {options.html}, {len(text.encode()) / 1e6:.1f} MB")
+    give_result(options, {"robot": description.name, "file": options.html, "bytes": len(text.encode())}, str)
     return FINE
 
 

@@ -1,7 +1,7 @@
 """How long ``rosorin-compile`` takes on the reference robot, against xacro.
 
 Processor time of whole processes, user and system together, in pairs. ``all`` writes and proves all 16 artifacts,
-``print urdf`` proves one and prints it, as a launch file has it done; xacro makes one file and checks nothing.
+``print ROBOT urdf`` proves one and prints it, as a launch file has it done; xacro makes one file and checks nothing.
 ``rosorin.xacro`` has the robot of ``rosorin.urdf`` (11 links), ``rosorin_wheels.xacro`` stands it on its wheels (51 of
 60 links): ``all`` is held against the second, ``print`` against the first. Run with the environment's Python:
 ``python benchmarks/compile_rosorin.py [PAIRS]``.
@@ -34,7 +34,7 @@ def main(pairs: int) -> None:
         os.environ["ROSORIN_COMPILE_CACHE"] = str(folder / "cache")
         os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # what is installed is compiled
         print(f"{'rosorin-compile / xacro':<42} {'ours':>11} {'xacro':>11}   ratio, median of {pairs} pairs")
-        for words, peer in ((["all"], WHEELS), (["print", "urdf", "rosorin"], PLAIN)):
+        for words, peer in ((["all"], WHEELS), (["print", "rosorin", "urdf"], PLAIN)):
             theirs = [str(BIN / "xacro"), str(HERE / peer), "-o", str(folder / "theirs.urdf")]
             for case, prepare, goal in (
                 ("nothing cached", partial(_forget, folder), None),

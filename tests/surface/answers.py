@@ -26,9 +26,9 @@ ASKED = {
     "pulses": "pulses {root}/descriptions/rosorin --format json",
     "rule": "rule axis-zero --format json",
     "simulate": "simulate {root}/examples/ur5e --format json --no-timing",
-    "tf": "tf base_link link5 -r {root}/descriptions/rosorin --format json",
-    "tf, swept": "tf base_link link5 -r {root}/descriptions/rosorin --sweep joint1=0:1:3 --format json",
-    "verify": "verify {data}/recordings/session.txt {root}/descriptions/rosorin --format json",
+    "tf": "tf {root}/descriptions/rosorin base_link link5 --format json",
+    "tf, swept": "tf {root}/descriptions/rosorin base_link link5 --sweep joint1=0:1:3 --format json",
+    "verify": "verify {root}/descriptions/rosorin {data}/recordings/session.txt --format json",
 }
 ARM = """\
 robot: arm

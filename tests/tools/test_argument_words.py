@@ -28,7 +28,7 @@ outputs: {urdf: {file: r.urdf}}
 # What stands behind the name of a command, for a robot in r.yaml; the argument comes in front of it and behind.
 WORDS = {
     "all": ["r.yaml"],
-    "print": ["urdf", "r.yaml"],
+    "print": ["r.yaml", "urdf"],
     "check": ["r.yaml", "--every-argument"],
     "watch": ["r.yaml"],
     "sweep": ["r.yaml", "--over", "fleet.csv", "-o", "made"],
@@ -36,7 +36,7 @@ WORDS = {
     "import": ["r.xacro", "-o", "made"],
     "diff": ["r.yaml", "r.yaml"],
     "explain": ["r.yaml", "b"],
-    "tf": ["a", "b", "r.yaml"],
+    "tf": ["r.yaml", "a", "b"],
     "frames": ["r.yaml"],
     "pulses": ["r.yaml"],
     "args": ["r.yaml"],
@@ -45,7 +45,7 @@ WORDS = {
     "simulate": ["r.yaml"],
     "package": ["r.yaml", "-o", "pkg"],
     "deploy": ["r.yaml", "--to", "."],
-    "verify": [str(DATA / "recordings" / "session.txt"), "r.yaml"],
+    "verify": ["r.yaml", str(DATA / "recordings" / "session.txt")],
     "extract boxes": ["r.xacro"],
     "extract heightmap": ["r.xacro", "--link", "a", "--cell", "1cm"],
     "extract factory": [".", "-o", "made"],
@@ -97,7 +97,7 @@ def interrupted(_seconds: float) -> None:
 
 
 @pytest.mark.parametrize("word", ["prefix=left_", "prefix:left_"])
-@pytest.mark.parametrize("words", [["print", "urdf", "r.yaml"], ["print", "urdf"], ["all", "r.yaml"], ["check"]])
+@pytest.mark.parametrize("words", [["print", "r.yaml", "urdf"], ["print", "urdf"], ["all", "r.yaml"], ["check"]])
 def test_half_a_mark_is_told(home: Path, capsys: Shown, words: list[str], word: str) -> None:
     (home / "r.yaml").write_text(ROBOT)
     assert main([*words, word]) == 2
@@ -113,5 +113,5 @@ def test_a_file_of_arguments_that_is_none_is_called_what_it_is(home: Path, capsy
         ("folder", '"folder" is a folder, not a file of arguments'),
         ("nothing.yaml", 'there is no file "nothing.yaml" of arguments'),
     ):
-        assert main(["print", "urdf", "r.yaml", "--args", name]) == 2
+        assert main(["print", "r.yaml", "urdf", "--args", name]) == 2
         assert kind in capsys.readouterr().err

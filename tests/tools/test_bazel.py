@@ -161,7 +161,7 @@ def test_the_artifacts_are_those_of_the_command(lamp: Path, tmp_path: Path, monk
     _, measured = map(action, targets((lamp / "BUILD.bazel").read_text("utf-8"), lamp))
     made, _ = by_hand(measured, lamp, tmp_path / "hand")
     monkeypatch.chdir(lamp)
-    assert main(["print", "urdf", "lamp", "prefix:=left_", "--args", "calibration/0007.yaml", "-o", "as.urdf"]) == 0
+    assert main(["print", "lamp", "urdf", "prefix:=left_", "--args", "calibration/0007.yaml", "-o", "as.urdf"]) == 0
     assert made == {"bazel-out/bin/lamp_0007/lamp.urdf": (lamp / "as.urdf").read_bytes()}
     assert b'xyz="0 0 0.3015"' in (lamp / "as.urdf").read_bytes()
 

@@ -41,7 +41,7 @@ def tree(folder: Path) -> dict[str, bytes]:
 
 def printed(source: Path, output: str, *words: str) -> str:
     """Return what ``print`` makes of the arm."""
-    call = [str(PROGRAM), "print", output, "descriptions/arm", *words]
+    call = [str(PROGRAM), "print", "descriptions/arm", output, *words]
     return subprocess.run(call, cwd=source, text=True, capture_output=True, check=True).stdout
 
 

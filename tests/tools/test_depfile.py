@@ -61,10 +61,10 @@ CASES = {
     "xacro-in-a-package": (packaged, ["all", "r", "-q"]),
     "foreign": (foreign, ["all"]),
     "meshes": (meshes, ["all", "--args", "cal.yaml", "--package", "p=p"]),
-    "meshes-print": (meshes, ["print", "mjcf", "r", "--args", "cal.yaml", "--package", "p=p", "-o", "a.xml"]),
-    "a-page": (meshes, ["print", "page", "r", "--package", "p=p", "-o", "a.html"]),
-    "a-template": (meshes, ["print", "note", "r", "-o", "a.txt"]),
-    "a-xacro-alone": (meshes, ["print", "urdf", "descriptions/r/x/v.xacro", "-o", "a.urdf"]),
+    "meshes-print": (meshes, ["print", "r", "mjcf", "--args", "cal.yaml", "--package", "p=p", "-o", "a.xml"]),
+    "a-page": (meshes, ["print", "r", "page", "--package", "p=p", "-o", "a.html"]),
+    "a-template": (meshes, ["print", "r", "note", "-o", "a.txt"]),
+    "a-xacro-alone": (meshes, ["print", "descriptions/r/x/v.xacro", "urdf", "-o", "a.urdf"]),
 }
 # A package.xml says what a package is called: where a name leads decides, and not what else stands in the file.
 NAMING = "package.xml"
@@ -160,7 +160,7 @@ def touched(path: Path) -> None:
 
 RULE = """\
 rule print
-  command = {program} print urdf $robot -o $out --depfile $out.d
+  command = {program} print $robot urdf -o $out --depfile $out.d
   depfile = $out.d
   {deps}
 build left.urdf: print
@@ -245,7 +245,7 @@ def test_ninja_with_all_outputs_and_meshes(home: Path, monkeypatch: pytest.Monke
 @pytest.mark.slow
 def test_make_with_names_that_need_escapes(home: Path) -> None:
     write_files(home / "my robot $x #1", SHARED)
-    command = f"cd {home} && {PROGRAM} print urdf 'my robot $$x #1/left.yaml' -o 'made $$it.urdf' --depfile made.d"
+    command = f"cd {home} && {PROGRAM} print 'my robot $$x #1/left.yaml' urdf -o 'made $$it.urdf' --depfile made.d"
     (home / "Makefile").write_text(
         f"made.stamp:\n\t{command} --depfile-target made.stamp && touch $@\n-include made.d\n"
     )
@@ -280,8 +280,8 @@ def test_the_target_is_what_the_caller_calls_it(rosorin: Path, capsys: Shown) ->
 def test_a_depfile_goes_over_nothing_that_it_tells_of(home: Path, capsys: Shown) -> None:
     (home / "r.yaml").write_text("robot: r\nlinks: {a: {}}\n")
     for words in (
-        ["print", "urdf", "r.yaml", "-o", "r.urdf", "--depfile", "r.urdf"],
-        ["print", "urdf", "r.yaml", "-o", "r.urdf", "--depfile", "./r.yaml"],
+        ["print", "r.yaml", "urdf", "-o", "r.urdf", "--depfile", "r.urdf"],
+        ["print", "r.yaml", "urdf", "-o", "r.urdf", "--depfile", "./r.yaml"],
         ["all", "r.yaml", "--only", "urdf", "--depfile", "r.yaml"],
         ["all", "r.yaml", "--only", "urdf", "--depfile", "outputs/r/r.urdf"],
     ):
@@ -305,8 +305,8 @@ def test_an_error_leaves_no_depfile(rosorin: Path) -> None:
         (["all", "left", "--depfile", "d", "-n"], "--depfile does not go with --dry-run, which writes nothing"),
         (["all", "left", "--depfile-target", "d"], "--depfile-target goes with --depfile FILE"),
         (["all", "left", "--only", "urdf", "--prune"], "--only does not go with --prune"),
-        (["print", "urdf", "left", "--depfile", "d"], "write -o FILE, or --depfile-target NAME"),
-        (["print", "urdf", "left", "--depfile-target", "d"], "--depfile-target goes with --depfile FILE"),
+        (["print", "left", "urdf", "--depfile", "d"], "write -o FILE, or --depfile-target NAME"),
+        (["print", "left", "urdf", "--depfile-target", "d"], "--depfile-target goes with --depfile FILE"),
     ],
 )
 def test_what_does_not_go_together(home: Path, capsys: Shown, words: list[str], said: str) -> None:
@@ -366,8 +366,8 @@ def test_a_mesh_that_another_output_lacks_is_no_matter(home: Path, capsys: Shown
         f"robot: r\nlinks: {{base: {{collision: [{{mesh: {{file: none.stl}}}}]}}}}\noutputs: {outputs}\n"
     )
     assert "error[mesh-not-found]" in ask(capsys, "all", "r.yaml", code=1)
-    assert "error[mesh-not-found]" in ask(capsys, "print", "mjcf", "r.yaml", code=1)
-    assert 'filename="none.stl"' in ask(capsys, "print", "urdf", "r.yaml")
+    assert "error[mesh-not-found]" in ask(capsys, "print", "r.yaml", "mjcf", code=1)
+    assert 'filename="none.stl"' in ask(capsys, "print", "r.yaml", "urdf")
 
 
 def test_what_was_read_is_told_with_the_artifacts_too(rosorin: Path, capsys: Shown) -> None:

@@ -89,12 +89,11 @@ def test_a_result_is_the_same_without_its_messages(
     )
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 {0}\nvertex 1 0 {0}\nvertex 0 1 {0}\nendloop\nendfacet\n"
     (project / "brick.stl").write_text(f"solid a\n{facet.format(0)}{facet.format(1)}endsolid a\n")
-    robot = (
-        [] if words[0] in ("diff", "extract") else ["-r", "arm.yaml"] if words[0] in ("tf", "explain") else ["arm.yaml"]
-    )
-    code = main([*words, *robot])
+    command, *rest = words
+    words = words if command in ("diff", "extract") else [command, "arm.yaml", *rest]
+    code = main(words)
     loud = capsys.readouterr()
-    assert code == main([*words, *robot, "-q"]) == 0
+    assert code == main([*words, "-q"]) == 0
     assert capsys.readouterr() == (loud.out, "")
     if words[0] in ("tf", "extract"):
         assert loud.err
@@ -105,8 +104,8 @@ def test_a_result_is_the_same_without_its_messages(
 )
 def test_errors_stay_where_one_asks(project: Path, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     (project / "rover.yaml").write_text(ROVER.replace("parent: base_link", "parent: base_lnik"))
-    robot = ["-r", "rover.yaml"] if words[0] in ("tf", "explain") else ["rover.yaml"]
-    assert main([*words, *robot, "-q"]) == 1
+    command, *rest = words
+    assert main([command, "rover.yaml", *rest, "-q"]) == 1
     assert 'did you mean "base_link"?' in capsys.readouterr().err
 
 
@@ -116,10 +115,10 @@ def test_a_recording_that_is_as_described_is_silent(
     pytest.importorskip("numpy")
     monkeypatch.chdir(ROOT)
     session = str(DATA / "recordings" / "session.txt")
-    assert main(["verify", session, "rosorin", "-q"]) == 0
+    assert main(["verify", "rosorin", session, "-q"]) == 0
     assert capsys.readouterr() == ("", "")
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO((DATA / "recordings" / "session.txt").read_bytes())))
-    assert main(["verify", "-", "outputs/rosorin/rosorin.urdf", "-q"]) == 1
+    assert main(["verify", "outputs/rosorin/rosorin.urdf", "-", "-q"]) == 1
     shown = capsys.readouterr()
     assert shown.out == ""
     assert "error[" in shown.err

@@ -41,15 +41,15 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: Shown, given: str | bytes, *wor
 @pytest.mark.parametrize(
     "words",
     [
-        ["tf", "base_link", "shelf", "{}"],
-        ["tf", "base_link", "shelf", "-r", "{}", "--format", "json-list"],
-        ["tf", "base_link", "shelf", "--format", "json-list", "{}"],
+        ["tf", "{}", "base_link", "shelf"],
+        ["tf", "{}", "base_link", "shelf", "--csv"],
+        ["tf", "{}", "base_link", "--format", "json-list", "shelf"],
         ["explain", "{}", "shelf", "--format", "json-list"],
-        ["explain", "-r", "{}", "shelf", "z"],
+        ["explain", "{}", "shelf", "z"],
         ["frames", "{}", "--ascii"],
         ["args", "{}"],
-        ["print", "urdf", "{}"],
-        ["print", "static_tf", "{}", "scale:=2"],
+        ["print", "{}", "urdf"],
+        ["print", "{}", "static_tf", "scale:=2"],
         ["print", "--list", "{}"],
     ],
 )
@@ -88,7 +88,7 @@ def test_check_has_nothing_to_compare_with(monkeypatch: pytest.MonkeyPatch, caps
 
 def test_a_mistake_has_its_place(home: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     text = "robot: a\nlinks: {base: {}, tip: {}}\njoints:\n  j: {type: fixd, parent: base, child: tip}\n"
-    for words in (["print", "urdf", "-"], ["check", "-"], ["tf", "a", "b", "-"], ["args", "-"], ["explain", "-", "a"]):
+    for words in (["print", "-", "urdf"], ["check", "-"], ["tf", "-", "a", "b"], ["args", "-"], ["explain", "-", "a"]):
         code, out, err = run(monkeypatch, capsys, text, *words)
         if words[0] != "args":
             assert (code, out) == (1, "")
@@ -123,7 +123,7 @@ def test_a_mistake_has_its_place(home: Path, monkeypatch: pytest.MonkeyPatch, ca
     ],
 )
 def test_what_is_no_robot(monkeypatch: pytest.MonkeyPatch, capsys: Shown, given: str | bytes, said: str) -> None:
-    for words in (["print", "urdf", "-"], ["tf", "a", "b", "-"], ["frames", "-"]):
+    for words in (["print", "-", "urdf"], ["tf", "-", "a", "b"], ["frames", "-"]):
         code, out, err = run(monkeypatch, capsys, given, *words)
         assert (code, out) == (1, ""), err
         assert said in err
@@ -134,9 +134,9 @@ def test_what_is_no_robot(monkeypatch: pytest.MonkeyPatch, capsys: Shown, given:
 @pytest.mark.usefixtures("home")
 def test_a_urdf_before_the_pipe(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     Path("arm.urdf").write_text(URDF)
-    wanted = run(monkeypatch, capsys, "", "tf", "base", "tool", "arm.urdf", "--csv")
+    wanted = run(monkeypatch, capsys, "", "tf", "arm.urdf", "base", "tool", "--csv")
     for given in (URDF, "\ufeff\n" + URDF.partition("\n")[2]):
-        assert run(monkeypatch, capsys, given, "tf", "base", "tool", "-", "--csv") == wanted
+        assert run(monkeypatch, capsys, given, "tf", "-", "base", "tool", "--csv") == wanted
     assert wanted[0] == 0
     code, out, _ = run(monkeypatch, capsys, URDF, "frames", "-", "--ascii")
     assert "-- tool" in out
@@ -154,8 +154,8 @@ def test_a_urdf_before_the_pipe(monkeypatch: pytest.MonkeyPatch, capsys: Shown) 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["all", "-"], "name a file, or print one artifact: rosorin-compile print OUTPUT -"),
-        (["all", "handy", "-", "--outputs", "x"], "name a file, or print one artifact: rosorin-compile print OUTPUT -"),
+        (["all", "-"], "name a file, or print one artifact: rosorin-compile print - OUTPUT"),
+        (["all", "handy", "-", "--outputs", "x"], "name a file, or print one artifact: rosorin-compile print - OUTPUT"),
         (["watch", "-"], "name a file to watch"),
         (["package", "-", "-o", "x"], "name a file"),
         (["deploy", "-", "--to", "."], "name a file"),
@@ -188,7 +188,7 @@ def test_without_standard_input(monkeypatch: pytest.MonkeyPatch, capsys: Shown) 
 @pytest.mark.usefixtures("project")
 def test_what_was_read_does_not_name_it(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     text = Path("arm.yaml").read_text()
-    code, _, err = run(monkeypatch, capsys, text, "print", "urdf", "-", "-o", "made.urdf", "--depfile", "made.d", "-v")
+    code, _, err = run(monkeypatch, capsys, text, "print", "-", "urdf", "-o", "made.urdf", "--depfile", "made.d", "-v")
     assert code == 0, err
     assert Path("made.urdf").read_text().startswith("<?xml")
     assert "stdin" not in Path("made.d").read_text()

@@ -49,10 +49,10 @@ CASES: dict[str, tuple[str, str, str]] = {
     "diff": (f"diff {HAND} {HAND} --b-arg scale=2", f"diff {HAND} broken.yaml", f"diff {HAND}"),
     "explain": (f"explain {HAND} eye_link left_f0_finger", "explain broken.yaml base_link", f"explain {HAND} nope"),
     "frames": (f"frames {HAND}", "frames broken.yaml", "frames a b"),
-    "print": (f"print --list {HAND}", "print --list broken.yaml", f"print urdf {HAND}"),
+    "print": (f"print --list {HAND}", "print --list broken.yaml", f"print {HAND} urdf"),
     "rule": ("rule axis-zero", "", "rule nope"),
     "schema": ("schema --list", "", "schema nope"),
-    "tf": (f"tf base_link eye_link {HAND}", "tf base_link nope broken.yaml", "tf base_link"),
+    "tf": (f"tf {HAND} base_link eye_link", "tf broken.yaml base_link nope", "tf base_link"),
 }
 # What commands answer alone, with --format json-list: their result, or the messages.
 MESSAGES = ("all", "check", "deploy", "import", "package", "sweep")

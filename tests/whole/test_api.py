@@ -439,7 +439,7 @@ def test_reprs_are_short(robot: Robot, small: Path) -> None:
 
 
 def test_transform_at_a_named_pose_is_that_of_tf(robot: Robot, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["tf", "base_link", "camera_link", str(ROSORIN), "--pose", "tuck", "--csv"]) == 0
+    assert main(["tf", str(ROSORIN), "base_link", "camera_link", "--pose", "tuck", "--csv"]) == 0
     numbers = [float(number) for number in capsys.readouterr().out.splitlines()[-1].split(",")]
     transform = robot.transform("base_link", "camera_link", pose="tuck")
     assert [*transform.xyz, *transform.rpy()] == pytest.approx(numbers[:6], abs=1e-12)

@@ -54,7 +54,7 @@ def test_packages_of_a_xacro(tmp_path: Path, capsys: Shown) -> None:
     (tmp_path / "made_elsewhere" / "post.xacro").write_text(XACRO, "utf-8")
     robot = tmp_path / "tower.xacro"
     robot.write_text(IN_PACKAGE, "utf-8")
-    words = ["tf", "foot", "head", str(robot), "height:=0.3", "--format", "json-list"]
+    words = ["tf", str(robot), "foot", "head", "height:=0.3", "--format", "json-list"]
     assert "posts" in ask(capsys, *words, code=1)
     there = f"posts={tmp_path / 'made_elsewhere'}"
     assert json.loads(ask(capsys, *words, "--package", there))["translation"] == [0, 0, 0.3]
@@ -65,27 +65,18 @@ def test_packages_of_a_xacro(tmp_path: Path, capsys: Shown) -> None:
 @pytest.mark.parametrize("name", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])
 def test_tf_of_every_format(artifacts: Path, capsys: Shown, name: str) -> None:
     """Of each format the same answer as of the description that it was compiled from; MJCF in millionths."""
-    words = [
-        "tf",
-        "base_link",
-        "end_effector_link",
-        "--joint",
-        "joint2=30deg",
-        "--joint",
-        "joint3=-0.4",
-        "--format",
-        "json-list",
-    ]
-    own = json.loads(ask(capsys, *words, "-r", str(ROOT / "descriptions" / "rosorin")))
-    other = json.loads(ask(capsys, *words, "-r", str(artifacts / name)))
+    words = ["base_link", "end_effector_link", "--joint", "joint2=30deg", "--joint", "joint3=-0.4"]
+    words += ["--format", "json-list"]
+    own = json.loads(ask(capsys, "tf", str(ROOT / "descriptions" / "rosorin"), *words))
+    other = json.loads(ask(capsys, "tf", str(artifacts / name), *words))
     assert other["translation"] == pytest.approx(own["translation"], abs=1e-6)
     assert other["rpy"] == pytest.approx(own["rpy"], abs=1e-5)
 
 
 def test_frames_and_pulses_of_other_formats(artifacts: Path, capsys: Shown) -> None:
     assert "└── tool0" in ask(capsys, "frames", str(ARM))
-    own = ask(capsys, "pulses", "joint1=400", "-r", str(ROOT / "descriptions" / "rosorin"))
-    assert ask(capsys, "pulses", "joint1=400", "-r", str(artifacts / "robot_model.json")) == own
+    own = ask(capsys, "pulses", str(ROOT / "descriptions" / "rosorin"), "joint1=400")
+    assert ask(capsys, "pulses", str(artifacts / "robot_model.json"), "joint1=400") == own
     assert 'the robot "little_arm" has no servos' in ask(capsys, "pulses", str(ARM), code=2)
 
 
@@ -93,7 +84,7 @@ def test_xacro_with_an_argument(tmp_path: Path, capsys: Shown) -> None:
     pytest.importorskip("xacro")
     file = tmp_path / "post.urdf.xacro"
     file.write_text(XACRO, "utf-8")
-    assert main(["tf", "foot", "head", str(file), "height:=2.5"]) == 0
+    assert main(["tf", str(file), "foot", "head", "height:=2.5"]) == 0
     shown = capsys.readouterr()
     assert "- Translation: [0.000, 0.000, 2.500]" in shown.out
     assert shown.err.count("xacro-runs-code") == 1
@@ -102,23 +93,23 @@ def test_xacro_with_an_argument(tmp_path: Path, capsys: Shown) -> None:
 def test_broken_files_are_told_at_their_place(tmp_path: Path, capsys: Shown) -> None:
     file = tmp_path / "broken.urdf"
     file.write_text(ARM.read_text("utf-8").replace('<child link="tool0"/>', '<child link="tool1"/>'), "utf-8")
-    said = ask(capsys, "tf", "base_link", "tool0", str(file), code=1)
+    said = ask(capsys, "tf", str(file), "base_link", "tool0", code=1)
     assert 'there is no link "tool1"' in said
     assert f"{file.name}:" in said
-    said = ask(capsys, "verify", str(bags.bag(tmp_path / "bag", seconds=1.0)), str(file), code=1)
+    said = ask(capsys, "verify", str(file), str(bags.bag(tmp_path / "bag", seconds=1.0)), code=1)
     assert 'there is no link "tool1"' in said
 
 
 def test_verify_against_a_urdf(artifacts: Path, tmp_path: Path, capsys: Shown) -> None:
     """The URDF says nothing of what other nodes publish: their edges are no errors, and all others are compared."""
     bag = bags.bag(tmp_path / "bag")
-    assert main(["verify", str(bag), str(artifacts / "rosorin.urdf")]) == 0
+    assert main(["verify", str(artifacts / "rosorin.urdf"), str(bag)]) == 0
     shown = capsys.readouterr()
     assert "link4 -> link5                        robot_state_publisher  /tf         120" in shown.out
     assert shown.out.rstrip().splitlines()[-1].startswith("rosorin: as described, 2 warnings (")
     assert "robot-description" not in shown.err
     other = bags.bag(tmp_path / "other", joint_offset={"joint1": 5.0})
-    assert main(["verify", str(other), str(artifacts / "rosorin.urdf")]) == 0
+    assert main(["verify", str(artifacts / "rosorin.urdf"), str(other)]) == 0
     assert "joint1 is beyond its limits" in capsys.readouterr().err
     assert judged(bag).findings == []
 
@@ -179,5 +170,5 @@ def test_a_sweep_goes_over_one_number(capsys: Shown) -> None:
 
 
 def test_a_position_without_its_option(capsys: Shown) -> None:
-    said = ask(capsys, "tf", "base_link", "tool0", "elbow=0.3", "-r", str(ARM), code=2)
+    said = ask(capsys, "tf", str(ARM), "base_link", "tool0", "elbow=0.3", code=2)
     assert "write --joint elbow=0.3 for a position, --pulse elbow=0.3 for a pulse" in said

@@ -138,11 +138,11 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"no sound of a robot")))
     (rosorin / "broken.yaml").write_text("robot: a\nlinks: {}\njoints: 1\n")
     (rosorin / "broken.urdf").write_text("<robot>")
-    calls = """all broken.yaml/all -n/print urdf broken.yaml/check broken.yaml/import broken.urdf
-        diff broken.urdf rosorin/explain -r broken.yaml a/tf a b broken.yaml/frames broken.yaml
+    calls = """all broken.yaml/all -n/print broken.yaml urdf/check broken.yaml/import broken.urdf
+        diff broken.urdf rosorin/explain broken.yaml a/tf broken.yaml a b/frames broken.yaml
         tf laser odom --table --strict --joint joint1=170deg
         pulses broken.yaml/args --args broken.yaml/package broken.yaml -o made/deploy broken.yaml --to .
-        verify - rosorin"""
+        verify rosorin -"""
     for call in (call.strip() for line in calls.splitlines() for call in line.split("/")):
         assert main(call.split()) == 1, call
         assert capsys.readouterr().err, call
@@ -219,7 +219,7 @@ def test_the_pages_tell_of_every_command_and_schema() -> None:
 def test_a_mode_is_said_in_the_same_ways_everywhere(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     session = str(DATA / "recordings" / "session.txt")
-    for words in (["tf", "map", "odom", "rosorin"], ["frames", "rosorin"], ["verify", session, "rosorin"]):
+    for words in (["tf", "rosorin", "map", "odom"], ["frames", "rosorin"], ["verify", "rosorin", session]):
         said = set()
         for form in ("not slam", "slam=off"):
             main([*words, "--mode", form])
@@ -280,7 +280,7 @@ def test_the_installed_command_ends_with_all_said(before: str, words: list[str],
 
 
 @pytest.mark.parametrize(
-    "words", [["schema", "robot_diff"], ["--version"], ["frames", "rosorin"], ["print", "urdf", "rosorin"]]
+    "words", [["schema", "robot_diff"], ["--version"], ["frames", "rosorin"], ["print", "rosorin", "urdf"]]
 )
 def test_a_full_disk_is_told(words: list[str]) -> None:
     command = [sys.executable, "-m", "rosorin_compile", *words]

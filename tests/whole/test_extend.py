@@ -159,7 +159,7 @@ def test_the_other_commands_on_such_a_file(machine: Machine):
     machine.write("dolls/other.toy", machine.read("dolls/doll.toy").replace("0.3", "0.4"))
     assert "head moved 100.0 mm" in machine.run("diff", "dolls/doll.toy", "dolls/other.toy", code=1)
     assert "head" in machine.run("frames", "dolls/doll.toy", code=0)
-    assert "0.3" in machine.run("tf", "body", "head", "dolls/doll.toy", code=0)
+    assert "0.3" in machine.run("tf", "dolls/doll.toy", "body", "head", code=0)
     code = (
         "import rosorin_compile as r; print(r.read('dolls/doll.toy')); print(*r.read('dolls/broken.toy').diagnostics)"
     )
@@ -192,8 +192,8 @@ def test_package_deploy_and_verify(machine: Machine):
     asked = ("--frames", "base", "mast")
     for height, code in (("0.500", 0), ("0.600", 1)):
         machine.write("echo.txt", echo.format(height))
-        machine.run("verify", "echo.txt", "cart", *asked, code=code)
-        machine.run("verify", "echo.txt", "outputs/cart/cart.toy", *asked, code=code)
+        machine.run("verify", "cart", "echo.txt", *asked, code=code)
+        machine.run("verify", "outputs/cart/cart.toy", "echo.txt", *asked, code=code)
 
 
 def test_a_format_that_has_no_folder_is_deployed_by_its_ending(machine: Machine):
@@ -521,8 +521,8 @@ def test_what_a_plugin_prints_is_in_no_artifact(machine: Machine):
     machine.write(f"{PACKAGES}/toy_robot/balls.py", text.replace("a forgotten print", "FORGOTTEN"))
     environment = {**os.environ, "PYTHONPATH": str(machine.packages), "ROSORIN_COMPILE_CACHE": "off"}
     for words, first in (
-        (("print", "toy", "cart"), "# Generated"),
-        (("print", "urdf", "cart"), "<?xml"),
+        (("print", "cart", "toy"), "# Generated"),
+        (("print", "cart", "urdf"), "<?xml"),
         (("frames", "dolls/doll.toy", "--format", "json-list"), "{"),
         (("check", "plain", "--format", "json"), "{"),
         (("check", "plain", "--format", "json-list"), "["),

@@ -20,7 +20,7 @@ def test_an_interrupt_is_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", "off")  # what is said again is said before a signal comes
     ended = []
     for moment in MOMENTS:
-        command = [sys.executable, "-m", "rosorin_compile", "print", "urdf", "rosorin"]
+        command = [sys.executable, "-m", "rosorin_compile", "print", "rosorin", "urdf"]
         with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
             time.sleep(moment)
             run.send_signal(signal.SIGINT)

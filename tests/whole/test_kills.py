@@ -84,7 +84,7 @@ CASES = {
     "package, first": Case(PACKAGE, (), True, "out/a_description/urdf/a.urdf", ("deploy", "b", "--to", "pkg")),
     "sweep": Case([*SWEEP, "other.csv"], ([*SWEEP, "one.csv"],)),
     "sweep --prune": Case([*SWEEP, "other.csv", "--prune"], ([*SWEEP, "one.csv"],)),
-    "print -o": Case(["print", "urdf", "a", "-o", "out/a.urdf", *TALL], (["print", "urdf", "a", "-o", "out/a.urdf"],)),
+    "print -o": Case(["print", "a", "urdf", "-o", "out/a.urdf", *TALL], (["print", "a", "urdf", "-o", "out/a.urdf"],)),
     "view --html": Case(["view", "a", "--html", "out/a.html", *TALL], (["view", "a", "--html", "out/a.html"],)),
     "check --html": Case(["check", "a", "--html", "out/a.html", *TALL], (["all", "a"],)),
     "picture -o": Case(["picture", "a", "-o", "out/a.png", "--size", "64x64"]),

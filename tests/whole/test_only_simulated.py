@@ -93,7 +93,7 @@ def test_frames_answers_for_the_robot(home: Path, capsys: Shown) -> None:
     assert "roller" not in capsys.readouterr().out
     assert main(["frames", "r.yaml", "--frame", "roller"]) == 2
     assert 'there is no frame "roller"' in capsys.readouterr().err
-    assert main(["tf", "base_link", "tip", "r.yaml"]) == 0  # geometry is known of every link
+    assert main(["tf", "r.yaml", "base_link", "tip"]) == 0  # geometry is known of every link
     assert "0.3" in capsys.readouterr().out
 
 

@@ -308,7 +308,7 @@ def test_a_run_with_a_plugin_is_remembered_with_all_that_the_plugin_opens(
     def made() -> tuple[str, bool]:
         """Return the number that is made, and whether the plug-in was asked for it."""
         before = len(log.read_text("utf-8"))
-        code, printed = machine.run("print", "urdf", "robot.yaml")
+        code, printed = machine.run("print", "robot.yaml", "urdf")
         assert code == 0, printed
         return printed.partition("axle")[2].partition('xyz="0 ')[2].partition(" ")[0], len(
             log.read_text("utf-8")

@@ -30,7 +30,7 @@ ARM = """\
 COMMANDS = (
     "all rosorin ur5e -q",
     "check rosorin -q",
-    "print urdf rosorin -q -o printed.urdf",
+    "print rosorin urdf -q -o printed.urdf",
     "diff descriptions/rosorin printed.urdf",
     "sweep rosorin --over bases.csv -o bases -j 2 -q",
     "import printed.urdf -o of_urdf",
@@ -38,7 +38,7 @@ COMMANDS = (
 )
 OF_MUJOCO = ("simulate ur5e", "check ur5e --physics -q", "collisions rosorin")
 OF_IMPORT = ("import arm.xml -o of_mjcf",)
-EVERY_DAY = ("all rosorin ur5e -q", "print urdf rosorin -q -o printed.urdf", "check rosorin -q")
+EVERY_DAY = ("all rosorin ur5e -q", "print rosorin urdf -q -o printed.urdf", "check rosorin -q")
 # What Ubuntu 22.04 has as python3-jsonschema, python3-yaml, ...; pip builds PyYAML 5.4.1 with an older Cython.
 UBUNTU = ("jsonschema==3.2.0", "attrs==21.2.0", "pyrsistent==0.18.1", "six==1.16.0", "setuptools==59.6.0")
 UBUNTU += ("jinja2==3.0.3", "markupsafe==2.0.1", "numpy==1.21.5", "wheel==0.37.1", "cython<3")

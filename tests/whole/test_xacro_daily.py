@@ -108,7 +108,7 @@ def test_every_row_is_proven() -> None:
 def test_the_package_of_the_page_is_the_same_robot(machine: Machine, rover: Path, lidar: str, sim: str) -> None:
     words = [f"lidar:={lidar}", f"sim:={sim}"]
     theirs = machine.run("xacro", str(rover / XACRO), *words)
-    ours = machine.run("rosorin-compile", "print", "urdf", str(rover / YAML), *words)
+    ours = machine.run("rosorin-compile", "print", str(rover / YAML), "urdf", *words)
     assert (theirs.returncode, ours.returncode) == (0, 0), theirs.stderr + ours.stderr
     same(theirs.stdout, ours.stdout)
     assert ("laser" in ours.stdout) == (lidar == "true")
@@ -118,7 +118,7 @@ def test_the_package_of_the_page_is_the_same_robot(machine: Machine, rover: Path
 @row("a xacro file, as it is")
 def test_a_xacro_is_printed_as_it_is(machine: Machine, rover: Path) -> None:
     theirs = machine.command("xacro ", quoted(rover / XACRO), " lidar:=false")
-    ours = machine.command("rosorin-compile print urdf --trust ", quoted(rover / XACRO), " lidar:=false")
+    ours = machine.command("rosorin-compile print --trust ", quoted(rover / XACRO), " urdf", " lidar:=false")
     same(theirs, ours)
 
 
@@ -128,7 +128,7 @@ def test_command_in_a_launch_file(machine: Machine, rover: Path) -> None:
     shutil.copytree(rover, spaced)
     for folder in (rover, spaced):
         theirs = machine.command("xacro ", quoted(folder / XACRO))
-        ours = machine.command("rosorin-compile print urdf ", quoted(folder / YAML))
+        ours = machine.command("rosorin-compile print ", quoted(folder / YAML), " urdf")
         same(theirs, ours)
         assert ours.endswith("</robot>\n")
     (rover / YAML).write_text((rover / YAML).read_text("utf-8").replace("left_wheel", "lef_wheel"), "utf-8")
@@ -137,7 +137,7 @@ def test_command_in_a_launch_file(machine: Machine, rover: Path) -> None:
     with pytest.raises(CommandFailed, match=r"exit code 2"):
         machine.command("xacro ", quoted(rover / XACRO))
     with pytest.raises(CommandFailed, match=r"exit code 1: .*robot.yaml:8:\d+: error\[file-unreadable\]"):
-        machine.command("rosorin-compile print urdf ", quoted(rover / YAML))
+        machine.command("rosorin-compile print ", quoted(rover / YAML), " urdf")
 
 
 LABELLED = """\
@@ -187,7 +187,7 @@ def test_arguments_from_a_launch_file(machine: Machine, value: str) -> None:
     theirs, ours = labelled(machine.folder)
     words = f" {shlex.quote(f'label:={value}')} height:=0.25"
     there = machine.command("xacro ", quoted(theirs), words)
-    here = machine.command("rosorin-compile print urdf ", quoted(ours), words)
+    here = machine.command("rosorin-compile print ", quoted(ours), " urdf", words)
     same(there, here)
     assert label(here) == value
 
@@ -197,10 +197,10 @@ def test_an_argument_that_is_empty(machine: Machine) -> None:
     theirs, ours = labelled(machine.folder)
     same(
         machine.command("xacro ", quoted(theirs), " height:="),
-        machine.command("rosorin-compile print urdf ", quoted(ours), " height:="),
+        machine.command("rosorin-compile print ", quoted(ours), " urdf", " height:="),
     )
     assert label(machine.command("xacro ", quoted(theirs), " label:=")) == "none"
-    assert label(machine.command("rosorin-compile print urdf ", quoted(ours), " label:=")) is None
+    assert label(machine.command("rosorin-compile print ", quoted(ours), " urdf", " label:=")) is None
 
 
 @row("an argument that there is not")
@@ -208,7 +208,7 @@ def test_an_argument_that_there_is_not(machine: Machine) -> None:
     theirs, ours = labelled(machine.folder)
     machine.command("xacro ", quoted(theirs), " hight:=3")
     with pytest.raises(CommandFailed, match='did you mean "height"'):
-        machine.command("rosorin-compile print urdf ", quoted(ours), " hight:=3")
+        machine.command("rosorin-compile print ", quoted(ours), " urdf", " hight:=3")
 
 
 @row("`$(find PACKAGE)` with ROS")
@@ -222,10 +222,10 @@ def test_find_with_ros(machine: Machine, rover: Path) -> None:
         shutil.copy(rover / f"descriptions/rover/{name}.yaml", elsewhere)
     same(
         machine.command("xacro ", quoted(elsewhere / "rover.urdf.xacro")),
-        machine.command("rosorin-compile print urdf ", quoted(elsewhere / "robot.yaml")),
+        machine.command("rosorin-compile print ", quoted(elsewhere / "robot.yaml"), " urdf"),
     )
     machine.environment["AMENT_PREFIX_PATH"] = ""
-    for call in ("xacro rover.urdf.xacro", "rosorin-compile print urdf robot.yaml"):
+    for call in ("xacro rover.urdf.xacro", "rosorin-compile print robot.yaml urdf"):
         ran = machine.shell(f"cd elsewhere && {call}")
         assert ran.returncode != 0
         assert "rover_description" in ran.stderr
@@ -237,11 +237,11 @@ def test_find_without_ros(machine: Machine, rover: Path) -> None:
     machine.environment["AMENT_PREFIX_PATH"] = ""
     shutil.rmtree(machine.folder / "python" / "ament_index_python")
     assert machine.run("xacro", str(rover / XACRO)).returncode == 2
-    same(theirs, machine.command("rosorin-compile print urdf ", quoted(rover / YAML)))
+    same(theirs, machine.command("rosorin-compile print ", quoted(rover / YAML), " urdf"))
     moved = rover.rename(machine.folder / "unpacked")
     (moved / "package.xml").unlink()
     option = f" --package rover_description={moved}"
-    same(theirs, machine.command("rosorin-compile print urdf ", quoted(moved / YAML), option))
+    same(theirs, machine.command("rosorin-compile print ", quoted(moved / YAML), " urdf", option))
 
 
 @row("one macro file, robots of two packages")
@@ -271,14 +271,14 @@ def test_one_macro_file_for_robots_of_two_packages(machine: Machine) -> None:
         "utf-8",
     )
     theirs = machine.command("xacro ", quoted(other / "tug.xacro"))
-    same(theirs, machine.command("rosorin-compile print urdf ", quoted(other / "descriptions/tug")))
+    same(theirs, machine.command("rosorin-compile print ", quoted(other / "descriptions/tug"), " urdf"))
 
 
 @row("`xacro FILE \\| check_urdf /dev/stdin`")
 @pytest.mark.skipif(shutil.which("check_urdf") is None, reason="liburdfdom-tools")
 def test_check_urdf_from_a_pipe(machine: Machine, rover: Path) -> None:
     theirs = machine.shell(f"xacro {quoted(rover / XACRO)} | check_urdf /dev/stdin")
-    ours = machine.shell(f"rosorin-compile print urdf {quoted(rover / YAML)} | check_urdf /dev/stdin")
+    ours = machine.shell(f"rosorin-compile print {quoted(rover / YAML)} urdf | check_urdf /dev/stdin")
     assert (theirs.returncode, ours.returncode) == (0, 0), theirs.stderr + ours.stderr
     assert tree(ours.stdout) == tree(theirs.stdout)
     assert len(tree(ours.stdout)) == 5
@@ -291,7 +291,7 @@ def tree(said: str) -> list[str]:
 
 @row("`xacro -o FILE`")
 def test_a_file_is_written(machine: Machine, rover: Path) -> None:
-    for call in (f"xacro {rover / XACRO} -o theirs.urdf", f"rosorin-compile print urdf {rover / YAML} -o ours.urdf"):
+    for call in (f"xacro {rover / XACRO} -o theirs.urdf", f"rosorin-compile print {rover / YAML} urdf -o ours.urdf"):
         ran = machine.run(*call.split())
         assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
     same(*((machine.folder / name).read_text("utf-8") for name in ("theirs.urdf", "ours.urdf")))
@@ -303,12 +303,12 @@ def test_inorder_is_gone(machine: Machine, rover: Path) -> None:
     assert "You can drop the option" in machine.run("xacro", "--inorder", str(rover / XACRO)).stderr
     with pytest.raises(CommandFailed):
         machine.command("xacro --inorder ", quoted(rover / XACRO))
-    assert machine.run("rosorin-compile", "print", "urdf", str(rover / YAML), "--inorder").returncode == 2
+    assert machine.run("rosorin-compile", "print", str(rover / YAML), "urdf", "--inorder").returncode == 2
     robot = rover / YAML
-    before = machine.command("rosorin-compile print urdf ", quoted(robot))
+    before = machine.command("rosorin-compile print ", quoted(robot), " urdf")
     lines = robot.read_text("utf-8")
     robot.write_text(lines.replace("wheel.yaml, control.yaml", "control.yaml, wheel.yaml"), "utf-8")
-    same(before, machine.command("rosorin-compile print urdf ", quoted(robot)))
+    same(before, machine.command("rosorin-compile print ", quoted(robot), " urdf"))
 
 
 @row("`xacro --deps`")
@@ -316,7 +316,7 @@ def test_dependencies(machine: Machine, rover: Path) -> None:
     """Each file that xacro names has its counterpart; the robot's own file is named, too."""
     theirs = machine.run("xacro", "--deps", str(rover / XACRO)).stdout.split()
     options = "-o rover.urdf --depfile rover.d"
-    ran = machine.run(*f"rosorin-compile print urdf {rover / YAML} {options}".split())
+    ran = machine.run(*f"rosorin-compile print {rover / YAML} urdf {options}".split())
     assert ran.returncode == 0, ran.stderr
     target, _, files = (machine.folder / "rover.d").read_text("utf-8").replace("\\\n", " ").partition(":")
     assert target == "rover.urdf"
@@ -330,7 +330,7 @@ def test_an_environment_variable(machine: Machine) -> None:
     theirs.write_text(LABELLED.replace("$(arg label)", "$(env LABEL)"), "utf-8")
     machine.environment["LABEL"] = "bench 3"
     there = machine.shell(f"xacro {theirs}")
-    here = machine.shell(f'rosorin-compile print urdf {ours} label:="$LABEL"')
+    here = machine.shell(f'rosorin-compile print {ours} urdf label:="$LABEL"')
     same(there.stdout, here.stdout)
     assert label(here.stdout) == "bench 3"
 
@@ -341,7 +341,7 @@ def test_an_error_has_a_line(machine: Machine, rover: Path) -> None:
         text = (rover / name).read_text("utf-8")
         (rover / name).write_text(text.replace("size.track / 2", "size.trak / 2", 1), "utf-8")
     theirs = machine.run("xacro", str(rover / XACRO))
-    ours = machine.run("rosorin-compile", "print", "urdf", str(rover / YAML))
+    ours = machine.run("rosorin-compile", "print", str(rover / YAML), "urdf")
     assert (theirs.returncode, theirs.stdout) == (2, "")
     assert (ours.returncode, ours.stdout) == (1, "")
     assert "trak" in theirs.stderr

@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_options(options: argparse.Namespace) -> None:
     """Raise WrongUsage for options that do not go together."""
-    no_stdin(options.words, "name a file, or print one artifact: rosorin-compile print OUTPUT -")
+    no_stdin(options.words, "name a file, or print one artifact: rosorin-compile print - OUTPUT")
     if options.only and (options.prune or options.dry_run):
         other = "--prune" if options.prune else "--dry-run"
         raise WrongUsage(f"--only does not go with {other}, which is about all artifacts of a robot")

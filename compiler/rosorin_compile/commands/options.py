@@ -42,11 +42,6 @@ def one_robot(command: argparse.ArgumentParser) -> None:
     command.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; needed where there are several")
 
 
-def named_robot(command: argparse.ArgumentParser) -> None:
-    """Add the option that names the robot, for commands whose words may be other names, too."""
-    command.add_argument("-r", "--robot", default="", metavar="ROBOT", help=_ROBOT)
-
-
 def argument_options(command: argparse.ArgumentParser) -> None:
     """Add the options that set arguments of a description; they stand last in the help."""
     group = command.add_argument_group("arguments of the description, or of a xacro")

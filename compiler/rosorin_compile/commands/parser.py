@@ -68,9 +68,18 @@ class Parser(argparse.ArgumentParser):
         sys.stderr.write(f"{self.prog}: error: {message}\n")
         raise Refused(message)
 
+    def shown(self) -> list[argparse.Action]:
+        """Return the options and words that the help shows: no older spellings."""
+        return [option for option in self.options if option.help != argparse.SUPPRESS]
+
     def long_options(self) -> list[str]:
         """Return the names of all options that begin with --, those of the commands within as well, each once."""
-        names = [name for option in self.options for name in option.option_strings if name.startswith("--")]
+        names = [
+            name
+            for option in self.options
+            for name in option.option_strings
+            if name.startswith("--") and not hasattr(option, "new")
+        ]
         names += [name for inner in self.within.values() for name in inner.long_options()]
         return list(dict.fromkeys(names))
 

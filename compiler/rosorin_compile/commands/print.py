@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
-from ..project import Description, NoDescription, first_file
+from ..project import Description
 from ..world import spoil
 from .answer import give_result
 from .compiling import compile_proven, proven, read_by, search_meshes, telling
 from .given import Given, given_arguments, no_half_mark, texts
+from .older import robot_first
 from .options import argument_options, console_of, depfile_options, json_option, package_option, place
-from .robots import is_foreign, one
+from .robots import is_foreign, is_robot, one
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
@@ -39,10 +40,10 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "words",
         nargs="*",
-        metavar="OUTPUT [ROBOT]",
-        completes="ARTIFACT [ROBOT]",
-        help="a name under outputs, or a format such as urdf, which has its defaults then; the robot (name, folder or "
-        "file, also a URDF, xacro, SDF or MJCF) is needed where there are several",
+        metavar="[ROBOT] OUTPUT",
+        completes="[ROBOT] ARTIFACT",
+        help="the robot (name, folder or file, also a URDF, xacro, SDF or MJCF), needed where there are several, and a "
+        "name under outputs, or a format such as urdf, which has its defaults then",
     )
     command.add_argument("-o", "--output", type=place, metavar="FILE", help="write this file instead, all at once")
     command.add_argument(
@@ -76,12 +77,12 @@ def run(options: argparse.Namespace) -> int:
     if options.list:
         return _list(options, given, words, console)
     if not words:
-        raise WrongUsage(f"print what? {_CALL} OUTPUT [ROBOT]{_outputs_here(given)}")
+        raise WrongUsage(f"print what? {_CALL} [ROBOT] OUTPUT{_outputs_here(given)}")
     if "" in words:
         raise WrongUsage("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
         no_half_mark(words)
-        raise WrongUsage(f"print takes one OUTPUT and one ROBOT: {_CALL} {words[0]} {words[1]}")
+        raise WrongUsage(f"print takes one ROBOT and one OUTPUT: {_CALL} {words[0]} {words[1]}")
     if options.format != "text":
         raise WrongUsage("JSON goes with --list: an artifact is printed as it is")
     target = options.depfile_target or options.output
@@ -89,37 +90,45 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage("--depfile-target goes with --depfile FILE")
     if options.depfile is not None and target is None:
         raise WrongUsage("a depfile needs a target: write -o FILE, or --depfile-target NAME")
-    description = _robot(words)
-    compiled = _compiled(given, description, console, words[0], options.lenient)
+    description, output = _asked(given, words)
+    compiled = _compiled(given, description, console, output, options.lenient)
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
     return _put(options, console, compiled, read_by(given, compiled), target)
 
 
-def _robot(words: list[str]) -> Description:
-    """Return the robot that is asked for. Raises WrongUsage."""
-    output, *names = words
-    try:
-        return one("".join(names), f"{_CALL} {output} ROBOT")
-    except WrongUsage:
-        if not names and _is_robot(output):
-            raise WrongUsage(_meant(output)) from None
-        if names and _is_robot(output) and not _is_robot(*names):
-            raise WrongUsage(f"the output stands before the robot: {_CALL} {names[0]} {output}") from None
-        raise
+def _asked(given: Given, words: list[str]) -> tuple[Description, str]:
+    """Return the robot that is asked for, and which of its outputs. Raises WrongUsage."""
+    if len(words) == 1:
+        try:
+            return one("", f"{_CALL} ROBOT {words[0]}"), words[0]
+        except WrongUsage:
+            if is_robot(words[0]):
+                raise WrongUsage(_meant(words[0])) from None
+            raise
+    robot, (output,) = robot_first("print", words, partial(_has_output, given))
+    if _is_format(robot) and not is_robot(robot):
+        robot, output = output, robot  # in the old order, and no robot
+    return one(robot, f"{_CALL} ROBOT {output}"), output
 
 
-def _is_robot(word: str) -> bool:
-    try:
-        first_file(word)
-    except NoDescription:
-        return False
-    return True
+def _is_format(word: str) -> bool:
+    from ..formats import FORMATS
+
+    return word in FORMATS
+
+
+def _has_output(given: Given, robot: str, words: list[str]) -> bool:
+    """Say whether a word is an output of a robot, or a format."""
+    if _is_format(words[0]):
+        return True
+    outputs = _listed(_understood(given, one(robot, ""), Console("json")))
+    return words[0] in [output.name for output in outputs or ()]
 
 
 def _meant(robot: str) -> str:
-    return f"{robot} is a robot: write {_CALL} OUTPUT {robot}; --list {robot} shows its outputs"
+    return f"{robot} is a robot: write {_CALL} {robot} OUTPUT; --list {robot} shows its outputs"
 
 
 def _compiled(given: Given, description: Description, console: Console, output: str, lenient: bool) -> Compiled:
@@ -207,7 +216,7 @@ def _nothing_printed(
     from ..frontend.wanted import UNKNOWN
 
     errors = [one for one in diagnostics if one.severity == "error"]
-    if len(words) == 1 and _is_robot(words[0]) and any(one.rule == UNKNOWN for one in errors):
+    if len(words) == 1 and is_robot(words[0]) and any(one.rule == UNKNOWN for one in errors):
         console.warn(_meant(words[0]))
     console.warn(f"{description.name}: {counted(len(errors), 'error')}, nothing printed")
     return USAGE if all(one.rule == UNKNOWN for one in errors) else PROBLEMS

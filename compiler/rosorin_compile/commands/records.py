@@ -29,7 +29,7 @@ COMMANDS = (
     Command(
         name="print",
         group="describe and compile",
-        words="OUTPUT [ROBOT] [NAME:=VALUE ...]",
+        words="[ROBOT] OUTPUT [NAME:=VALUE ...]",
         help="compile, and print one artifact on standard output, as xacro does",
         exits="0 printed, 1 the robot has errors",
         options="print:options",
@@ -99,7 +99,7 @@ COMMANDS = (
     Command(
         name="tf",
         group="ask",
-        words="SOURCE TARGET [ROBOT]",
+        words="[ROBOT] SOURCE TARGET",
         help="say where one frame sits in another, as tf2_echo does",
         exits="0 answered, 1 errors or no transform; with --strict also 1 beyond a limit",
         options="transforms.tf:options",

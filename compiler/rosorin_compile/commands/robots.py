@@ -21,6 +21,7 @@ from ..project import (
     NoDescription,
     all_with,
     find,
+    first_file,
     give_stdin,
     here,
     stdin_of,
@@ -89,6 +90,17 @@ def meant(names: list[str]) -> list[Description]:
         return here()
     except NoDescription as problem:
         raise WrongUsage(str(problem)) from None
+
+
+def is_robot(word: str) -> bool:
+    """Say whether a word is the name or the path of a robot, or stands for the one on standard input."""
+    if word == STDIN:
+        return True
+    try:
+        first_file(word)
+    except NoDescription:
+        return False
+    return True
 
 
 def one(name: str, how: str) -> Description:

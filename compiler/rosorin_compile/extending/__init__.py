@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ..commands.answer import give_result
     from ..commands.compiling import compile_one, search_meshes
     from ..commands.given import Given, given_arguments
+    from ..commands.older import older_option, robot_first
     from ..commands.options import (
         argument_options,
         console_of,
@@ -96,6 +97,7 @@ _HOMES = {
     "locate": "frontend.tree",
     "mode_option": "commands.options",
     "mode_states": "commands.understanding",
+    "older_option": "commands.older",
     "one_robot": "commands.options",
     "package_option": "commands.options",
     "parse_quantity": "units",
@@ -104,6 +106,7 @@ _HOMES = {
     "python_of": "diagnostics.bounded",
     "quiet_option": "commands.options",
     "read_utf8": "frontend.load",
+    "robot_first": "commands.older",
     "scalar": "frontend.yaml_text",
     "search_meshes": "commands.compiling",
     "static_transforms": "formats.static_tf",
@@ -157,6 +160,7 @@ __all__ = [
     "locate",
     "mode_option",
     "mode_states",
+    "older_option",
     "one_robot",
     "package_option",
     "parse_quantity",
@@ -165,6 +169,7 @@ __all__ = [
     "python_of",
     "quiet_option",
     "read_utf8",
+    "robot_first",
     "scalar",
     "search_meshes",
     "static_transforms",

@@ -278,7 +278,7 @@ def test_check_tells_a_page_that_is_damaged(capsys: Shown) -> None:
 @pytest.mark.usefixtures("project")
 def test_print_gives_the_page(capsys: Shown) -> None:
     ask(capsys, "all")
-    assert ask(capsys, "print", "page", "rover") == Path("outputs/rover/rover.html").read_text("utf-8")
+    assert ask(capsys, "print", "rover", "page") == Path("outputs/rover/rover.html").read_text("utf-8")
 
 
 @pytest.mark.usefixtures("project")

@@ -389,7 +389,7 @@ def test_nothing_is_written_through_a_link(package: Path, capsys: pytest.Capture
 
 # The lines of launch files: how people call xacro, and what stands there then.
 
-PRINT = "rosorin-compile print urdf"
+PRINT = "rosorin-compile print"
 LINES = [
     (
         "a.launch.py",
@@ -404,33 +404,55 @@ LINES = [
     (
         "a.launch.py",
         "c = Command(['xacro ', 'cart.urdf.xacro'])",
-        f"c = Command(['{PRINT} ', '../descriptions/cart/robot.yaml'])",
+        f"c = Command(['{PRINT} ', '../descriptions/cart/robot.yaml', ' urdf'])",
+    ),
+    (
+        "a.launch.py",
+        "c = Command(['xacro \"', 'cart.urdf.xacro', '\" h:=', h])",
+        f"c = Command(['{PRINT} \"', '../descriptions/cart/robot.yaml', '\" h:=', h, ' urdf'])",
+    ),
+    (
+        "a.launch.py",
+        "c = Command('xacro ' + 'cart.urdf.xacro')",
+        f"c = Command('{PRINT} ' + '../descriptions/cart/robot.yaml' + ' urdf')",
+    ),
+    (
+        "a.launch.py",
+        "c = subprocess.check_output(['xacro', 'cart.urdf.xacro'], text=True)",
+        "c = subprocess.check_output(['rosorin-compile', 'print', "
+        "'../descriptions/cart/robot.yaml', 'urdf'], text=True)",
+    ),
+    (
+        "a.launch.py",
+        "c = Command(f'xacro {share}/urdf/cart.urdf.xacro', on_stderr='warn')",
+        f"c = Command(f'{PRINT} {{share}}/descriptions/cart/robot.yaml urdf', on_stderr='warn')",
     ),
     (
         "a.launch.py",
         'c = [FindExecutable(name="xacro"), " ", x]  # cart.urdf.xacro',
-        "c = [FindExecutable(name='rosorin-compile'), ' print urdf', \" \", x]  # ../descriptions/cart/robot.yaml",
+        "c = [FindExecutable(name='rosorin-compile'), ' print', \" \", x, ' urdf']  # ../descriptions/cart/robot.yaml",
     ),
     (
         "a.launch.py",
         "t = xacro.process_file(share + '/urdf/cart.urdf.xacro').toxml()",
-        "t = subprocess.check_output(['rosorin-compile', 'print', 'urdf', "
-        "share + '/descriptions/cart/robot.yaml'], text=True)",
+        "t = subprocess.check_output(['rosorin-compile', 'print', "
+        "share + '/descriptions/cart/robot.yaml', 'urdf'], text=True)",
     ),
     (
         "b.launch.xml",
         """<param name="d" value="$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"/>""",
-        f"""<param name="d" value="$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml')"/>""",
+        f"""<param name="d" value="$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml urdf')"/>""",
     ),
     (
         "c.launch.yaml",
         """- param: {name: d, value: "$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"}""",
-        f"""- param: {{name: d, value: "$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml')"}}""",
+        f"""- param: {{name: d, value: "$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml """
+        """urdf')"}""",
     ),
     (
         "d.launch",
         """<param name="d" command="$(find xacro)/xacro --inorder $(find c)/urdf/cart.urdf.xacro"/>""",
-        f"""<param name="d" command="{PRINT} $(find c)/descriptions/cart/robot.yaml"/>""",
+        f"""<param name="d" command="{PRINT} $(find c)/descriptions/cart/robot.yaml urdf"/>""",
     ),
     (
         "CMakeLists.txt",
@@ -450,6 +472,13 @@ def test_a_line_of_a_launch_file(tmp_path: Path, name: str, line: str, wanted: s
     found = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset())
     told = [(one.file, one.number, one.old, one.new) for one in found]
     assert told == ([(file.relative_to(tmp_path).as_posix(), 2, line, wanted)] if wanted else [])
+
+
+def test_a_call_of_several_lines_is_told_its_last_word(tmp_path: Path) -> None:
+    (tmp_path / "a.launch.py").write_text("c = Command(['xacro ',\n    'urdf/cart.urdf.xacro'])\n")
+    first, second = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset())
+    assert (first.new, first.remark) == (f"c = Command(['{PRINT} ',", 'the last word of the command is "urdf"')
+    assert (second.new, second.remark) == ("'descriptions/cart/robot.yaml'])", "")
 
 
 def test_arguments_that_the_description_does_not_have_are_told(tmp_path: Path) -> None:

@@ -166,7 +166,7 @@ SIMPLE = {**FILES, "descriptions/arm/robot.yaml": ARM.replace('"${2 * height}"',
 def test_simple_arguments_stand_in_the_command(tmp_path: Path, form: str, given: dict[str, str]) -> None:
     package = packaged(tmp_path, files=SIMPLE)
     text = (package / f"launch/description.launch.{form}").read_text("utf-8")
-    assert re.search(r"rosorin-compile print full .*\bheight:=", text, re.DOTALL)
+    assert re.search(r"rosorin-compile print .*\bheight:=", text, re.DOTALL)
     assert "rosorin_compile_words" not in text
     urdf, statics = compiled(tmp_path / "a project", **given)
     nodes = launched(package, form, **given)
@@ -283,7 +283,7 @@ def test_it_compiles_where_nothing_can_be_written(tmp_path: Path) -> None:
     for path in [package, *package.rglob("*")]:
         path.chmod(stat.S_IMODE(path.stat().st_mode) & ~0o222)
     description = package / "descriptions/descriptions/arm/robot.yaml"
-    command = [sys.executable, "-m", "rosorin_compile", "print", "full", str(description), "prefix:=x_"]
+    command = [sys.executable, "-m", "rosorin_compile", "print", str(description), "full", "prefix:=x_"]
     environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
     try:
         made = subprocess.run(command, cwd="/", env={**environment, "HOME": "/"}, capture_output=True, text=True)

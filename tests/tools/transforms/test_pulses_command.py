@@ -138,7 +138,7 @@ def test_a_robot_without_servos(home: Path, capsys: Shown) -> None:
 def test_of_several_robots_one_is_named(rosorin: Path, capsys: Shown) -> None:
     write_files(rosorin, HANDY)
     assert "there are several robots here: handy, rosorin; name one" in pulses(capsys, "joint1=500", code=2)
-    assert pulses(capsys, "rosorin", "joint1=500") == pulses(capsys, "-r", "rosorin", "joint1=500")
+    assert "joint1  500" in pulses(capsys, "rosorin", "joint1=500")
 
 
 def test_a_description_with_errors(rosorin: Path, capsys: Shown) -> None:

@@ -91,17 +91,17 @@ def test_what_is_no_recording(clean: dict[str, Path], tmp_path: Path) -> None:
 
 
 def test_the_command_says_what_cannot_be_read(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert main(["verify", str(tmp_path), ROBOT]) == 1
+    assert main(["verify", ROBOT, str(tmp_path)]) == 1
     said = capsys.readouterr().err
     assert said.startswith(f"error[recording-unreadable]: {tmp_path} is no recording: it has no metadata.yaml")
-    assert main(["verify", str(tmp_path), ROBOT, ROBOT]) == 2
-    assert main(["verify", str(tmp_path), ROBOT, "--mode", "slam=maybe"]) == 2
-    assert main(["verify", str(tmp_path), ROBOT, "--mode", "slm=on"]) == 2
+    assert main(["verify", ROBOT, str(tmp_path), ROBOT]) == 2
+    assert main(["verify", ROBOT, str(tmp_path), "--mode", "slam=maybe"]) == 2
+    assert main(["verify", ROBOT, str(tmp_path), "--mode", "slm=on"]) == 2
     assert 'rosorin has no mode "slm"; did you mean "slam"?' in capsys.readouterr().err
-    assert main(["verify", str(tmp_path), ROBOT, "--without", "ekff"]) == 2
-    assert main(["verify", str(tmp_path), ROBOT, "--pose", "tucked"]) == 2
-    assert main(["verify", str(tmp_path), ROBOT, "--since", "5", "--until", "4"]) == 2
-    assert main(["verify", str(tmp_path), ROBOT, "--stale", "nan"]) == 2
+    assert main(["verify", ROBOT, str(tmp_path), "--without", "ekff"]) == 2
+    assert main(["verify", ROBOT, str(tmp_path), "--pose", "tucked"]) == 2
+    assert main(["verify", ROBOT, str(tmp_path), "--since", "5", "--until", "4"]) == 2
+    assert main(["verify", ROBOT, str(tmp_path), "--stale", "nan"]) == 2
 
 
 def string(topic: str = "/chatter") -> Message:
@@ -289,8 +289,8 @@ def test_without_joint_states_edges_are_held_against_their_joints(tmp_path: Path
 
 def test_warnings_fail_with_strict(tmp_path: Path) -> None:
     bag = bags.bag(tmp_path / "bag", seconds=2.0, joint_offset={"joint1": 2.0})
-    assert main(["verify", str(bag), ROBOT]) == 0
-    assert main(["verify", str(bag), ROBOT, "--strict"]) == 1
+    assert main(["verify", ROBOT, str(bag)]) == 0
+    assert main(["verify", ROBOT, str(bag), "--strict"]) == 1
 
 
 @pytest.mark.parametrize("topics", [{"/scan"}, {"/scan", "/imu/data"}, {"/robot_description"}, {"/joint_states"}])

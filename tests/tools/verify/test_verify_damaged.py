@@ -121,7 +121,7 @@ def test_what_is_no_regular_file(clean: dict[str, Path], tmp_path: Path, capsys:
         (tmp_path / ("x" * 300), 1, "cannot be read: File name too long"),
         ("a\0b", 2, "there is no "),
     ):
-        assert main(["verify", str(source), ROBOT]) == code, source
+        assert main(["verify", ROBOT, str(source)]) == code, source
         said = capsys.readouterr().err
         assert message in said
         assert "Traceback" not in said

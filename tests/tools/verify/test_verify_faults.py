@@ -70,7 +70,7 @@ def printed(folder: Path) -> str:
     terminal = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
         patch.chdir(ROOT)
-        assert main(["verify", str(folder / "first_drive"), "rosorin"]) == 1
+        assert main(["verify", "rosorin", str(folder / "first_drive")]) == 1
     return f"$ rosorin-compile verify first_drive\n{terminal.getvalue()}"
 
 

@@ -248,9 +248,9 @@ def test_frames_may_be_named_on_the_command_line(capsys: pytest.CaptureFixture[s
     file = tmp_path / "echo.txt"
     file.write_text(echo(bags.robot().joint_to["laser"].transform()), "utf-8")
     robot = str(ROOT / "descriptions" / "rosorin")
-    assert main(["verify", str(file), robot, "--frames", "base_link", "laser"]) == 0
+    assert main(["verify", robot, str(file), "--frames", "base_link", "laser"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "rosorin: as described (1 answer of tf2_echo)"
-    assert main(["verify", str(file), robot, "--frames", "base_link", "imu_link", "--format", "json-list"]) == 1
+    assert main(["verify", robot, str(file), "--frames", "base_link", "imu_link", "--format", "json-list"]) == 1
     assert json.loads(capsys.readouterr().out)["findings"][0]["rule"] == "edge-wrong-value"
 
 

@@ -124,10 +124,9 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
         ask(
             capsys,
             "tf",
+            str(ROSORIN),
             "base_link",
             "link3",
-            "-r",
-            str(ROSORIN),
             "--joint",
             f"joint2={value!r}",
             "--format",

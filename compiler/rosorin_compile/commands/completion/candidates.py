@@ -190,7 +190,7 @@ def _named(command: Parser, name: str) -> argparse.Action | None:
 
 def _options(command: Parser, current: str, used: Sequence[argparse.Action]) -> Iterator[Candidate]:
     """Yield the options that may still come; the long names alone, where an option has one."""
-    for action in command.options:
+    for action in command.shown():
         again = isinstance(action, argparse._AppendAction)
         if action.option_strings and (again or action not in used):
             long = [name for name in action.option_strings if name.startswith("--")]

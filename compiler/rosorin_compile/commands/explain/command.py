@@ -9,7 +9,8 @@ from ...project import Description, NoDescription, all_here, find, here
 from ..answer import give_result
 from ..compiling import telling
 from ..given import Given, given_arguments
-from ..options import argument_options, console_of, json_option, named_robot, package_option, quiet_option
+from ..older import named_robot
+from ..options import argument_options, console_of, json_option, package_option, quiet_option
 from ..robots import descriptions, take_stdin
 from ..usage import FINE, PROBLEMS, WrongUsage
 

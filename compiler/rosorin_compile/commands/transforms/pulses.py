@@ -11,7 +11,8 @@ from ... import world
 from ...project import Description, no_file
 from ..answer import give_result
 from ..given import given_arguments
-from ..options import argument_options, console_of, json_option, named_robot, package_option, quiet_option
+from ..older import later_robot, named_robot
+from ..options import argument_options, console_of, json_option, package_option, quiet_option
 from ..robots import one
 from ..understanding import Known, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
@@ -66,6 +67,7 @@ def run(options: argparse.Namespace) -> int:
     names = [options.robot] * bool(options.robot) + [word for word in words if "=" not in word]
     if len(names) > 1:
         raise WrongUsage(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither; {_HOW}')
+    later_robot("pulses", words, names if not options.robot else [])
     console = console_of(options)
     known = understood(given, _named("".join(names)), console)
     if known is None:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
+from ...diagnostics.console import Console
 from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
+from ...project import Description
 from ..answer import give_result
-from ..given import given_arguments
+from ..given import Given, given_arguments
+from ..older import named_robot, robot_first
 from ..options import (
     argument_options,
     console_of,
     json_option,
     mode_option,
-    named_robot,
     package_option,
     quiet_option,
 )
@@ -53,7 +56,7 @@ RULES = (
     ),
 )
 
-_HOW = "rosorin-compile tf SOURCE TARGET ROBOT"
+_HOW = "rosorin-compile tf ROBOT SOURCE TARGET"
 _MOST_DIGITS = 17
 # Options that may come several times: option, destination, form, help.
 _STATE = (
@@ -75,9 +78,9 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "words",
         nargs="*",
-        metavar="SOURCE TARGET [ROBOT]",
-        completes="FRAME FRAME [ROBOT]",
-        help="the answer is where TARGET sits in SOURCE; the robot is needed where there are several",
+        metavar="[ROBOT] SOURCE TARGET",
+        completes="[ROBOT] FRAME FRAME",
+        help="the robot, needed where there are several; the answer is where TARGET sits in SOURCE",
     )
     named_robot(command)
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
@@ -113,7 +116,10 @@ def run(options: argparse.Namespace) -> int:
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
         raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
     console = console_of(options)
-    known = understood(given, one(options.robot or "".join(words[2:]), _HOW), console)
+    robot, frames = options.robot, words
+    if len(words) > 2:
+        robot, frames = robot_first("tf", words, partial(_has_frames, given))
+    known = understood(given, _robot(robot), console)
     if known is None:
         return PROBLEMS
     from ...model.pulses import NoPulse
@@ -124,7 +130,23 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
     code = _limits(known, asked, options.strict, console)
-    return code or _answer(known, words[0], words[1], asked, options, console)
+    return code or _answer(known, frames[0], frames[1], asked, options, console)
+
+
+def _robot(name: str) -> Description:
+    """Return the robot that is asked for. Raises WrongUsage, which says where it stands."""
+    try:
+        return one(name, _HOW)
+    except WrongUsage as problem:
+        raise WrongUsage(f"{problem}; {_HOW}" if name else str(problem)) from None
+
+
+def _has_frames(given: Given, robot: str, frames: list[str]) -> bool:
+    """Say whether a robot has frames of these names."""
+    from ...model.kinematics.graph import Graph
+
+    known = understood(given, one(robot, _HOW), Console("json"))
+    return known is not None and set(frames) <= set(Graph(known.robot).frames)
 
 
 def _asked(known: Known, options: argparse.Namespace) -> Asked:

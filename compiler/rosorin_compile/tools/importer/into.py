@@ -382,7 +382,8 @@ def to_do(package: Package, put: Put) -> Iterator[str]:
 def in_the_end(source: str, put: Put) -> Iterator[str]:
     """Yield the lines about how the source and its description go on together."""
     if not put.change:
-        yield f"no launch file here names {Path(source).name}: where it is expanded, take rosorin-compile print urdf"
+        taken = "rosorin-compile print FILE urdf"
+        yield f"no launch file here names {Path(source).name}: where it is expanded, take {taken}"
     if put.holds:
         yield f"{listed([source])} stays; {put.test} holds both against each other: colcon test, or pytest"
     else:

@@ -17,7 +17,8 @@ from rosorin_compile.extending import ROOT_FILE, world
 from ..package.finding import files_below
 from ..package.launch_files import is_launch_file
 
-PRINT = "rosorin-compile print urdf"
+PRINT = "rosorin-compile print"
+OUTPUT = "urdf"
 _LARGEST = 1_000_000  # bytes of a launch file
 _MOST_PACKAGES = 200
 _MOST_LINES = 20
@@ -27,11 +28,11 @@ _FOUND = r"""FindExecutable\(\s*name\s*=\s*(?P<quote>['"])xacro(?P=quote)\s*\)""
 _CALLS = (
     (
         re.compile(rf"PathJoinSubstitution\(\s*\[\s*{_FOUND}\s*,?\s*\]\s*\)|{_FOUND.replace('quote', 'other')}"),
-        "FindExecutable(name='rosorin-compile'), ' print urdf'",
+        "FindExecutable(name='rosorin-compile'), ' print'",
     ),
     (re.compile(r"\$\(find-exec xacro\)|\$\(find xacro\)/xacro(?:\.py)?"), PRINT),
     (re.compile(r"""(?<=['"(])(?:ros2 run xacro )?xacro(?= )|(?<=command )xacro(?= )"""), PRINT),
-    (re.compile(r"""(['"])xacro\1(?=\s*,)"""), r"\1rosorin-compile\1, \1print\1, \1urdf\1"),
+    (re.compile(r"""(['"])xacro\1(?=\s*,)"""), r"\1rosorin-compile\1, \1print\1"),
 )
 _OLD_FLAGS = re.compile(r"\s--(?:inorder|xacro-ns|check-order)\b")
 _MODULE = re.compile(r"\bxacro\.(?:process_file|process|parse)\(")
@@ -105,7 +106,8 @@ def _lines(name: str, text: str, source: str, description: str, arguments: Set[s
         if module:
             new, remark = _without_module(new, module.start())
         else:
-            new, remark = _called(new), _not_taken(new, arguments)
+            (new, unfinished), absent = _called(new), _not_taken(new, arguments)
+            remark = "; ".join(filter(None, [unfinished, absent]))
         if new.strip() != bare or remark:
             yield Line(name, number, bare, new.strip(), remark)
 
@@ -127,13 +129,61 @@ def _calls(line: str) -> bool:
     return any(form.search(line) for form, _ in _CALLS) or _MODULE.search(line) is not None
 
 
-def _called(line: str) -> str:
-    """Return a line with the call of xacro as that of this tool."""
+def _called(line: str) -> tuple[str, str]:
+    """Return a line with the call of xacro as that of this tool, and what is left to be done."""
     for form, instead in _CALLS:
-        changed = form.sub(instead, line)
-        if changed != line:
-            return _OLD_FLAGS.sub("", changed)
-    return line
+        found = form.search(line)
+        if found is not None:
+            changed = form.sub(instead, line, count=1)
+            asked = _asked(changed, found.start(), len(line) - found.end())
+            if asked is None:
+                return _OLD_FLAGS.sub("", changed), f'the last word of the command is "{OUTPUT}"'
+            return _OLD_FLAGS.sub("", asked), ""
+    return line, ""
+
+
+def _asked(line: str, start: int, after: int) -> str | None:
+    """Return a line with the output as the last word of a call; None if the call does not end in the line.
+
+    The call begins at ``start``; ``after`` letters follow the name of the program.
+    """
+    quote = line[start - 1 : start].strip("([")
+    opened = _opened(line, start)
+    bracket = "" if opened is None else line[opened]
+    inside, quoted, behind = line[len(line) - after :].partition(quote or "\0")
+    goes_on = behind.lstrip()[:1] in {"[": ",+", "(": "+"}.get(bracket, "")
+    if quoted and not (behind.strip() and goes_on):  # the whole call is one text
+        end = len(line) - after + len(inside)
+        return f"{line[:end]} {OUTPUT}{line[end:]}"
+    closed = None if opened is None else _closed(line, opened)
+    if closed is None:
+        return None
+    program = re.search(r"""(['"])rosorin-compile\1,""", line)
+    mark = program[1] if program else quote or ("'" if bracket == "[" else "")
+    word = f"{mark}{OUTPUT if program else f' {OUTPUT}'}{mark}"
+    between = ", " if bracket == "[" else " + " if mark else ""
+    return f"{line[:closed]}{between}{word}{line[closed:]}"
+
+
+def _opened(line: str, place: int) -> int | None:
+    """Return the bracket that is open at a place of a line."""
+    opened: list[int] = []
+    for at, letter in enumerate(line[:place]):
+        if letter in "([":
+            opened.append(at)
+        elif letter in ")]" and opened:
+            opened.pop()
+    return opened[-1] if opened else None
+
+
+def _closed(line: str, opened: int) -> int | None:
+    """Return where a bracket of a line is closed; None if that is in another line."""
+    depth = 0
+    for place in range(opened, len(line)):
+        depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(line[place], 0)
+        if not depth:
+            return place
+    return None
 
 
 def _renamed(line: str, source: str, description: str) -> str:
@@ -156,17 +206,12 @@ def _renamed(line: str, source: str, description: str) -> str:
 def _without_module(line: str, start: int) -> tuple[str, str]:
     """Return a line with a call of the module xacro as one of the program, and what is left to be done."""
     opened = line.index("(", start)
-    depth, end = 0, len(line)
-    for place in range(opened, len(line)):
-        depth += {"(": 1, ")": -1}.get(line[place], 0)
-        if not depth:
-            end = place
-            break
-    else:
-        return "", "xacro is called over several lines: take rosorin-compile print urdf, or rosorin_compile.compile()"
+    end = _closed(line, opened)
+    if end is None:
+        return "", f"xacro is called over several lines: take {PRINT} FILE {OUTPUT}, or rosorin_compile.compile()"
     inside = _first_argument(line[opened + 1 : end])
     rest = re.sub(r"^\.to(?:pretty)?xml\([^()]*\)", "", line[end + 1 :])
-    made = f"subprocess.check_output(['rosorin-compile', 'print', 'urdf', {inside}], text=True)"
+    made = f"subprocess.check_output(['rosorin-compile', 'print', {inside}, 'urdf'], text=True)"
     remark = "import subprocess" + ("; it is a text: without .toxml()" if rest == line[end + 1 :] else "")
     if "mappings" in line[opened:end]:
         remark += "; arguments are further words NAME:=VALUE"

@@ -114,7 +114,7 @@ def _static(transform: StaticTransform) -> Static:
 
 
 def words_of(carried: Carried, package: str) -> str:
-    """Return the description and its arguments, as XML and YAML launch files say them behind ``print URDF``."""
+    """Return the description and its arguments, as XML and YAML launch files say them behind ``print``."""
     if not carried.simple:
         return f"$(var {WORDS})"
     passed = (f'"{one.name}:=$(var {one.argument.name})"' for one in carried.passed)

@@ -30,6 +30,7 @@ from rosorin_compile.extending import (
     mode_states,
     package_option,
     quiet_option,
+    robot_first,
     world,
 )
 
@@ -64,9 +65,10 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "words",
         nargs="+",
-        metavar="SOURCE [ROBOT]",
-        completes="FILE [ROBOT]",
-        help="a rosbag2 folder, a .mcap or .db3 file, a text file, or - for text on standard input; then the robot",
+        metavar="[ROBOT] SOURCE",
+        completes="[ROBOT] FILE",
+        help="the robot, needed where there are several; a rosbag2 folder, a .mcap or .db3 file, a text file, or - for "
+        "text on standard input",
     )
     mode_option(command, "as fits best")
     command.add_argument("--without", action="append", default=[], metavar="NODE", help="a node that was not to run")
@@ -143,17 +145,33 @@ def _compiled(given: Given, description: Description, console: Console) -> Compi
 def _asked(words: list[str]) -> tuple[str, Description]:
     """Return the source and the robot that are meant. Raises WrongUsage."""
     if not words or len(words) > 2:
-        raise WrongUsage("write verify SOURCE [ROBOT]: one recording, and one robot")
+        raise WrongUsage("write verify [ROBOT] SOURCE: one robot, and one recording")
     if words.count(STDIN) > 1:
         raise WrongUsage("standard input is the recording or the robot, not both")
-    if _is_robot(words[0]):
-        how = f"{words[1]} {words[0]}" if len(words) > 1 else f"SOURCE {words[0]}; SOURCE is {_SOURCES}"
-        raise WrongUsage(f"{words[0]} is a robot, and the recording comes first: write verify {how}")
-    found = meant(words[1:])
+    robot, source = "", words[-1]
+    if len(words) > 1:
+        may_be = partial(_may_be_robot, words)
+        robot, (source,) = robot_first("verify", words, lambda _, rest: _may_be_source(rest[0]), may_be)
+    if _is_robot(source):
+        what = "a second robot" if robot else "a robot"
+        raise WrongUsage(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
+    found = meant([robot] if robot else [])
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
-        raise WrongUsage(f"there are several robots here: {robots}; write verify {words[0]} ROBOT")
-    return words[0], found[0]
+        raise WrongUsage(f"there are several robots here: {robots}; write verify ROBOT {source}")
+    return source, found[0]
+
+
+def _may_be_robot(words: list[str], word: str) -> bool:
+    """Say whether one of two words may be the robot; standard input is one where the other word is none."""
+    if word == STDIN:
+        return not any(_may_be_robot(words, other) for other in words if other != STDIN)
+    named = Path(word).suffix.lower() in (".yaml", ".yml") or (word != STDIN and is_foreign(Path(word)))
+    return _is_robot(word) or (named and world.kind(word) == world.FILE)
+
+
+def _may_be_source(word: str) -> bool:
+    return word == STDIN or (_is_there(word) and not _is_robot(word))
 
 
 def _is_there(source: str) -> bool:

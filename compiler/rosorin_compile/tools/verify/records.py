@@ -8,7 +8,7 @@ COMMANDS = (
     Command(
         name="verify",
         group="run on the robot",
-        words="SOURCE [ROBOT]",
+        words="[ROBOT] SOURCE",
         help="hold a recording of the robot against its description",
         exits="0 the robot that is described, 1 another one, or nothing that can be read",
         options="command:options",

@@ -1,0 +1,86 @@
+"""Older spellings of a command line: they work for a release, and the new one is said once, on standard error.
+
+The robot was the last word of some commands, and is the first of all. An option that has another name is added under
+the old one by ``older_option``: the help and the completion do not show it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..world import is_set
+from .robots import is_robot
+
+if TYPE_CHECKING:
+    from .parser import Options
+
+UNTIL = "0.4.0"  # the release that takes no old spelling any more
+
+
+def say_new(new: str, old: str) -> None:
+    """Say how a line is written now, and until when ``old`` works."""
+    sys.stderr.write(f'rosorin-compile: say "{new}"; {old} ends with {UNTIL}\n')
+
+
+def robot_first(
+    command: str,
+    words: Sequence[str],
+    fits: Callable[[str, list[str]], bool],
+    robot: Callable[[str], bool] = is_robot,
+) -> tuple[str, list[str]]:
+    """Return the robot and the other words of a line that names one: it is the first word, and once was the last.
+
+    Where both may be a robot, it is the first unless the rest ``fits`` the last one alone. ``robot`` says whether a
+    word can be one.
+    """
+    first, last = words[0], words[-1]
+    if not robot(last) or (robot(first) and (fits(first, [*words[1:]]) or not fits(last, [*words[:-1]]))):
+        return first, [*words[1:]]
+    if not _in_a_launch_file():
+        say_new(f"rosorin-compile {command} {shlex.join([last, *words[:-1]])}", "the old order")
+    return last, [*words[:-1]]
+
+
+def later_robot(command: str, words: Sequence[str], robots: Sequence[str]) -> None:
+    """Say where the robot stands now, in a line of words that can be told from it wherever it stands."""
+    if robots and words[0] != robots[0]:
+        rest = [word for word in words if word != robots[0]]
+        say_new(f"rosorin-compile {command} {shlex.join([*robots, *rest])}", "the old order")
+
+
+def _in_a_launch_file() -> bool:
+    """Say whether a launch file may have called: it takes whatever stands on standard error for a failure."""
+    return is_set("AMENT_PREFIX_PATH") and not sys.stderr.isatty()
+
+
+def named_robot(command: Options) -> None:
+    """Add the option that named the robot of commands whose words may be other names, too."""
+    older_option(command, ("-r", "--robot"), "{} ...", dest="robot", default="", metavar="ROBOT")
+
+
+def older_option(command: Options, old: Sequence[str], new: str, **settings: Any) -> None:
+    """Add an option under its old names; ``new`` is what is to be said, with its value for ``{}``.
+
+    ``settings`` are those of the new one, with its ``dest``.
+    """
+    command.add_argument(*old, action=_Older, new=new, help=argparse.SUPPRESS, **settings)
+
+
+class _Older(argparse.Action):
+    """Takes a value as the option does that has another name now, and says that name."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, new: str, **settings: Any) -> None:
+        super().__init__(option_strings, dest, **settings)
+        self.new = new
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+    ) -> None:
+        """Take the value."""
+        setattr(namespace, self.dest, values)
+        called = parser.prog.removeprefix("rosorin-compile ")
+        say_new(f"rosorin-compile {called} {self.new.replace('{}', shlex.quote(str(values)))}", str(option))

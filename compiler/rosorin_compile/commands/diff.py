@@ -99,13 +99,11 @@ def run(options: argparse.Namespace) -> int:
     finally:  # also where nobody reads to the end
         if options.html is not None:
             givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]
-            _write_page(options, list(zip(words, givens, strict=True)), sides, found)
+            _write_page(options, list(zip(words, givens, strict=True)), found)
     return FINE if found.same else PROBLEMS
 
 
-def _write_page(
-    options: argparse.Namespace, givens: Sequence[tuple[str, Given]], sides: tuple[Side, Side], found: Difference
-) -> None:
+def _write_page(options: argparse.Namespace, givens: Sequence[tuple[str, Given]], found: Difference) -> None:
     """Write the page that shows B with A under it. Raises WrongUsage."""
     from ..tools.view.changed import Pictures, of_sides
     from ..tools.view.showing import look
@@ -114,7 +112,7 @@ def _write_page(
     shown = [look(given, one(word, "rosorin-compile diff A B"), console).shown for word, given in givens]
     pictures = Pictures(options)
     if shown[0] is not None and shown[1] is not None:
-        pictures.taken.append(of_sides((shown[0], shown[1]), sides, found, options.prefix))
+        pictures.taken.append(of_sides((shown[0], shown[1]), found, options.prefix))
     pictures.write(Console(options.format))
 
 

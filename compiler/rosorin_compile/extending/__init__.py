@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from ..frontend.yaml_text import scalar
     from ..meaning.entities import Change
     from ..meaning.golden import Comparison, TextDifference, compare
+    from ..meaning.overlay import Overlay
     from ..output import OutputError
     from ..output.one_file import write_file
     from ..output.ours import Held
@@ -69,6 +70,7 @@ _HOMES = {
     "MarkupError": "xml.markup",
     "NoDescription": "project",
     "OutputError": "output",
+    "Overlay": "meaning.overlay",
     "PROBLEMS": "commands.usage",
     "Path": "frontend.tree",
     "Places": "formats.mesh_files",
@@ -134,6 +136,7 @@ __all__ = [
     "MarkupError",
     "NoDescription",
     "OutputError",
+    "Overlay",
     "Path",
     "Places",
     "Quantity",

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import counted, printable
@@ -16,6 +16,9 @@ from ..formats import Format
 from ..model import Robot
 from ..project import ENDINGS
 from .tolerance import EXACT, Printing
+
+if TYPE_CHECKING:
+    from .overlay import Overlay
 
 # A description has a word for everything, and is no artifact.
 YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
@@ -95,6 +98,22 @@ class Difference:
     def same(self) -> bool:
         """Whether both could be read, and nothing that was compared differs."""
         return not self.items and self.a is not None and self.b is not None
+
+    def overlay(self, prefix: str | None = None) -> Overlay:
+        """Return the first robot under the second one, to be drawn; ``prefix`` is that of the second one."""
+        from .overlay import of_two
+
+        return of_two(self, prefix)
+
+    def brief(self) -> str:
+        """Return what differs, each once and without its numbers; of many the first ones. Empty if nothing does."""
+        from .wording import brief
+
+        return brief(item.text for item in self.items)
+
+    def summary(self) -> str:
+        """Return how much differs, in one line."""
+        return summary(self)
 
     def __str__(self) -> str:
         """Return the lines that the command line prints; what keeps from comparing, if anything does."""

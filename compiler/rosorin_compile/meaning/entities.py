@@ -62,12 +62,16 @@ class Change(NamedTuple):
     artifacts: tuple[str, ...]
     therefore: tuple[str, ...] = ()
 
-    def line(self) -> str:
-        """Return the change as one line of plain text."""
+    def words(self) -> str:
+        """Return the change in words, with what is remarked."""
         remarks = [self.remark] if self.remark else []
         if self.therefore:
             remarks.append(f"and therefore the shapes of {', '.join(self.therefore)}")
-        return f"{Sentence(self.text, '; '.join(remarks), self.row)}: {', '.join(self.artifacts)}"
+        return str(Sentence(self.text, "; ".join(remarks), self.row))
+
+    def line(self) -> str:
+        """Return the change as one line of plain text."""
+        return f"{self.words()}: {', '.join(self.artifacts)}"
 
 
 class Entities:

@@ -25,6 +25,7 @@ from .view import View, called, view_of
 if TYPE_CHECKING:
     from ..diagnostics.markdown import Block
     from ..formats import Format
+    from .overlay import Overlay
 
 
 _MISSING = "missing; rosorin-compile all writes it"
@@ -45,6 +46,18 @@ class Comparison(NamedTuple):
     texts: tuple[TextDifference, ...]
     same: bool
     pairs: tuple[Pair, ...] = ()
+
+    def overlay(self, robot: Robot) -> Overlay:
+        """Return what a robot was under what it is, to be drawn."""
+        from .overlay import before
+
+        return before(robot, self.pairs)
+
+    def brief(self) -> str:
+        """Return what changed, each once and without its numbers; of many the first ones."""
+        from .wording import brief
+
+        return brief(change.text for change in self.changes)
 
     def blocks(self, others: Sequence[tuple[str, str]] = ()) -> list[Block]:
         """Return what differs as the blocks of a document; ``others`` are further files, each with what is to say."""

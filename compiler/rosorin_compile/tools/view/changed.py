@@ -8,28 +8,22 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.diagnostics import Console, counted
 from rosorin_compile.extending import Given, WrongUsage, world
-from rosorin_compile.model import Link, Mesh, Robot
+from rosorin_compile.model import Robot
 
 from ...formats.page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from ...formats.page.data import before_data
-from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
-from ...meaning.past import past
-from ...meaning.wording import brief
 from ...model.seen import Data
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
     from rosorin_compile import Compiled, Difference
-    from rosorin_compile.extending import Change, Comparison, Description
+    from rosorin_compile.extending import Change, Comparison, Description, Overlay
 
-    from ...meaning.difference import Item, Side
-    from ...meaning.pairing import Pairing
 
 COMMITTED = "what is committed"
 _RGBA = "rgba"
@@ -42,7 +36,7 @@ class Picture(NamedTuple):
     """
 
     shown: Shown
-    before: tuple[Robot, Moves] | None
+    before: Overlay | None
     files: Mapping[str, Path]
     changes: list[Data]
     notes: list[str]
@@ -97,10 +91,10 @@ class Pictures:
         entry: Data = {"robot": data, "changes": one.changes, "notes": one.notes, "said": one.said}
         if one.before is None:
             return entry
-        old, found = one.before
-        before = before_data(old, found.shapes, found.at)
+        found = one.before.moves
+        before = before_data(one.before.old, found.shapes, found.at)
         if self.with_meshes:
-            self.embedding.take(before, _drawn(old, found), one.files)
+            self.embedding.take(before, one.before.drawn(), one.files)
             before = nameless(before)
             known = data["meshes"]
             before["meshes"] = {name: mesh for name, mesh in before["meshes"].items() if mesh != known.get(name)}
@@ -116,15 +110,6 @@ def _removed(page: Path) -> bool:
     except (OSError, ValueError):
         return False
     return True
-
-
-def _drawn(old: Robot, found: Moves) -> Robot:
-    """Return a robot that has the shapes alone that are drawn of it."""
-    links = [
-        Link(link.name, **{purpose: found.shapes.get((link.name, purpose), ()) for purpose in PURPOSES})  # type: ignore[arg-type]
-        for link in old.links
-    ]
-    return replace(old, links=tuple(links))
 
 
 def of_committed(
@@ -143,8 +128,8 @@ def of_committed(
     if shown is None:
         return None
     robot = shown.robot
-    before = past(robot, comparison.pairs) if committed else None
-    changes = [change_data(one, [robot, *([before] if before else [])]) for one in comparison.changes]
+    before = comparison.overlay(robot) if committed else None
+    changes = [change_data(one, [robot, *([before.old] if before else [])]) for one in comparison.changes]
     notes = [f"{text.file}: {text.remark}" for text in comparison.texts if text.remark]
     if not changes:
         notes += [f"{text.file}: different text" for text in comparison.texts if not text.remark]
@@ -153,10 +138,10 @@ def of_committed(
     inputs = (*compiled.inputs, *shown.meshes.values(), *(description.outputs / name for name in committed))
     if before is None:
         return Picture(shown, None, {}, [], [], "nothing is committed to compare with", inputs)
-    found = _with_meshes(moves(before, robot), before, _changed_meshes(compiled, committed, meshes))
-    did = brief(change.text for change in comparison.changes)
+    before = before.with_meshes(_changed_meshes(compiled, committed, meshes))
+    did = comparison.brief()
     said = f"{counted(len(changes), 'change')} against {COMMITTED}: {did}" if changes else _unchanged(notes)
-    return Picture(shown, (before, found), files, changes, notes, said, inputs)
+    return Picture(shown, before, files, changes, notes, said, inputs)
 
 
 def _unchanged(notes: Sequence[str]) -> str:
@@ -165,14 +150,8 @@ def _unchanged(notes: Sequence[str]) -> str:
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:
     """Return a change as the page has it, with the frame where it is to be seen."""
-    from ...meaning.wording import Sentence
-
-    remarks = [change.remark] if change.remark else []
-    if change.therefore:
-        remarks.append(f"and therefore the shapes of {', '.join(change.therefore)}")
-    text = str(Sentence(change.text, "; ".join(remarks), change.row))
     colours = _colours(change.row.before, change.row.after) if change.row.quantity.endswith("colour") else None
-    return _said(text, _frame(change.kind, change.name, robots), change.artifacts, colours)
+    return _said(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)
 
 
 def _said(text: str, frame: str, artifacts: Sequence[str] = (), colours: Data | None = None) -> Data:
@@ -220,81 +199,21 @@ def _changed_meshes(
     return frozenset(one.named.name for one in found if other.intersection(one.places))
 
 
-def _with_meshes(found: Moves, old: Robot, changed: frozenset[str]) -> Moves:
-    """Return moves to which links belong, too, whose mesh files are others."""
-    how, shapes = dict(found.how), dict(found.shapes)
-    for link in old.links:
-        for purpose in PURPOSES:
-            every = getattr(link, purpose)
-            others = tuple(s for s in every if isinstance(s.geometry, Mesh) and s.geometry.file in changed)
-            if others and how.setdefault(link.name, SHAPED) == SHAPED:
-                known = shapes.get((link.name, purpose), ())
-                shapes[link.name, purpose] = (*known, *(shape for shape in others if shape not in known))
-    return found._replace(how=how, shapes=shapes)
-
-
-def of_sides(shown: Sequence[Shown], sides: tuple[Side, Side], difference: Difference, prefix: str | None) -> Picture:
+def of_sides(shown: Sequence[Shown], difference: Difference, prefix: str | None) -> Picture:
     """Return the picture of two robots, the first under the second one; ``prefix`` is that of the second one."""
-    from ...meaning.difference import summary
-    from ...meaning.robots import side_by_side
-
-    a, b = sides
-    pairing = side_by_side(a, b, difference.tolerance, prefix)
-    names = _Names(pairing, b.robot)
-    old = names.old()
-    found = moves(old, b.robot, difference.tolerance, (a.printing, b.printing), names.unsaid(a, b))
-    changes = [_said(item.text, names.frame(item.name), (), _coloured(item)) for item in difference.items]
+    a, b = difference.sides
+    overlay = difference.overlay(prefix)
+    changes = [
+        _said(one.text, overlay.frames.get(one.name, ""), (), _coloured(one.quantity, one.before, one.after))
+        for one in difference.items
+    ]
     notes = [f"note: {note}" for note in difference.notes]
     notes += [f"not compared: {line}" for line in difference.not_compared]
-    did = brief(item.text for item in difference.items)
-    said = f"{Path(a.label).name} -> {Path(b.label).name}: {summary(difference)}{f' ({did})' if did else ''}"
+    did = difference.brief()
+    said = f"{Path(a.label).name} -> {Path(b.label).name}: {difference.summary()}{f' ({did})' if did else ''}"
     inputs = tuple(file for one in shown for file in (*one.understood.expanded.files, *one.meshes.values()))
-    return Picture(shown[1], (old, found), shown[0].meshes, changes, notes, said, inputs)
+    return Picture(shown[1], overlay, shown[0].meshes, changes, notes, said, inputs)
 
 
-def _coloured(item: Item) -> Data | None:
-    return _colours(item.before, item.after) if item.quantity == "colour" else None
-
-
-class _Names:
-    """What the two robots of a comparison call things, by the names that it has for both."""
-
-    def __init__(self, pairing: Pairing, second: Robot) -> None:
-        self.pairing = pairing
-        self.first, self.second = pairing.a.robot, pairing.b.robot
-        self.links = _renaming([link.name for link in second.links], [link.name for link in self.second.links])
-        self.joints = _renaming([joint.name for joint in second.joints], [joint.name for joint in self.second.joints])
-        self.old_links = _apart([link.name for link in self.first.links], self.links)
-        self.old_joints = _apart([joint.name for joint in self.first.joints], self.joints)
-
-    def old(self) -> Robot:
-        """Return the first robot under the names of the second one."""
-        from ...meaning.pairing import renamed
-
-        return renamed(self.first, self.old_links, self.old_joints)
-
-    def unsaid(self, a: Side, b: Side) -> set[str]:
-        """Return the links that the format of one of the two has no word for."""
-        from ...meaning.unsaid import not_carried
-
-        missing, _ = not_carried(self.pairing, a, b)
-        return {self.links.get(name, self.old_links.get(name, name)) for name in missing}
-
-    def frame(self, name: str) -> str:
-        """Return the frame at which something of that name is to be seen; empty if there is none."""
-        for robot, links in ((self.second, self.links), (self.first, self.old_links)):
-            link = robot.joint[name].child if name in robot.joint and name not in robot.link else name
-            if link in robot.link:
-                return links[link]
-        return ""
-
-
-def _renaming(own: Sequence[str], common: Sequence[str]) -> dict[str, str]:
-    """Return the names that a robot has itself by those of a comparison, which keeps their order."""
-    return dict(zip(common, own, strict=True))
-
-
-def _apart(names: Sequence[str], shared: Mapping[str, str]) -> dict[str, str]:
-    """Return what the second robot calls what the first one has; what it has not gets a name that is free."""
-    taken = set(shared.values())
-    return {name: shared.get(name, f"{name} (before)" if name in taken else name) for name in names}
+def _coloured(quantity: str, before: object, after: object) -> Data | None:
+    return _colours(before, after) if quantity == "colour" else None

@@ -21,6 +21,11 @@ HINGE = f"axis: [0, 0, 1], {LIMIT}"
 TWO = "links: {base: {}, arm: {}, hand: {}}\njoints:\n"
 ARM = f"  turn: {{type: revolute, parent: base, child: arm, xyz: [0, 0, 0.1], {HINGE}}}\n"
 HAND = f"  bend: {{type: revolute, parent: arm, child: hand, xyz: [0.2, 0, 0], {HINGE}}}\n"
+FOUR = (
+    "links: {base: {}, low: {}, arm: {}, p: {}, q: {}}\njoints:\n"
+    f"  lift: {{type: prismatic, parent: base, child: low, {HINGE}}}\n"
+    "  g: {type: fixed, parent: p, child: q, xyz: [0, 0.1, 0]}\n"
+)
 PLATE = "  plate: {type: fixed, parent: arm, child: hand, xyz: [0.2, 0, 0]}\n"
 BALL = "links: {{base: {{visual: [{{sphere: {{radius: {}}}, rgba: [1, {}, 0, 1]}}]}}}}\n"
 
@@ -65,6 +70,46 @@ CASES: dict[str, tuple[str, str, list[str]]] = {
             "bend axis 0 0 1 -> 0 1 0 (turned 90.0 deg)",
         ],
     ),
+    "a fixed joint that moves now, under another name": (
+        TWO + ARM + PLATE,
+        TWO + ARM + HAND,
+        ["plate type fixed -> revolute", "joint plate renamed to bend"],
+    ),
+    "two joints that changed their names with each other": (
+        TWO + ARM + HAND,
+        TWO + ARM.replace("turn:", "bend:") + HAND.replace("bend:", "turn:"),
+        ["joint turn renamed to bend", "joint bend renamed to turn"],
+    ),
+    "a joint that has the name of another one, which has a new one": (
+        TWO + ARM + HAND,
+        TWO + ARM.replace("turn:", "bend:") + HAND.replace("bend:", "fold:"),
+        ["joint turn renamed to bend", "joint bend renamed to fold"],
+    ),
+    "a joint that moves a body without the link that it moved, elsewhere": (
+        FOUR + f"  turn: {{type: revolute, parent: low, child: arm, xyz: [0, 0, 0.1], {HINGE}}}\n"
+        "  f: {type: fixed, parent: arm, child: p, xyz: [0.1, 0, 0]}\n",
+        FOUR.replace("arm: {}, ", "")
+        + f"  turn: {{type: revolute, parent: low, child: p, xyz: [0.1, 0, 0.3], {HINGE}}}\n",
+        [
+            "p moved 200.0 mm in low: origin z 0.1 -> 0.3 m",
+            "turn axis moved 100.0 mm in p: p off by up to 221.8 mm at turn = -1, only when turn is away from 0",
+            "removed: frame arm (revolute on low, turn)",
+        ],
+    ),
+    "a joint that moves a body without the link that it moved, on another one": (
+        FOUR + f"  turn: {{type: revolute, parent: low, child: arm, xyz: [0, 0, 0.1], {HINGE}}}\n"
+        "  f: {type: fixed, parent: arm, child: p, xyz: [0.1, 0, 0]}\n",
+        FOUR.replace("arm: {}, ", "")
+        + f"  turn: {{type: revolute, parent: base, child: p, xyz: [0.1, 0, 0.3], {HINGE}}}\n".replace(
+            "0, 0, 1", "0, 1, 0"
+        ),
+        [
+            "arm parent low -> base",
+            "arm origin x 0 -> 0.1 m, z 0.1 -> 0.3 m",
+            "turn axis 0 0 1 -> 0 1 0 (turned 90.0 deg)",
+            "removed: frame arm (revolute on low, turn)",
+        ],
+    ),
 }
 
 
@@ -95,3 +140,37 @@ def test_whom_a_follower_follows_stands_in_the_json(tmp_path: Path) -> None:
     found = compared(robot(tmp_path, "a", one), robot(tmp_path, "b", TWO + ARM + HAND))
     (item,) = found["differences"]
     assert (item["quantity"], item["a"], item["b"]) == ("mimic", "turn * 1 + 0", "nothing")
+
+
+THREE = (
+    "links: {{base: {{}}, p: {{}}, q: {{}}}}\njoints:\n"
+    "  f: {{type: fixed, parent: base, child: p, {}}}\n  g: {{type: fixed, parent: p, child: q, {}}}\n"
+)
+STILL = "xyz: [0, 0, 0.1]"
+FOLLOWS = TWO + ARM + HAND.replace("velocity: 1}}", "velocity: 1}, mimic: {joint: turn}}")
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "notes"),
+    [
+        (
+            THREE.format("rpy: [0.2, 0, 0]", "rpy: [0.2, 0, 0]"),
+            THREE.format("rpy: [0.3, 0, 0]", "rpy: [0.3, 0, 0]"),
+            ["all together: q is off by up to 11.5 deg in base with all joints at 0"],
+        ),
+        (
+            THREE.format(STILL, STILL),
+            THREE.format("xyz: [0, 0, 0.11], rpy: [0.5, 0, 0]", "xyz: [0, 0, 0.13]"),
+            ["all together: q is off by up to 66.8 mm and 28.6 deg in base with all joints at 0"],
+        ),
+        (
+            FOLLOWS,
+            TWO + ARM + HAND.replace("0, 0, 1", "0, 0, -1"),
+            ["all together: hand is off by up to 57.3 deg in base at turn = -1"],
+        ),
+        (THREE.format(STILL, STILL), THREE.format(STILL, "xyz: [0, 0, 0.2]"), []),
+    ],
+)
+def test_what_is_off_the_most_by_all_changes_together(tmp_path: Path, one: str, other: str, notes: list[str]) -> None:
+    """Nothing is said where one of the changes says as much."""
+    assert compared(robot(tmp_path, "a", one), robot(tmp_path, "b", other))["notes"] == notes

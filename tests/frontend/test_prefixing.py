@@ -1,4 +1,4 @@
-"""The prefix of a foreign robot, in elements of XML that are kept as they are."""
+"""Names in kept elements of a robot that is brought in get its prefix: those of its materials, links and joints."""
 
 from __future__ import annotations
 
@@ -10,24 +10,16 @@ from rosorin_compile.frontend.expand.prefixing import _Renamer
 
 
 @pytest.mark.parametrize(
-    "made",
+    ("text", "renamed"),
     [
-        '<ros2_control name="l_board"/>',
-        '<ros2_control name="l_b"><gpio name="l_io"/></ros2_control>',
-        '<ros2_control name="l_b"><sensor name="l_s"/></ros2_control>',
-        '<transmission name="l_t"><actuator name="l_m"/></transmission>',
-        '<gazebo reference="l_arm"><sensor name="s"/></gazebo>',
-        '<gazebo><material name="l_grey"/></gazebo>',
-        '<gazebo><material name="arm"/></gazebo>',
-        "<gazebo><link>l_arm</link></gazebo>",
-        "<gazebo><link>arm_2</link></gazebo>",
-        "<gazebo><topicName>arm</topicName></gazebo>",
-        '<gazebo topic="arm" link="l_arm"/>',
-        '<joint name="l_arm"><param name="arm">l_arm</param></joint>',
-        '<a link="grey"/>',
+        ('<visual><material name="grey"/></visual>', '<visual><material name="left_grey"/></visual>'),
+        ('<visual><material name="arm"/></visual>', '<visual><material name="arm"/></visual>'),
+        ('<contact link="arm"/>', '<contact link="left_arm"/>'),
+        ('<contact link="grey"/>', '<contact link="grey"/>'),
+        ("<x><link>arm</link><link>grey</link></x>", "<x><link>left_arm</link><link>grey</link></x>"),
     ],
 )
-def test_names_of_the_robot_get_the_prefix_and_nothing_else(made: str) -> None:
-    changed: Counter[str] = Counter()
-    assert _Renamer("l_", {"arm"}, {"grey"}, changed).elements(made.replace("l_", "")) == made
-    assert changed.total() == made.count("l_")
+def test_names_of_its_own_get_the_prefix(text: str, renamed: str) -> None:
+    changed = Counter[str]()
+    assert _Renamer("left_", {"arm"}, {"grey"}, changed).elements(text) == renamed
+    assert sum(changed.values()) == renamed.count("left_")

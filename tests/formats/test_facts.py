@@ -82,3 +82,16 @@ def test_what_a_link_has_not_is_not_said() -> None:
     facts = urdf_facts.read(text)
     assert facts["link", "a", "visual shapes"].value == 1.0
     assert ("link", "a", "collision shapes") not in facts
+
+
+def test_what_else_a_urdf_has_is_said() -> None:
+    text = """<robot name="r"><link name="a"><spheres n="1"/></link><link name="b"/><joint name="j" type="fixed">
+    <parent link="a"/><child link="b"/><sensor x="2"/></joint><gazebo><static>1</static></gazebo>
+    <transmission name="t"/></robot>"""
+    found = {tuple(fact): value.value for fact, value in urdf_facts.read(text).items() if "element" in fact.quantity}
+    assert found == {
+        ("robot", "r", "element 1 gazebo"): "<gazebo><static>1</static></gazebo>",
+        ("robot", "r", "element 2 transmission"): '<transmission name="t"></transmission>',
+        ("link", "a", "element 1 spheres"): '<spheres n="1"></spheres>',
+        ("joint", "j", "element 1 sensor"): '<sensor x="2"></sensor>',
+    }

@@ -147,3 +147,15 @@ def test_a_body_is_as_heavy_as_its_links_are_together(tmp_path: Path, first: str
     assert [item["quantity"] for item in found["differences"]] == said
     shared = "the mass of the body of a is shared out otherwise (a, b); as a whole it is the same"
     assert found["notes"] == ([shared] if not said and first != TWO[0] else [])
+
+
+@pytest.mark.parametrize(("iyy", "same"), [(0.0002005, True), (0.0002075, False)])
+def test_a_small_body_is_known_as_well_as_it_is_small(tmp_path: Path, iyy: float, same: bool) -> None:
+    """Two links a millimetre apart, in a file of six digits."""
+    fixed = '<joint name="j" type="fixed"><origin xyz="0.001 0 0"/><parent link="a"/><child link="b"/></joint>'
+    half = heavy(1, 0, 0.0001, 0.0001, 0.0001)
+    one = urdf(tmp_path, "one.urdf", half, f'<link name="b">{half}</link>{fixed}')
+    whole = heavy(2, 0.0005, 0.0002, iyy, iyy)
+    other = urdf(tmp_path, "other.urdf", whole, f'<link name="b"/>{fixed}')
+    found = [item["quantity"] for item in compared(one, other)["differences"]]
+    assert found == ([] if same else ["mass", "centre of mass", "inertia", "mass"])

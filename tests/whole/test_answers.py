@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from typing import Any
@@ -167,8 +168,17 @@ def test_a_schema_refuses_what_is_no_answer() -> None:
 
 
 @pytest.mark.slow
-def test_an_answer_from_memory_is_the_same_bytes() -> None:
-    words = [sys.executable, "-m", "rosorin_compile", "print", "--list", HAND, "--format", "json"]
-    first, second = (subprocess.run(words, capture_output=True, check=True).stdout for _ in range(2))
-    assert first == second
-    hold(json.loads(first))
+def test_an_answer_from_memory_is_the_same_bytes_as_that_of_a_run() -> None:
+    """Also where the run before has written what this one finds written."""
+
+    def answered(*words: str, cache: str = "cache") -> bytes:
+        line = [sys.executable, "-m", "rosorin_compile", *words, "--format", "json"]
+        there = {**os.environ, "ROSORIN_COMPILE_CACHE": cache}
+        return subprocess.run(line, capture_output=True, check=True, env=there).stdout
+
+    first = json.loads(answered("all", HAND))
+    hold(first)
+    assert first["result"]["robots"][0]["written"] == ["handy.urdf"]
+    for words in (("all", HAND), ("check", HAND), ("print", "--list", HAND)):
+        anew = answered(*words, cache="off")
+        assert [answered(*words), answered(*words)] == [anew, anew]

@@ -184,8 +184,7 @@ def _write(run: Run, description: Description, files: Mapping[str, str | bytes])
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return None
-    names = {"written": list(written.written), "unchanged": list(written.unchanged), "removed": list(written.removed)}
-    tell_of_robot(run.options, folder=str(description.outputs), **names)
+    _tell(run, description, written)
     if written.aside:
         world.spoil("what was there before is told once")
     run.console.show(put_aside(description.outputs, written))
@@ -203,6 +202,14 @@ def left_alone(folder: Path, written: Written) -> list[Diagnostic]:
         Diagnostic("not-an-artifact", NOTE, f"{folder}/{name} is no artifact of this robot; it is kept", help=help)
         for name in written.kept
     ]
+
+
+def _tell(run: Run, description: Description, written: Written) -> None:
+    """Add what was written to the answer; the next time nothing is, if nothing changes."""
+    names = {"written": list(written.written), "unchanged": list(written.unchanged), "removed": list(written.removed)}
+    unchanged = sorted([*written.written, *written.unchanged])
+    later = {"written": [], "unchanged": unchanged, "removed": []}
+    tell_of_robot(run.options, {"folder": str(description.outputs), **names}, later)
 
 
 def put_aside(folder: Path, written: Written) -> list[Diagnostic]:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from .. import world
 from ..diagnostics import ERROR, Diagnostic
 from ..diagnostics.console import BARE, ENVELOPE, Console
 from ..project import data_folder
+from ..world.memory import OUT, otherwise
 
 if TYPE_CHECKING:
     import argparse
@@ -34,6 +36,7 @@ class Answer:
         self.diagnostics: list[Diagnostic] = []
         self.result: object = None
         self.robots: list[dict[str, object]] = []
+        self.later: list[dict[str, object]] = []  # what of each row is another thing the next time
 
     def refuse(self, message: str) -> None:
         """Add why a command line cannot be followed."""
@@ -47,9 +50,14 @@ class Answer:
         return made
 
     def end(self) -> None:
-        """Print the envelope, if it is asked for."""
-        if self.form == ENVELOPE:
-            sys.stdout.write(document(envelope(self)))
+        """Print the envelope, if it is asked for; what is said again of the run is what it would be the next time."""
+        if self.form != ENVELOPE:
+            return
+        said = document(envelope(self))
+        for row, later in zip(self.robots, self.later, strict=True):
+            row.update(later)
+        with otherwise(OUT, document(envelope(self))):
+            sys.stdout.write(said)
 
 
 def begun(words: Sequence[str]) -> Answer:
@@ -88,12 +96,20 @@ def give_result(
 def begin_robot(options: argparse.Namespace, description: Description) -> None:
     """Begin the row of a robot, in the result of a command that goes through robots."""
     answer_of(options).robots.append({"robot": description.name, "file": str(description.path), "fine": False})
+    answer_of(options).later.append({})
 
 
-def tell_of_robot(options: argparse.Namespace, **more: object) -> None:
-    """Add to the row of the robot at hand; where a command goes through none there is no row."""
-    for row in answer_of(options).robots[-1:]:
-        row.update(more)
+def tell_of_robot(
+    options: argparse.Namespace, more: Mapping[str, object], next_time: Mapping[str, object] = MappingProxyType({})
+) -> None:
+    """Add to the row of the robot at hand; where a command goes through none there is no row.
+
+    ``next_time`` is what of that is another thing if nothing changes until then.
+    """
+    answer = answer_of(options)
+    if answer.robots:
+        answer.robots[-1].update(more)
+        answer.later[-1].update(next_time)
 
 
 def envelope(answer: Answer) -> dict[str, object]:

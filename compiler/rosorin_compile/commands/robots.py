@@ -127,7 +127,7 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
         begin_robot(options, description)
         result = one(run, description)
         differing = {"differences": run.console.differing} if run.console.differing else {}
-        tell_of_robot(options, fine=result == FINE, **differing)
+        tell_of_robot(options, {"fine": result == FINE, **differing})
         run.console.end(result != FINE)
         code = max(code, result)
     give_result(options, {"robots": answer_of(options).robots}, str)

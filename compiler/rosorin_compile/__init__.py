@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 __version__ = "0.2.0"
 
 if TYPE_CHECKING:
-    from .commands.record import Command
+    from .commands.record import Check, Command
     from .commands.sides import diff
     from .commands.verbs import Checked, Explained, Written, check, explain, schema, write
     from .diagnostics import Diagnostic
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Artifact": "formats.format",
     "Case": "rules.case",
+    "Check": "commands.record",
     "Checked": "commands.verbs",
     "Command": "commands.record",
     "Compiled": "pipeline",
@@ -67,6 +68,7 @@ _HOMES = {
 __all__ = [
     "Artifact",
     "Case",
+    "Check",
     "Checked",
     "Command",
     "Compiled",

@@ -11,12 +11,14 @@ import io
 import os
 import sys
 from collections.abc import Iterable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .commands.answer import Answer, begun
+from .commands.calling import CHECK, called
 from .commands.parser import Refused
-from .commands.registry import GROUPS, command, commands
+from .commands.registry import commands, names
 from .commands.usage import (
     PROBLEMS,
     USAGE,
@@ -31,7 +33,9 @@ from .diagnostics.progress import hide
 from .world import spoil
 
 if TYPE_CHECKING:
+    from .commands.calling import Called
     from .commands.parser import Parser
+    from .commands.record import Command
 
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
 ASKED_BY_SHELLS = "complete"
@@ -60,8 +64,7 @@ def _run(words: list[str]) -> int:
     if words[0] == ASKED_BY_SHELLS:
         from .commands.completion import candidates
 
-        helps = {name: one.help for name, one in commands().items()}
-        return candidates.answer(words[1:], candidates.CommandLine(helps, parser))
+        return candidates.answer(words[1:], candidates.CommandLine(names("commands"), parser))
     answer = begun(words)
     try:
         tell_which_tool()
@@ -84,9 +87,9 @@ def _run(words: list[str]) -> int:
 def _answered(words: list[str], answer: Answer) -> int:
     """Do what a command line asks for; a program finds in the answer, too, why it cannot be followed."""
     try:
-        found = command(_called(words))
-        answer.command = found.record.name if found is not None else ""
-        options = parse(words)
+        line = _line(words)
+        answer.command = _asked(line)
+        options = _parsed(line)
         options.answer, answer.command = answer, options.called
         answer.form = getattr(options, "format", "")
         if getattr(options, "old_json", False) and not getattr(options, "quiet", False):
@@ -147,14 +150,33 @@ def _stopped(problem: Exception, answer: Answer) -> int:
 
 def parse(words: list[str]) -> argparse.Namespace:
     """Return the options of a command line; words may stand before, between and after its options."""
-    words = words[1:] if words[:1] == ["--"] else words
+    return _parsed(_line(words))
+
+
+def _line(words: list[str]) -> Called:
+    line = called(words[1:] if words[:1] == ["--"] else words)
+    if line.said:
+        sys.stderr.write(f"rosorin-compile: {line.said}\n")
+    return line
+
+
+def _asked(line: Called) -> str:
+    """Return what is called by its own name: ``all`` for ``compile``, ``check physics`` for ``check --physics``."""
+    if line.found is None:
+        return ""
+    return f"{CHECK} {line.found.record.name}" if line.found.is_check else line.found.record.name
+
+
+def _parsed(line: Called) -> argparse.Namespace:
+    top = _parser(line)
     options: argparse.Namespace
-    options, more = parser(words).parse_known_args(words)
+    with line.found.guarded() if line.found else nullcontext():
+        options, more = top.parse_known_args(line.words)
     unknown = next((word for word in more if word.startswith("-") and word != "-"), "")
     if unknown:
-        raise WrongUsage(f"{_called(words)} has no option {unknown}; {_near(unknown, options.known)}")
+        raise WrongUsage(f"{line.name} has no option {unknown}; {_near(unknown, options.known)}")
     if more and not hasattr(options, "words"):
-        raise WrongUsage(f'{_called(words)} takes no "{more[0]}"; see rosorin-compile {_called(words)} --help')
+        raise WrongUsage(f'{line.name} takes no "{more[0]}"; see rosorin-compile {line.name} --help')
     if more:
         options.words += more
     return options
@@ -162,44 +184,46 @@ def parse(words: list[str]) -> argparse.Namespace:
 
 def parser(words: Sequence[str]) -> Parser:
     """Return the parser of a command line; of the commands it has only the one that ``words`` call."""
+    return _parser(called(words))
+
+
+def _parser(line: Called) -> Parser:
     from .commands.parser import Parser, Version
 
     top = Parser(
         prog="rosorin-compile",
         usage="rosorin-compile [-h] [--version] COMMAND ...",
-        description=f"{_WHAT}\n{listed()}",
+        description=_WHAT,
         epilog=_MORE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
+        listed=lambda: listed(commands().values()),
     )
     top.add_argument("--version", action=Version, nargs=0, help="show the version, and the plug-ins with theirs")
     within = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
-    called = _called(words)
-    if called:
-        _add_command(top, within, called)
+    if line.name and line.found is None:
+        known = [name for one in commands(of_plugins=False).values() for name in (one.name, *one.also)]
+        top.error(f'there is no command "{line.name}"; {_near(line.name, [*known, *names("commands")])}')
+    _add(within, line)
     return top
 
 
-def _add_command(top: Parser, within: argparse._SubParsersAction[Parser], called: str) -> None:
-    """Add the command that a line calls, by one of its names."""
-    found = command(called)
+def _add(within: argparse._SubParsersAction[Parser], line: Called) -> None:
+    """Add the command that a line calls, or the check, by one of its names."""
+    found = line.found
     if found is None:
-        known = [name for one in commands().values() for name in (one.name, *one.also)]
-        top.error(f'there is no command "{called}"; {_near(called, known)}')
-    record = found.record
-    also = f" Its other name: {', '.join({record.name, *record.also} - {called})}." if record.also else ""
-    added = within.add_parser(called, description=f"{record.help[0].upper()}{record.help[1:]}.{also}")
-    found.function(record.options)(added)
+        return
+    record, asked, first = found.record, _asked(line), line.name.split()[0]
+    also = {record.name, *getattr(record, "also", ())} - {first} if not found.is_check else ()
+    other = f" Its other name: {', '.join(also)}." if also else ""
+    added = within.add_parser(first, description=f"{record.help[0].upper()}{record.help[1:]}.{other}")
+    added.prog = f"rosorin-compile {line.name}"
+    found.add_options(added)
     if record.words:
-        added.usage = f"{top.prog} {called} [options] {record.words}"
+        added.usage = f"{added.prog} [options] {record.words}"
     for one in (added, *added.within.values()):
-        one.set_defaults(called=record.name if one is added else f"{record.name} {one.prog.split()[-1]}")
+        one.set_defaults(called=asked if one is added else f"{asked} {one.prog.split()[-1]}")
         one.epilog = "\n\n".join(filter(None, [one.epilog, f"Exit codes: {record.exits}, 2 wrong usage."]))
-    added.set_defaults(run=found.function(record.run), known=added.long_options())
-
-
-def _called(words: Sequence[str]) -> str:
-    """Return the command that a command line calls: its first word that is no option."""
-    return next((word for word in words if not word.startswith("-")), "")
+    added.set_defaults(run=found.run, known=added.long_options())
 
 
 def _near(word: str, known: Iterable[str]) -> str:
@@ -208,9 +232,10 @@ def _near(word: str, known: Iterable[str]) -> str:
     return did_you_mean(word.partition("=")[0], known)
 
 
-def listed() -> str:
-    """Return the commands as the help shows them, in groups."""
-    every = commands().values()
+def listed(every: Iterable[Command]) -> str:
+    """Return commands as the help shows them, in groups."""
     width = max(len(one.name) for one in every)
-    lines = {group: [f"  {one.name:<{width}}  {one.help}\n" for one in every if one.group == group] for group in GROUPS}
+    lines: dict[str, list[str]] = {}
+    for one in every:
+        lines.setdefault(one.group, []).append(f"  {one.name:<{width}}  {one.help}\n")
     return "".join(f"\n{group}:\n{''.join(found)}" for group, found in lines.items())

@@ -1,25 +1,29 @@
 """Plug-ins: what other installed packages add to the tool, by the entry points of their distributions.
 
-Each kind of thing has a group: ``rosorin_compile.formats``, ``rosorin_compile.rules``,
-``rosorin_compile.functions``. What a distribution offers stands in a small file beside its metadata. Most machines have
-no plug-in, so those files are looked through before ``importlib.metadata`` is imported.
+Each kind of thing has a group: ``rosorin_compile.formats``, ``.rules``, ``.functions``, ``.commands``, ``.checks``.
+What a distribution offers stands in a small file beside its metadata. Most machines have no plug-in, so those files are
+looked through before ``importlib.metadata`` is imported.
 
 A plug-in that cannot be used is a diagnostic that names its distribution; it never stops the tool otherwise, and never
-takes the place of what is built in. What it prints goes to standard error: standard output is for artifacts.
+takes the place of what is built in. What it prints goes to standard error, under its name: standard output is for
+artifacts. ``ROSORIN_COMPILE_PLUGINS=off`` leaves all of them out.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable
-from contextlib import redirect_stdout, suppress
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TextIO, TypeVar, cast
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from .diagnostics.registry import PLUGINS, Rule
-from .world import asked_again, ending, read
+from .startup.remembering import forget_too
+from .world import asked_again, ending, read, variable
+from .world.memory import ERR, otherwise
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -39,9 +43,17 @@ RULES = (
         "Uninstall the package that the message names; its author has to choose another name.",
         PLUGINS,
     ),
+    Rule(
+        "plugin-slow",
+        "A note: the import of an installed plug-in takes longer than 2 s, which each run that needs it waits for.",
+        "Its author can import what takes long where it is used. `ROSORIN_COMPILE_PLUGINS=off` leaves out all of them.",
+        PLUGINS,
+    ),
 )
 
 PREFIX = "rosorin_compile."
+SWITCH = "ROSORIN_COMPILE_PLUGINS"  # off: there are none
+SLOW = 2.0  # seconds that the import of a plug-in may take without a word
 _METADATA = (".dist-info", ".egg-info")
 
 
@@ -60,21 +72,26 @@ class Plugin(NamedTuple):
 
 
 def load(
-    group: str, kind: type[T], names: Callable[[T], Iterable[str]], built_in: Callable[[str], bool]
+    group: str,
+    kind: type[T],
+    names: Callable[[T], Iterable[str]],
+    built_in: Callable[[str], bool],
+    called: str | None = None,
 ) -> tuple[tuple[tuple[Plugin, T], ...], tuple[Diagnostic, ...]]:
     """Return what plug-ins add to a group ("rules"), each with who it is from, and what is wrong with the others.
 
     ``kind`` is what an entry point has to lead to, ``names`` are those under which one is known, and ``built_in`` says
-    whether a name is taken. Never raises for what a plug-in does. Without plug-ins it imports nothing.
+    whether a name is taken; of entry points that are ``called`` otherwise none is imported. Never raises for what a
+    plug-in does. Without plug-ins it imports nothing.
     """
     loaded: list[tuple[Plugin, T]] = []
     diagnostics: list[Diagnostic] = []
     owners: dict[str, Plugin] = {}
     for plugin, entry_point in _entry_points():
-        if plugin.group != group:
+        if plugin.group != group or called not in (None, plugin.name):
             continue
         try:
-            with aside():
+            with importing(plugin):
                 made = entry_point.load()
             if not isinstance(made, kind):
                 raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
@@ -84,7 +101,7 @@ def load(
             continue
         taken = next((name for name in own if name in owners or built_in(name)), None)
         if taken is not None:
-            diagnostics.append(_clash(plugin, taken, owners.get(taken)))
+            diagnostics.append(clash(plugin, taken, owners.get(taken)))
             continue
         owners.update(dict.fromkeys(own, plugin))
         loaded.append((plugin, made))
@@ -116,9 +133,45 @@ def _reason(problem: BaseException) -> str:
         return type(problem).__name__
 
 
-def aside() -> redirect_stdout[Any]:
-    """Let what a plug-in prints go to standard error while it is at work: it may forget a print()."""
-    return redirect_stdout(sys.stderr)
+def aside(plugin: Plugin) -> redirect_stdout[TextIO]:
+    """Let what a plug-in prints go to standard error, under its name, while it is at work: it may forget a print()."""
+    return redirect_stdout(cast("TextIO", _Named(plugin)))
+
+
+_named: set[Plugin] = set()  # those that were said to print
+forget_too(_named.clear)
+
+
+class _Named:
+    """Standard error, which says first, and once, whose words follow."""
+
+    def __init__(self, plugin: Plugin) -> None:
+        self.plugin = plugin
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(sys.stderr, name)
+
+    def write(self, text: str) -> int:
+        """Write a text."""
+        if self.plugin not in _named:
+            _named.add(self.plugin)
+            sys.stderr.write(f"{self.plugin} prints what follows; standard output is for artifacts\n")
+        return sys.stderr.write(text)
+
+
+@contextmanager
+def importing(plugin: Plugin) -> Iterator[None]:
+    """Import a plug-in in the block: what it prints goes to standard error, and it is said if it takes long."""
+    began = time.monotonic()
+    with aside(plugin):
+        yield
+    took = time.monotonic() - began
+    if took > SLOW:
+        from .diagnostics.console import Console
+
+        note = Diagnostic("plugin-slow", NOTE, f"{plugin} takes {took:.1f} s to be imported")
+        with otherwise(ERR, ""):  # what is remembered takes no time
+            Console("text").show([note])
 
 
 def diagnostic_of(value: object) -> Diagnostic:
@@ -150,7 +203,8 @@ def _is_place(span: object) -> bool:
     return isinstance(span, Span) and all(type(number) is int and number > 0 for number in span[1:4])
 
 
-def _clash(plugin: Plugin, name: str, other: Plugin | None) -> Diagnostic:
+def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
+    """Return an error: a plug-in has the name of what is built in, or of what an other one brings."""
     whose = f"which {other} brings, too" if other else "which is built in"
     return error("plugin-clash", f'{plugin} brings "{name}", {whose}', None, _way_out(plugin))
 
@@ -170,6 +224,8 @@ def are_installed(group: str) -> bool:
 
 
 def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
+    if variable(SWITCH) == "off":
+        return ()
     folders = _metadata_folders(tuple(sys.path))
     if not folders:
         return ()

@@ -85,7 +85,7 @@ def deploy(folder: Path, *words: str) -> int:
 
 
 def check(folder: Path, *words: str) -> int:
-    return main(["check", str(ROSORIN), "--deployed", str(folder), *words])
+    return main(["check", "deployed", str(ROSORIN), str(folder), *words])
 
 
 def contents(folder: Path) -> dict[str, str]:

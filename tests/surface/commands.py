@@ -7,15 +7,17 @@ from collections.abc import Iterator
 
 from rosorin_compile.cli import parser
 from rosorin_compile.commands.parser import Parser
-from rosorin_compile.commands.registry import commands
+from rosorin_compile.commands.registry import checks, commands
 
 
 def lines() -> Iterator[str]:
     """Yield the commands, in the order of their names."""
     for name, record in sorted(commands().items()):
-        (actions,) = (one for one in parser([name])._actions if isinstance(one, argparse._SubParsersAction))
-        yield from _of(name, actions.choices[name], record.words)
+        yield from _of(name, parser([name]).within[name], record.words)
         yield from (f"{also} as {name}" for also in record.also)
+    for name, check in sorted(checks().items()):
+        yield from _of(f"check {name}", parser(["check", name]).within["check"], check.words)
+        yield from (f"check {old} as check {name}" for old in check.old)
 
 
 def _of(name: str, command: Parser, words: str) -> Iterator[str]:

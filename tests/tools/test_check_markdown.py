@@ -114,7 +114,7 @@ def test_deployed(capsys: Shown) -> None:
     for place in ("a", "b"):
         Path("share", place).mkdir(parents=True)
         Path("share", place, "dog.urdf").write_bytes(Path("outputs/dog/dog.urdf").read_bytes())
-    words = ("dog", "--deployed", "share")
+    words = ("deployed", "dog", "share")
     assert "- `dog`: 2 of 2 copies in share as compiled; 1 note" in told(capsys, *words, code=0)
     edit(of("dog"), "default: 100 mm", "default: 120 mm")
     made = told(capsys, *words, code=1)
@@ -126,8 +126,7 @@ def test_deployed(capsys: Shown) -> None:
 @pytest.mark.usefixtures("committed")
 def test_physics(capsys: Shown) -> None:
     pytest.importorskip("mujoco")
-    made = told(capsys, "dog", "--physics", code=0)
-    assert "2 artifacts as committed in outputs/dog" in made
+    made = told(capsys, "physics", "dog", code=0)
     assert "physics of " in made
 
 

@@ -1,4 +1,4 @@
-"""check --physics: each case in tests/data/physics says at its top what has to be said about it, word for word.
+"""check physics: each case in tests/data/physics says at its top what has to be said about it, word for word.
 
 The comments are those of tests/bad; a robot without any is sound, and nothing is said of it.
 """
@@ -66,17 +66,14 @@ def test_each_rule_of_physics_has_a_case() -> None:
 def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Path, capsys: Shown) -> None:
     copy_of_rosorin(rosorin, whole=True)
     shutil.copytree(ROOT / "outputs", rosorin / "outputs")
-    assert main(["check", "--physics"]) == 0
+    assert main(["check", "physics"]) == 0
     shown = capsys.readouterr()
     assert (
         'poses.yaml:6:3: warning[parts-overlap]: link "link2" is 3.1 mm inside link "base_footprint" in pose "tuck":'
         " its box in its height map (a stand-in)\n"
     ) in shown.err
     assert "checking the physics" not in shown.err  # the bar: this is no terminal
-    assert shown.out == (
-        "rosorin: 16 artifacts as committed in outputs/rosorin\n"
-        "rosorin: physics of 1 pose, zero and the ranges of 46 joints: 1 warning and 2 notes\n"
-    )
+    assert shown.out == ("rosorin: physics of 1 pose, zero and the ranges of 46 joints: 1 warning and 2 notes\n")
 
 
 def project_of(home: Path, case: str) -> None:
@@ -87,11 +84,11 @@ def project_of(home: Path, case: str) -> None:
 
 def test_an_error_fails_and_a_warning_does_not(home: Path, capsys: Shown) -> None:
     project_of(home, "explodes")
-    assert main(["check", "--physics"]) == 1
+    assert main(["check", "physics"]) == 1
     assert "bad: physics of zero and the ranges of 1 joint: 1 error\n" in capsys.readouterr().out
     shutil.rmtree(home / "descriptions")
     project_of(home, "sinks")
-    assert main(["check", "--physics"]) == 0
+    assert main(["check", "physics"]) == 0
 
 
 def test_only_this_check_knows_what_is_accepted_in_vain(home: Path, capsys: Shown) -> None:
@@ -99,7 +96,7 @@ def test_only_this_check_knows_what_is_accepted_in_vain(home: Path, capsys: Show
     for command in (["all"], ["check"]):
         assert main(command) == 0
         assert "accept-unused" not in capsys.readouterr().err
-    assert main(["check", "--physics"]) == 0
+    assert main(["check", "physics"]) == 0
     shown = capsys.readouterr()
     assert shown.err.count("warning[accept-unused]") == 2
     assert shown.err.count("accept-unused") == 2
@@ -124,7 +121,7 @@ def test_it_finds_the_meshes_that_check_finds(home: Path, capsys: Shown) -> None
     shutil.copy(cube, package / "meshes/cube.obj")
     shutil.copy(cube, home / "outputs/bad/sim/cube.obj")
     assert main(["all"]) == 0
-    assert main(["check", "--physics"]) == 0
+    assert main(["check", "physics"]) == 0
     shown = capsys.readouterr()
     assert "mesh-" not in shown.err
     assert shown.out.endswith("bad: physics of zero and 2 meshes: nothing to say\n")
@@ -134,25 +131,25 @@ def test_an_error_is_not_accepted(home: Path, capsys: Shown) -> None:
     project_of(home, "explodes")
     path = home / "descriptions/bad/robot.yaml"
     path.write_text(path.read_text() + "accept: [{rule: explodes-at-rest, reason: why not}]\n")
-    assert main(["check", "--physics"]) == 1
+    assert main(["check", "physics"]) == 1
     assert "error[explodes-at-rest]" in capsys.readouterr().err
 
 
 def test_programs_get_it_as_json(home: Path, capsys: Shown) -> None:
     project_of(home, "overlap-at-zero")
-    assert main(["check", "--physics", "--format", "json"]) == 0
+    assert main(["check", "physics", "--format", "json"]) == 0
     (found,) = [one for one in json.loads(capsys.readouterr().out)["diagnostics"] if one["rule"] == "parts-overlap"]
     assert (found["line"], found["severity"]) == (8, "warning")
 
 
-def test_a_robot_in_another_format_is_checked_without_a_comparison(home: Path, capsys: Shown) -> None:
+def test_a_robot_in_another_format_is_checked(home: Path, capsys: Shown) -> None:
     (home / "two.urdf").write_text("""<robot name="two">
   <link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
   <link name="b"><collision><geometry><box size="0.02 0.02 0.02"/></geometry></collision></link>
   <joint name="turn" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
 </robot>
 """)
-    assert main(["check", "--physics", "two.urdf"]) == 0
+    assert main(["check", "physics", "two.urdf"]) == 0
     shown = capsys.readouterr()
     assert (
         'two.urdf:4:16: warning[part-inside-part]: link "b" is inside link "a" with 100% of its volume at zero'
@@ -166,15 +163,15 @@ def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypa
     known = world.package
     absent = ("mujoco", "collada")
     monkeypatch.setattr(world, "package", lambda name: () if name in absent else known(name))
-    assert main(["check", "--physics"]) == 2
-    said = "rosorin-compile: check --physics needs what is not installed: pip install 'mujoco>=4' pycollada\n"
+    assert main(["check", "physics"]) == 2
+    said = "rosorin-compile: check physics needs what is not installed: pip install 'mujoco>=4' pycollada\n"
     assert capsys.readouterr().err == said
 
 
 @pytest.mark.usefixtures("rosorin")
 def test_it_does_not_go_with_other_comparisons(capsys: Shown) -> None:
-    assert main(["check", "--physics", "--every-argument"]) == 2
-    assert "--physics does not go with --every-argument or --deployed" in capsys.readouterr().err
+    assert main(["check", "physics", "--every-argument"]) == 2
+    assert "check physics has no option --every-argument" in capsys.readouterr().err
 
 
 def test_a_surface_winds_once_around_what_is_inside() -> None:

@@ -93,8 +93,8 @@ def test_cap_is_said(tmp_path, capsys):
 
 
 def test_deployed_is_another_check(capsys, tmp_path):
-    assert main(["check", "--every-argument", "--deployed", str(tmp_path)]) == 2
-    assert "do not go together" in capsys.readouterr().err
+    assert main(["check", "deployed", str(tmp_path), "--every-argument"]) == 2
+    assert "check deployed has no option --every-argument" in capsys.readouterr().err
 
 
 CHOICES = st.lists(st.integers(1, 3), min_size=1, max_size=4).map(

@@ -115,7 +115,7 @@ def test_a_template_could_be_built_and_simulates(template: str, capsys: pytest.C
     pytest.importorskip("mujoco", minversion="4")
     start("bot", Path(), template)
     assert main(["all", "-q"]) == 0
-    assert main(["check", "--physics"]) == 0
+    assert main(["check", "physics"]) == 0
     assert main(["simulate", "--seconds", "0.5", "--no-timing"]) == 0
     told = capsys.readouterr()
     assert "simulated: nothing to say" in told.out

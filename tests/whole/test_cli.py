@@ -196,7 +196,7 @@ def test_output_goes_to_a_closed_pipe_without_a_traceback(project: Path) -> None
     assert "Traceback" not in ran.stderr
 
 
-@pytest.mark.parametrize("command", [["all", "--args"], ["check", "--deployed"], ["extract", "boxes"]])
+@pytest.mark.parametrize("command", [["all", "--args"], ["check", "deployed"], ["extract", "boxes"]])
 def test_a_name_that_no_file_can_have(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*command, "n" * 300]) == 2
     assert "no file can have so long a name" in capsys.readouterr().err

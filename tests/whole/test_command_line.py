@@ -66,11 +66,11 @@ def test_every_module_of_a_command_has_a_record() -> None:
     """And the functions that a record names are there."""
     every = [path for folder in FOLDERS for path in folder.rglob("*.py")]
     sources = (path for path in every if "\ndef options(" in path.read_text("utf-8"))
-    found = [one for one in map(registry.command, COMMANDS) if one is not None]
+    found = [*filter(None, map(registry.command, COMMANDS)), *registry.own_checks().values()]
     functions = [one.function(name) for one in found for name in (one.record.options, one.record.run)]
     modules = {function.__module__.removeprefix(f"{PACKAGE.name}.") for function in functions}
     assert modules == {".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sources}
-    assert len(functions) == 2 * len(COMMANDS)
+    assert len(functions) == 2 * (len(COMMANDS) + len(registry.checks()))
 
 
 def test_a_command_has_an_order_of_its_own_in_its_group() -> None:

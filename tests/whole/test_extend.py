@@ -186,7 +186,7 @@ def test_package_deploy_and_verify(machine: Machine):
     machine.write("mine/package.xml", '<package format="3"><name>mine</name><version>1.0.0</version></package>\n')
     assert "toy/cart.toy" in machine.run("deploy", "cart", "--to", "mine", code=0)
     machine.write("mine/toy/cart.toy", machine.read("mine/toy/cart.toy").replace("0.500000", "0.600000"))
-    assert "toy/cart.toy" in machine.run("check", "cart", "--deployed", "mine", code=1)
+    assert "toy/cart.toy" in machine.run("check", "deployed", "cart", "mine", code=1)
     echo = "At time 0.0\n- Translation: [0.000, 0.000, {}]\n"
     echo += "- Rotation: in Quaternion (xyzw) [0.000, 0.000, 0.383, 0.924]\n"
     asked = ("--frames", "base", "mast")

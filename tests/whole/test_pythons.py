@@ -36,7 +36,7 @@ COMMANDS = (
     "import printed.urdf -o of_urdf",
     "import robot.xacro --trust -o of_xacro",
 )
-OF_MUJOCO = ("simulate ur5e", "check ur5e --physics -q", "collisions rosorin")
+OF_MUJOCO = ("simulate ur5e", "check physics ur5e -q", "collisions rosorin")
 OF_IMPORT = ("import arm.xml -o of_mjcf",)
 EVERY_DAY = ("all rosorin ur5e -q", "print rosorin urdf -q -o printed.urdf", "check rosorin -q")
 # What Ubuntu 22.04 has as python3-jsonschema, python3-yaml, ...; pip builds PyYAML 5.4.1 with an older Cython.

@@ -58,8 +58,6 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
 }
 # Commands of the core that still import tools, and those tools: this list only becomes shorter.
 STILL = {
-    "commands.check": ("fleet", "package", "parameters", "physics", "view"),
-    "commands.diff": ("view",),
     "commands.foreign": ("importer",),
     "commands.frames": ("extract",),
     "commands.mesh_copies": ("extract",),

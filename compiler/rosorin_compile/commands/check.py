@@ -1,15 +1,13 @@
 """rosorin-compile check: compile each robot and compare with what is committed.
 
-With --every-argument a robot is compiled with every combination of the arguments that have a list of values, with
---parameters or --controllers the parameter files of its nodes are held against it; with --fleet the robots of a sweep
-are checked as one.
+With --every-argument a robot is compiled with every combination of the arguments that have a list of values. What else
+there is to check, ``check NAME``, comes from other packages by their records.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
 from functools import partial
@@ -18,36 +16,16 @@ from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..diagnostics.console import Console
 from ..diagnostics.progress import about
-from ..diagnostics.registry import PACKAGES, WRITING, Rule
-from ..diagnostics.wording import counted, listed
-from ..project import ON_STDIN, Description, too_long
+from ..diagnostics.registry import WRITING, Rule
+from ..diagnostics.wording import counted
+from ..project import ON_STDIN, Description
 from ..world import FOLDER, kind, spoil
-from .compiling import (
-    compile_proven,
-    count,
-    mesh_files,
-    nothing_written,
-    proven,
-    read_by,
-    search_meshes,
-    tell_build,
-    telling,
-)
-from .given import MARK, given_arguments
-from .options import (
-    console_of,
-    depfile_options,
-    format_options,
-    hook_option,
-    output_options,
-    page_options,
-    place,
-    robot_options,
-)
-from .robots import Run, check_depfile, check_summary, for_each, is_foreign, once, one
-from .understanding import understood
+from .compiling import count, mesh_files, proven, read_by, search_meshes, tell_build, telling
+from .options import check_options, console_of, depfile_options, page_options
+from .pictures import pictures
+from .registry import checks, own_checks
+from .robots import Run, check_depfile, for_each, is_foreign, once
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -55,10 +33,13 @@ if TYPE_CHECKING:
     from ..diagnostics.markdown import Block
     from ..frontend.arguments import Argument
     from ..frontend.expand.included_robots import Tell
-    from ..tools.package.checking import Checked
-    from ..tools.view.changed import Pictures
     from .comparing import Held
+    from .parser import Parser
+    from .pictures import Pictures
+    from .record import Check
+    from .registry import Registered
 
+OfRobot = Callable[[Run, Description], int]
 RULES = (
     Rule(
         "outputs-differ",
@@ -73,163 +54,109 @@ RULES = (
         "As the message says; a mesh is looked for from the folder of the artifact.",
         WRITING,
     ),
-    Rule(
-        "deployed-differs",
-        "A copy is not the compiled one (in the forms for programs).",
-        "`rosorin-compile deploy`",
-        PACKAGES,
-    ),
 )
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Add what this command takes."""
-    robot_options(command)
-    hook_option(command)
-    command.add_argument(
-        "--deployed", metavar="FOLDER", help="compare with the copies in a package, an install space or any folder"
-    )
+def options(command: Parser) -> None:
+    """Add what this command takes, and the options that asked for checks before those had names."""
+    check_options(command, hook=True)
+    command.listed, command.formatter_class = _listed, argparse.RawDescriptionHelpFormatter
     command.add_argument(
         "--every-argument",
         action="store_true",
         help="compile with every combination of the arguments that have a list of values; nothing is compared",
     )
-    command.add_argument(
-        "--physics",
-        action="store_true",
-        help="look for what cannot be, too: parts inside each other, joints that drive them there, meshes of another"
-        " size; with MuJoCo",
-    )
-    _parameter_options(command)
-    command.add_argument(
-        "--fleet",
-        type=place,
-        metavar="FILE",
-        help="check the robots of a sweep.json as one: which numbers differ, which are likely typos, what stands in",
-    )
-    command.add_argument("--full", action="store_true", help="show text differences in full; with --fleet all numbers")
-    command.add_argument(
-        "--summary",
-        type=place,
-        metavar="FILE",
-        help="append what --format markdown prints to a file, whatever the form of the messages",
-    )
+    command.add_argument("--full", action="store_true", help="show text differences in full")
     page_options(
         command, "write a page that shows the robots, what is committed under what is compiled, and what changed"
     )
-    output_options(command)
     depfile_options(command, "none, it has to be named")
-    format_options(command)
+    for one in _comparing():
+        command.add_argument(*one.record.old, action="store_true", dest=one.record.name, help=argparse.SUPPRESS)
 
 
-def _parameter_options(command: argparse.ArgumentParser) -> None:
-    """Add the options about the parameter files of nodes; they stand last in the help."""
-    from ..formats.distributions import DISTRIBUTIONS
+def _listed() -> str:
+    """Return the checks as the help lists them."""
+    every = checks().values()
+    width = max(len(one.name) for one in every)
+    lines = "".join(f"\n  {one.name:<{width}}  {one.help}" for one in every)
+    return f"\nother checks; rosorin-compile check CHECK --help says more about one:{lines}"
 
-    group = command.add_argument_group("parameter files of the nodes of one robot; nothing is compared then")
-    add = group.add_argument
-    many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": place, "metavar": "FILE"}
-    add("--parameters", **many, help="hold them against the description: who publishes which edge, frames, keys, types")
-    add("--controllers", **many, help="the same of the file of a controller_manager: it has to name controllers")
-    add("--launch", **many, help="with these: launch files that say remaps")
-    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="with these: a remap")
-    add("--namespace", default="", metavar="NS", help="with these: the namespace that the nodes run in")
-    add(
-        "--distribution",
-        choices=DISTRIBUTIONS,
-        help="with these: that of ROS 2; default: that of the outputs, else any of them",
-    )
+
+def _comparing() -> list[Registered[Check]]:
+    """Return the checks that an option asks for besides the comparison."""
+    return [one for one in own_checks().values() if one.record.each]
 
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
-    if options.summary is not None:
-        check_summary(Path(options.summary))
-    if options.fleet is not None:
-        spoil("what a fleet reads is not noted yet")
-        from ..tools.fleet.command import check_fleet
-
-        return check_fleet(options)
-    # arguments of the description may stand behind files
-    for words in (options.parameters, options.controllers, options.launch):
-        options.words += [word for word in words if MARK in word]
-        words[:] = [word for word in words if MARK not in word]
-    if options.parameters or options.controllers or options.deployed or options.physics:
-        spoil("what these options read is not noted yet")
-    if options.parameters or options.controllers:
-        return _check_parameters(options)
-    if options.launch or options.remap or options.namespace or options.distribution:
-        raise WrongUsage("--launch, --remap, --namespace and --distribution go with --parameters or --controllers FILE")
-    _check_depfile(options)
+    more = [one for one in _comparing() if getattr(options, one.record.name)]
+    if more:
+        spoil("what a check reads is not noted yet")
+    _check_options(options, more)
+    if options.every_argument:
+        return for_each(options, check_every)
+    after = [one.function(one.record.each)(options) for one in more]
     if options.html is None:
-        return _run(options, check_one)
+        return for_each(options, _each(check_one, after))
     spoil("a page is written")
-    if options.every_argument or options.deployed is not None:
-        raise WrongUsage("--html shows a comparison with what is committed; it does not go with this option")
-    from ..tools.view.changed import Pictures
-
-    pictures = Pictures(options)
+    page = pictures(options)
+    each = _each(partial(check_one, page=page), after)
     try:
-        code = _run(options, partial(check_one, pictures=pictures))
+        code = for_each(options, each)
     except BrokenPipeError:  # who reads the messages has enough of them; the page is for somebody else
-        pictures.taken.clear()
+        page.clear()
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-            _run(options, partial(check_one, pictures=pictures))
-            pictures.write(console_of(options))
+            for_each(options, each)
+            page.write(console_of(options))
         raise
-    pictures.write(console_of(options))
+    page.write(console_of(options))
     return code
 
 
-def _run(options: argparse.Namespace, each: Callable[[Run, Description], int]) -> int:
-    """Do with each robot what the options ask for; ``each`` compares it with what is committed."""
-    if options.physics and (options.every_argument or options.deployed is not None):
-        raise WrongUsage("--physics does not go with --every-argument or --deployed")
-    if options.every_argument:
-        if options.deployed is not None:
-            raise WrongUsage("--every-argument and --deployed do not go together")
-        return for_each(options, check_every)
-    if options.physics:
-        return _check_with_physics(options, each)
-    if options.deployed is None:
-        return for_each(options, each)
-    if kind(options.deployed) != FOLDER:
-        raise WrongUsage(too_long(Path(options.deployed)) or f'there is no folder "{options.deployed}"')
-    names = given_arguments(options, options.words)[1]
-    if not names:
-        one("", "rosorin-compile check ROBOT --deployed FOLDER")
-    return for_each(options, _check_deployed)
+def _each(compare: OfRobot, after: Sequence[OfRobot]) -> OfRobot:
+    """Return what compares a robot, unless it is in a file of another format, and does other things then."""
+    if not after:
+        return compare
+
+    def every(run: Run, description: Description) -> int:
+        compared = FINE if is_foreign(description.path) else compare(run, description)
+        return max(compared, *(one(run, description) for one in after))
+
+    return every
 
 
-def _check_depfile(options: argparse.Namespace) -> None:
-    """Raise WrongUsage for a depfile that cannot be."""
+def _check_options(options: argparse.Namespace, more: Sequence[Registered[Check]]) -> None:
+    """Raise WrongUsage for options that do not go together, and for a depfile that cannot be."""
+    if options.every_argument and more:
+        raise WrongUsage(f"{more[0].record.old[0]} does not go with --every-argument")
+    if options.every_argument and options.html is not None:
+        raise WrongUsage("--html shows a comparison with what is committed; it does not go with this option")
     check_depfile(options)
     if options.depfile is None:
         return
-    if options.physics or options.every_argument or options.deployed is not None:
-        raise WrongUsage(
-            "--depfile is about what is committed: it does not go with --deployed, --every-argument, --physics"
-        )
+    if options.every_argument or more:
+        other = "--every-argument" if options.every_argument else more[0].record.old[0]
+        raise WrongUsage(f"--depfile is about what is committed: it does not go with {other}")
     if options.depfile_target is None:
         raise WrongUsage("a depfile needs a target: --depfile-target NAME")
 
 
-def check_one(run: Run, description: Description, pictures: Pictures | None = None) -> int:
-    """Compile one robot in memory and compare with its outputs folder; ``pictures`` take what a page shows of that."""
-    if pictures is not None:  # they are taken of what is compiled
-        return _compare(run, description, pictures)
+def check_one(run: Run, description: Description, page: Pictures | None = None) -> int:
+    """Compile one robot in memory and compare with its outputs folder; ``page`` takes what it shows of that."""
+    if page is not None:  # they are taken of what is compiled
+        return _compare(run, description, page)
     return once(run, description, lambda: _compare(run, description, None))
 
 
-def _compare(run: Run, description: Description, pictures: Pictures | None) -> int:
+def _compare(run: Run, description: Description, page: Pictures | None) -> int:
     """Do the same, whether or not it was done before."""
     from ..diagnostics import has_errors
     from .comparing import compared
 
-    compiled = compile_proven(run.given, description, run.console)
-    run.console.show(compiled.diagnostics)
-    if compiled.robot is None or has_errors(compiled.diagnostics):
-        return nothing_written(run.console, description.name, compiled.diagnostics)
+    compiled = run.compiled(description)
+    if compiled is None or compiled.robot is None:
+        return PROBLEMS
     if description.path == ON_STDIN:
         run.console.say(f"{description.name}: {count(compiled.artifacts)} compiled; there are no committed ones")
         return FINE
@@ -237,8 +164,8 @@ def _compare(run: Run, description: Description, pictures: Pictures | None) -> i
     run.console.show(held.diagnostics)
     if held.comparison is None:
         return PROBLEMS
-    if pictures is not None:
-        pictures.take(run.given, description, compiled, held.comparison, held.committed, held.meshes)
+    if page is not None:
+        page.take(run.given, description, compiled, held.comparison, held.committed, held.meshes)
     if not held.same:
         _differ(run, held)
         _tell_no_folder(run, description)
@@ -274,119 +201,6 @@ def _tell_no_folder(run: Run, description: Description) -> None:
     if getattr(run.options, "outputs", None) is not None and kind(description.outputs) != FOLDER:
         way = "rosorin-compile all with the same --outputs and arguments writes it"
         run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
-
-
-def _check_with_physics(options: argparse.Namespace, each: Callable[[Run, Description], int]) -> int:
-    """Compare each robot with its outputs, unless it is in a file of another format, and check its physics."""
-    from ..tools.physics.checking import lacking
-
-    missing = lacking()
-    if missing:
-        raise WrongUsage(f"check --physics needs what is not installed: pip install {missing}")
-
-    def both(run: Run, description: Description) -> int:
-        compared = FINE if is_foreign(description.path) else each(run, description)
-        return max(compared, _check_physics(run, description))
-
-    return for_each(options, both)
-
-
-def _check_physics(run: Run, description: Description) -> int:
-    """Check the physics of one robot. What its description says wrongly was told before, unless it is foreign."""
-    from ..diagnostics import has_errors
-    from ..tools.physics.checking import look
-
-    console = run.console if is_foreign(description.path) else Console("json")
-    known = understood(run.given, description, console)
-    if known is None:
-        return PROBLEMS
-    looked = look(known.case, description, run.given.packages)
-    run.console.show(looked.diagnostics)
-    severities = Counter(diagnostic.severity for diagnostic in looked.diagnostics)
-    found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
-    run.console.say(f"{description.name}: physics of {looked.at}: {found or 'nothing to say'}")
-    return PROBLEMS if has_errors(looked.diagnostics) else FINE
-
-
-def _check_parameters(options: argparse.Namespace) -> int:
-    """Hold the parameter files of nodes against one robot."""
-    from ..tools.parameters.checking import asked, look, summary
-
-    others = (options.physics, options.every_argument, options.deployed, options.depfile, options.html, options.hook)
-    if any(others):
-        raise WrongUsage(
-            "--parameters and --controllers go with none of --physics, --every-argument, --deployed, --depfile, --html,"
-            " --hook"
-        )
-    wanted = asked(options)
-    names = given_arguments(options, options.words)[1]
-    if len(names) != 1:
-        options.words += [one("", "rosorin-compile check ROBOT --parameters FILE").name] if not names else []
-    if len(names) > 1:
-        raise WrongUsage("parameter files are those of one robot: rosorin-compile check ROBOT --parameters FILE")
-
-    def held(run: Run, description: Description) -> int:
-        from ..diagnostics import has_errors
-
-        known = understood(run.given, description, run.console)
-        if known is None:
-            return PROBLEMS
-        looked = look(known.case, wanted)
-        run.console.show(looked.diagnostics)
-        run.console.say(f"{description.name}: {summary(looked)}")
-        return PROBLEMS if has_errors(looked.diagnostics) else FINE
-
-    return for_each(options, held)
-
-
-def _check_deployed(run: Run, description: Description) -> int:
-    """Compile one robot in memory and compare with the copies that are deployed in a folder."""
-    from ..diagnostics import error, has_errors
-    from ..frontend.load import LoadError
-    from ..tools.package import naming
-    from ..tools.package.carrying import described
-    from ..tools.package.checking import check
-    from ..tools.package.finding import files_below
-
-    compiled = compile_proven(run.given, description, run.console)
-    run.console.show(compiled.diagnostics)
-    if compiled.robot is None or has_errors(compiled.diagnostics):
-        return nothing_written(run.console, description.name, compiled.diagnostics)
-    folder = Path(run.options.deployed)
-    try:
-        files = files_below(folder, skip_built=False)
-        told = naming.read(folder, compiled.robot.name)
-        checked = check(
-            compiled.robot,
-            compiled.artifacts,
-            folder,
-            files,
-            told,
-            run.options.full,
-            lambda options: described(compiled, description, run.given, options)[0],
-        )
-    except LoadError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    except OSError as problem:
-        message = f"cannot read {folder}: {problem.strerror or problem}"
-        run.console.show([error("deploy-unreadable", message, None, "name another folder")])
-        return PROBLEMS
-    return _said(run, description, checked)
-
-
-def _said(run: Run, description: Description, checked: Checked) -> int:
-    """Say what became of a comparison with copies, and return the exit code."""
-    from ..diagnostics import error, has_errors
-
-    if checked.differing:
-        help = "rosorin-compile deploy writes them anew"
-        told = error("deployed-differs", "\n".join(checked.lines), None, help)
-        run.console.differ("not as deployed", checked.lines, told, checked.blocks)
-    run.console.show(checked.diagnostics)
-    total = len(checked.same) + len(checked.differing)
-    run.console.say(f"{description.name}: {len(checked.same)} of {total} copies in {run.options.deployed} as compiled")
-    return PROBLEMS if checked.differing or has_errors(checked.diagnostics) else FINE
 
 
 MAX_COMBINATIONS = 256

@@ -14,6 +14,7 @@ from ..diagnostics.console import Console
 from .answer import give_result
 from .given import given_arguments, named, packages_of
 from .options import argument_options, console_of, json_option, package_option, page_options, quiet_option
+from .pictures import pictures
 from .robots import one, take_stdin
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -105,15 +106,10 @@ def run(options: argparse.Namespace) -> int:
 
 def _write_page(options: argparse.Namespace, givens: Sequence[tuple[str, Given]], found: Difference) -> None:
     """Write the page that shows B with A under it. Raises WrongUsage."""
-    from ..tools.view.changed import Pictures, of_sides
-    from ..tools.view.showing import look
-
-    console = Console("json")  # what is wrong was said before
-    shown = [look(given, one(word, "rosorin-compile diff A B"), console).shown for word, given in givens]
-    pictures = Pictures(options)
-    if shown[0] is not None and shown[1] is not None:
-        pictures.taken.append(of_sides((shown[0], shown[1]), found, options.prefix))
-    pictures.write(Console(options.format))
+    page = pictures(options)
+    robots = [(given, one(word, "rosorin-compile diff A B")) for word, given in givens]
+    page.take_sides(robots, found, options.prefix)
+    page.write(Console(options.format))
 
 
 def _tolerance(text: str) -> float:

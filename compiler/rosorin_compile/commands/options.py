@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .. import world
 from ..diagnostics.console import BARE, ENVELOPE, MARKDOWN, Console
 from .answer import answer_of
+from .usage import WrongUsage
 
 if TYPE_CHECKING:
     from .parser import Options
@@ -35,6 +38,25 @@ def robot_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; default: every robot")
     package_option(command)
     argument_options(command)
+
+
+def check_options(
+    command: argparse.ArgumentParser,
+    words: str = "ROBOT",
+    help: str = f"{_ROBOT}; default: every robot",
+    hook: bool = False,
+) -> None:
+    """Add what a check takes: its words, the folder of the artifacts, arguments, and how messages are printed.
+
+    With ``hook`` the words may be files that changed, for pre-commit.
+    """
+    command.add_argument("words", nargs="*", metavar=words, help=help)
+    package_option(command)
+    argument_options(command)
+    if hook:
+        hook_option(command)
+    output_options(command)
+    format_options(command, summary=True)
 
 
 def one_robot(command: argparse.ArgumentParser) -> None:
@@ -89,8 +111,15 @@ def output_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--outputs", type=place, metavar="FOLDER", help="where the artifacts stand; default: outputs/")
 
 
-def format_options(command: argparse.ArgumentParser) -> None:
-    """Add the option that chooses how diagnostics are printed."""
+def format_options(command: argparse.ArgumentParser, summary: bool = False) -> None:
+    """Add the options that choose how diagnostics are printed; with ``summary`` also that they are kept in a file."""
+    if summary:
+        command.add_argument(
+            "--summary",
+            type=place,
+            metavar="FILE",
+            help="append what --format markdown prints to a file, whatever the form of the messages",
+        )
     command.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the messages; default: text")
     how_much = command.add_mutually_exclusive_group()
     how_much.add_argument(
@@ -165,9 +194,41 @@ def mode_option(command: Options, unnamed: str) -> None:
 def console_of(options: argparse.Namespace) -> Console:
     """Return where a command prints what it has to say, in the form that ``format_options`` or ``json_option`` choose.
 
-    Beside a result alone it is text.
+    Beside a result alone it is text. Raises WrongUsage.
     """
     if hasattr(options, "old_json"):
         return answer_of(options).console(options.quiet, getattr(options, "verbose", False))
-    summary = getattr(options, "summary", None) is not None
-    return Console(options.format, options.quiet, options.verbose, summary, answer_of(options).diagnostics)
+    summary = getattr(options, "summary", None)
+    if summary is not None:
+        check_summary(Path(summary))
+    return Console(options.format, options.quiet, options.verbose, summary is not None, answer_of(options).diagnostics)
+
+
+_SUMMARY = "GITHUB_STEP_SUMMARY"  # the file to which steps of a job append, as GitHub names it
+
+
+def check_summary(file: Path) -> None:
+    """Raise WrongUsage for a file to which no summary goes: one that neither we nor a step of a job has begun."""
+    from ..diagnostics.markdown import HEAD
+
+    try:
+        whose = world.variable(_SUMMARY)
+        if world.kind(file) != world.FILE or (whose and world.is_same(file, whose)):
+            return
+        begins = world.head(file, len(HEAD.encode())).decode("utf-8", "replace")
+    except (OSError, ValueError):
+        return  # writing says why not
+    if begins.strip() and begins != HEAD:
+        raise WrongUsage(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
+
+
+def append_summary(file: Path, text: str) -> None:
+    """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
+    check_summary(file)
+    world.spoil(f"{file} is written")
+    try:
+        with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
+            opened.write(text)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise WrongUsage(f'cannot write the summary "{file}": {reason}') from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 from .usage import USAGE
@@ -35,12 +35,21 @@ class Parser(argparse.ArgumentParser):
     """A parser that notes its options as they are added, and the commands within it by name.
 
     ``completes`` of an option says what a shell completes there, in the words of ``commands.completion.candidates``.
+    ``listed`` gives what the help lists under the description; it is asked when the help is shown.
     """
 
-    def __init__(self, *words: Any, **settings: Any) -> None:
+    def __init__(self, *words: Any, listed: Callable[[], str] | None = None, **settings: Any) -> None:
         self.options: list[argparse.Action] = []
         self.within: dict[str, Parser] = {}
+        self.listed = listed
         super().__init__(*words, **settings)
+
+    def format_help(self) -> str:
+        """Return the help, with what is listed in it under the description."""
+        if self.listed is not None:
+            self.description = "\n".join(filter(None, [self.description, self.listed()]))
+            self.listed = None
+        return super().format_help()
 
     def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
         """Add an option or a word, and note it."""

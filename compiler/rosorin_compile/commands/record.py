@@ -6,7 +6,24 @@ there is imports none of it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, fields
+
+_NAME = re.compile(r"[a-z][a-z0-9-]*")
+_FUNCTION = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+
+
+def _check_fields(record: Command | Check) -> None:
+    """Raise TypeError or ValueError for a record whose fields cannot be."""
+    for field in fields(record):
+        value, kind = getattr(record, field.name), {"str": str, "int": int}.get(str(field.type), tuple)
+        if not isinstance(value, kind) or (isinstance(value, tuple) and not all(isinstance(one, str) for one in value)):
+            raise TypeError(f"{field.name} of {record.name} is a {field.type}, not {str(value)[:60]!r}")
+    if not _NAME.fullmatch(record.name):
+        raise ValueError(f'"{record.name}" cannot be a name of the command line')
+    for function in (record.options, record.run):
+        if not _FUNCTION.fullmatch(function):
+            raise ValueError(f'"{function}" of {record.name} names no function: write MODULE:NAME')
 
 
 @dataclass(frozen=True)
@@ -28,3 +45,29 @@ class Command:
     run: str
     also: tuple[str, ...] = ()
     order: int = 100
+
+    def __post_init__(self) -> None:
+        """Raise TypeError or ValueError for what cannot be."""
+        _check_fields(self)
+
+
+@dataclass(frozen=True)
+class Check:
+    """A check: ``rosorin-compile check NAME WORDS``; ``help``, ``exits``, ``options`` and ``run`` are as a command's.
+
+    ``old`` are options of ``check`` that once asked for it. Where such an option compares as well, ``each(options)``
+    returns what is done with each robot after that, and returns the exit code: ``each(options)(run, description)``.
+    """
+
+    name: str
+    words: str
+    help: str
+    options: str
+    run: str
+    exits: str = "0 nothing is wrong, 1 errors"
+    old: tuple[str, ...] = ()
+    each: str = ""
+
+    def __post_init__(self) -> None:
+        """Raise TypeError or ValueError for what cannot be."""
+        _check_fields(self)

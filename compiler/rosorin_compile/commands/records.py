@@ -39,7 +39,7 @@ COMMANDS = (
     Command(
         name="check",
         group="describe and compile",
-        words="[ROBOT ...]",
+        words="[CHECK] [ROBOT ...]",
         help="compile, and compare with the committed artifacts",
         exits="0 as committed, 1 differences or errors",
         options="check:options",

@@ -8,12 +8,14 @@ from __future__ import annotations
 import codecs
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .. import world
 from ..diagnostics.console import Console
 from ..diagnostics.progress import about, begin
+from ..plugins import aside
 from ..project import (
     ENDINGS,
     STDIN,
@@ -29,13 +31,17 @@ from ..project import (
 from ..world import memory
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments, no_half_mark
-from .options import console_of
+from .options import append_summary, console_of
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
     import argparse
 
+    from ..pipeline import Compiled
+    from ..rules.case import Case
+
 _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
+_NOT_ASKED = ("words", "run", "known", "called", "answer")  # of the options
 _taken: list[Any] = []  # standard input, once it was read
 
 
@@ -45,6 +51,28 @@ class Run(NamedTuple):
     options: argparse.Namespace
     console: Console
     given: Given
+
+    def compiled(self, description: Description) -> Compiled | None:
+        """Return what a robot is compiled to, its meshes found and all of it proven; None, once said, with errors."""
+        from ..diagnostics import has_errors
+        from .compiling import compile_proven, nothing_written
+
+        compiled = compile_proven(self.given, description, self.console)
+        self.console.show(compiled.diagnostics)
+        if compiled.robot is not None and not has_errors(compiled.diagnostics):
+            return compiled
+        nothing_written(self.console, description.name, compiled.diagnostics)
+        return None
+
+    def understood(self, description: Description, quietly: bool = False) -> Case | None:
+        """Return a robot and where it was written, also in another format; None, once said, with errors.
+
+        ``quietly``: what is wrong with it was said before.
+        """
+        from .understanding import understood
+
+        known = understood(self.given, description, Console("json") if quietly else self.console)
+        return None if known is None else known.case
 
 
 def take_stdin(names: Sequence[str]) -> None:
@@ -112,12 +140,16 @@ def one(name: str, how: str) -> Description:
     return found[0]
 
 
-def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]) -> int:
-    """Do something with each description that is asked for; return the worst exit code."""
+def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int], alone: str = "") -> int:
+    """Do something with each description that is asked for; return the worst exit code.
+
+    Where no robot is named, all there are; or, if ``alone`` says how to name one, the only one. Raises WrongUsage.
+    """
     hook = getattr(options, "hook", False)
-    given, found = _of_changed(options) if hook and options.words else _asked_for(options)
+    given, found = _of_changed(options) if hook and options.words else _asked_for(options, alone)
     summary = getattr(options, "summary", None)
     run = Run(options, console_of(options), given)
+    plugin = getattr(options, "plugin", None)
     code = FINE
     if not found:
         run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
@@ -125,7 +157,9 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
         run.console.begin(description.name)
         about(f"{description.name}:" if len(found) > 1 else "")
         begin_robot(options, description)
-        result = one(run, description)
+        # A program reads one document on standard output, and nothing that a plug-in prints beside it.
+        with nullcontext() if plugin is None or run.console.for_people else aside(plugin):
+            result = work(run, description)
         differing = {"differences": run.console.differing} if run.console.differing else {}
         tell_of_robot(options, {"fine": result == FINE, **differing})
         run.console.end(result != FINE)
@@ -157,16 +191,16 @@ def once(run: Run, description: Description, work: Callable[[], int]) -> int:
 
 def _key(run: Run, description: Description) -> list[str]:
     """Return what tells one call from another: the options, the arguments, what is seen and how it is shown."""
-    left_out = ("answer", "words", "run", "known")
-    options = {name: value for name, value in vars(run.options).items() if name not in left_out}
+    options = {name: value for name, value in vars(run.options).items() if name not in _NOT_ASKED}
     told = [options, sorted(run.given.texts.items()), list(map(str, run.given.files))]
     told += [[str(part) for part in description], sorted((n, str(f)) for n, f in run.given.packages.items())]
-    return ["robot", run.options.run.__module__, *map(repr, told), *memory.surroundings()]
+    return ["robot", run.options.called, *map(repr, told), *memory.surroundings()]
 
 
-def _asked_for(options: argparse.Namespace) -> tuple[Given, list[Description]]:
+def _asked_for(options: argparse.Namespace, alone: str) -> tuple[Given, list[Description]]:
     """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
     given, names = given_arguments(options, options.words)
+    names = names or ([str(one("", alone).path)] if alone else [])
     return given, descriptions(names, getattr(options, "outputs", None))
 
 
@@ -179,36 +213,6 @@ def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
         raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
     paths = [str(path) for path in all_with(files)]
     return given, descriptions(paths, getattr(options, "outputs", None)) if paths else []
-
-
-_SUMMARY = "GITHUB_STEP_SUMMARY"  # the file to which steps of a job append, as GitHub names it
-
-
-def check_summary(file: Path) -> None:
-    """Raise WrongUsage for a file to which no summary goes: one that neither we nor a step of a job has begun."""
-    from ..diagnostics.markdown import HEAD
-
-    try:
-        whose = world.variable(_SUMMARY)
-        if world.kind(file) != world.FILE or (whose and world.is_same(file, whose)):
-            return
-        begins = world.head(file, len(HEAD.encode())).decode("utf-8", "replace")
-    except (OSError, ValueError):
-        return  # writing says why not
-    if begins.strip() and begins != HEAD:
-        raise WrongUsage(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
-
-
-def append_summary(file: Path, text: str) -> None:
-    """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
-    check_summary(file)
-    world.spoil(f"{file} is written")
-    try:
-        with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
-            opened.write(text)
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or problem
-        raise WrongUsage(f'cannot write the summary "{file}": {reason}') from None
 
 
 def check_depfile(options: argparse.Namespace) -> None:

@@ -35,6 +35,11 @@ RULES = (
 FINE, PROBLEMS, USAGE = 0, 1, 2
 
 
+def old_spelling(old: str, *new: str) -> str:
+    """Return the sentence that a command line is spelled otherwise now; ``new`` are the commands that do the same."""
+    return f'"{old}" is an old spelling; write {" and ".join(f"rosorin-compile {one}" for one in new)}'
+
+
 class WrongUsage(Exception):
     """The command line cannot be followed; the message says why."""
 

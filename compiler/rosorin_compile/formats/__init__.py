@@ -7,7 +7,7 @@ To be read in this order: ``format`` (what a record has to say), one that is wri
 with ``templating``), ``facts`` (how artifacts are read back to be compared), one that is read (``urdf``, with
 ``reading``, ``imported`` and ``checked``, which all readers share), ``plugged`` (formats of other packages).
 ``drawing`` is what ``frames_picture`` and the command ``frames`` draw with, ``parameters`` what is known of the nodes
-of ROS 2, for those formats that are parameter files and for ``check --parameters``.
+of ROS 2, for those formats that are parameter files and for ``check parameters``.
 """
 
 from __future__ import annotations

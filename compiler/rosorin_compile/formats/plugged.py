@@ -144,7 +144,7 @@ def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[.
 
     def guarded(*given: Any) -> tuple[str, list[Diagnostic]]:
         try:
-            with aside():
+            with aside(plugin):
                 text, diagnostics = write(*given)  # type: ignore[misc]
                 told = [diagnostic_of(one) for one in diagnostics]
             if not isinstance(text, str):
@@ -167,7 +167,7 @@ def _read(plugin: Plugin, read: Callable[..., Any] | None) -> Callable[..., Any]
         from .imported import Imported
 
         try:
-            with aside():
+            with aside(plugin):
                 made = read(opened)  # type: ignore[misc]
             return imported(made, opened)
         except MarkupError:
@@ -183,7 +183,7 @@ def _stopping(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable
 
     def guarded(*given: Any) -> Any:
         try:
-            with aside():
+            with aside(plugin):
                 return fit(function(*given))  # type: ignore[misc]
         except (Exception, SystemExit) as problem:
             raise PluginFailed(failed(plugin, problem)) from None
@@ -194,7 +194,7 @@ def _stopping(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable
 def _to_value_error(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable[[Any], Any]) -> Any:
     def guarded(*given: Any) -> Any:
         try:
-            with aside():
+            with aside(plugin):
                 return fit(function(*given))  # type: ignore[misc]
         except ValueError:
             raise
@@ -207,7 +207,7 @@ def _to_value_error(plugin: Plugin, function: Callable[..., Any] | None, fit: Ca
 def _telling(plugin: Plugin, check: Callable[..., Any] | None) -> Callable[..., Any] | None:
     def guarded(*given: Any) -> Iterator[Diagnostic]:
         try:
-            with aside():
+            with aside(plugin):
                 found = [diagnostic_of(one) for one in check(*given) or ()]  # type: ignore[misc]
         except (Exception, SystemExit) as problem:
             found = [failed(plugin, problem)]
@@ -219,7 +219,7 @@ def _telling(plugin: Plugin, check: Callable[..., Any] | None) -> Callable[..., 
 def _yielding(plugin: Plugin, function: Callable[..., Any] | None) -> Callable[..., Any] | None:
     def guarded(*given: Any) -> Iterator[str]:
         try:
-            with aside():
+            with aside(plugin):
                 found = _texts(function(*given))  # type: ignore[misc]
         except (Exception, SystemExit) as problem:
             raise PluginFailed(broken(plugin, f"cannot tell what is wrong: {problem}")) from None

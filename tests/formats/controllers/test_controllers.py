@@ -54,8 +54,10 @@ def parameters(path: Path, distribution: str = "jazzy") -> Mapping[str, Any]:
 
 
 def held(robot: Path, file: Path, *words: str) -> list[str]:
-    """Return what check --controllers says of a file."""
-    options = parser(["check"]).within["check"].parse_args([str(robot), "--controllers", str(file), *words])
+    """Return what check parameters --controllers says of a file."""
+    options = (
+        parser(["check", "parameters"]).within["check"].parse_args([str(robot), "--controllers", str(file), *words])
+    )
     known = understood(Given({}, ()), Description("robot", robot, Path("outputs")), Console("json"))
     assert known is not None
     return [one.message for one in look(known.case, asked(options)).diagnostics]

@@ -1,4 +1,4 @@
-"""``check --fleet``: typos that are planted in a fleet, and sweeps of which something is missing or changed."""
+"""``check fleet``: typos that are planted in a fleet, and sweeps of which something is missing or changed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from support.schemas import schema
 def told(capsys: Shown, file: Path, code: int = 0, *words: str) -> list[dict[str, Any]]:
     """Return what a check says, as programs get it."""
     capsys.readouterr()
-    assert main(["check", "--fleet", str(file), "--format", "json", *words]) == code
+    assert main(["check", "fleet", str(file), "--format", "json", *words]) == code
     return list(json.loads(capsys.readouterr().out)["diagnostics"])
 
 
@@ -32,7 +32,7 @@ def outliers(capsys: Shown, file: Path, code: int = 0) -> list[str]:
 
 def shown(capsys: Shown, file: Path, *words: str) -> str:
     capsys.readouterr()
-    main(["check", "--fleet", str(file), *words])
+    main(["check", "fleet", str(file), *words])
     return capsys.readouterr().out
 
 
@@ -310,14 +310,14 @@ def test_two_variants_of_one_name(home: Path, capsys: Shown) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["check", "--fleet", "nothing.json"], 'there is no file "nothing.json"'),
-        (["check", "--fleet", "."], 'there is no file "sweep.json"'),
-        (["check", "--fleet", "x", "bot"], '--fleet FILE names all that is checked; what is "bot" for?'),
-        (["check", "--fleet", "x", "--physics"], "it does not go with --physics"),
-        (["check", "--fleet", "x", "-a", "y=1"], "it does not go with -a"),
-        (["check", "--fleet", "x", "--deployed", "."], "it does not go with --deployed"),
-        (["check", "--fleet", "x", "--launch", "y"], "it does not go with --launch"),
-        (["check", "--fleet", "x", "--package", "y=."], "it does not go with --package"),
+        (["check", "fleet", "nothing.json"], 'there is no file "nothing.json"'),
+        (["check", "fleet", "."], 'there is no file "sweep.json"'),
+        (["check", "fleet"], "a fleet is the sweep.json of one sweep: rosorin-compile check fleet FILE"),
+        (["check", "fleet", "x", "bot"], 'a fleet is the sweep.json of one sweep; what is "bot" for?'),
+        (["check", "fleet", "x", "--physics"], "check fleet has no option --physics"),
+        (["check", "fleet", "x", "-a", "y=1"], "check fleet has no option -a"),
+        (["check", "fleet", "x", "--launch", "y"], "check fleet has no option --launch"),
+        (["check", "fleet", "x", "--package", "y=."], "check fleet has no option --package"),
     ],
 )
 def test_wrong_usage(home: Path, capsys: Shown, words: list[str], message: str) -> None:
@@ -334,7 +334,7 @@ def test_forms_for_programs(home: Path, capsys: Shown) -> None:
     markdown = shown(capsys, file, "--format", "markdown")
     assert "| `lidar_x, mm` | 10 |" in markdown
     assert "1,000 times that of the others" in markdown
-    main(["check", "--fleet", str(file), "--summary", "summary.md", "-q"])
+    main(["check", "fleet", str(file), "--summary", "summary.md", "-q"])
     assert "1,000 times" not in capsys.readouterr().out
     assert "fleet/sweep.json" in (home / "summary.md").read_text("utf-8")
     table = next(one for one in told(capsys, file) if one["rule"] == "fleet-numbers")
@@ -344,7 +344,7 @@ def test_forms_for_programs(home: Path, capsys: Shown) -> None:
 def test_quiet(home: Path, capsys: Shown) -> None:
     file = planted(home, "r003", {"lidar_x": 48.1})
     capsys.readouterr()
-    assert main(["check", "--fleet", str(file), "-q"]) == 0
+    assert main(["check", "fleet", str(file), "-q"]) == 0
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err == "1 stand-in: values that are not measured; without -q they are listed\n"
@@ -393,7 +393,7 @@ def test_names_do_not_steer_the_terminal(home: Path, capsys: Shown) -> None:
     rewrite(file, variants)
     for words in ([], ["--format", "github"], ["--format", "markdown"]):
         capsys.readouterr()
-        main(["check", "--fleet", str(file), *words])
+        main(["check", "fleet", str(file), *words])
         said = capsys.readouterr()
         assert "\x1b" not in said.out + said.err
         assert not any(line.startswith("::error::x") for line in said.out.splitlines())

@@ -27,7 +27,7 @@ def page(home: Path) -> str:
     rows = calibrated(20)
     rows["r003"]["lidar_x"] = 48.1
     file = swept(home, rows)
-    assert main(["check", "--fleet", str(file), "--html", "fleet.html", "-q"]) == 0
+    assert main(["check", "fleet", str(file), "--html", "fleet.html", "-q"]) == 0
     return f"file://{home}/fleet.html"
 
 

@@ -255,11 +255,11 @@ def test_it_is_remembered_and_taken_back(tmp_path: Path, capsys: pytest.CaptureF
     assert main(["package", str(first), "-o", str(package)]) == 0
     assert capsys.readouterr().out.endswith("unchanged\n")
     assert {name: (package / name).read_bytes() for name in names_in(package)} == before
-    assert main(["check", str(first), "--deployed", str(package)]) == 0
+    assert main(["check", "deployed", str(first), str(package)]) == 0
     assert "deployed-launch" not in capsys.readouterr().err
     assert main(["package", str(first), "-o", str(package), "--no-compile-at-launch"]) == 0
     assert "rosorin-compile print" not in (package / "launch/description.launch.xml").read_text("utf-8")
-    assert main(["check", str(first), "--deployed", str(package)]) == 0
+    assert main(["check", "deployed", str(first), str(package)]) == 0
 
 
 def test_a_description_that_differs_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -268,11 +268,11 @@ def test_a_description_that_differs_is_found(tmp_path: Path, capsys: pytest.Capt
     carried = package / "descriptions/descriptions/arm/numbers.yaml"
     carried.write_text("offset: 6 mm\n")
     capsys.readouterr()
-    assert main(["check", str(first), "--deployed", str(package)]) == 1
+    assert main(["check", "deployed", str(first), str(package)]) == 1
     place = "descriptions/descriptions/arm/numbers.yaml"
     assert f"{place}: not the description that is compiled\n" in capsys.readouterr().out
     carried.unlink()
-    assert main(["check", str(first), "--deployed", str(package.parent)]) == 1
+    assert main(["check", "deployed", str(first), str(package.parent)]) == 1
     assert f"{NAME}/{place}: it is not there\n" in capsys.readouterr().out
 
 

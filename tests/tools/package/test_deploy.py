@@ -230,7 +230,7 @@ def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture
     (package / "meshes/body.stl").write_bytes(b"body")
     assert main(["deploy", str(path), "--to", str(package)]) == 0
     assert 'filename="package://mine/meshes/body.stl"' in (package / "urdf/meshed.urdf").read_text("utf-8")
-    assert main(["check", str(path), "--deployed", str(package)]) == 0
+    assert main(["check", "deployed", str(path), str(package)]) == 0
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""check --deployed: copies that are not the compiled ones."""
+"""check deployed: copies that are not the compiled ones."""
 
 from __future__ import annotations
 
@@ -113,8 +113,8 @@ def test_one_robot_is_checked_at_a_time(
         path.parent.mkdir(parents=True)
         path.write_text(f"robot: {name}\nlinks: {{a: {{}}}}\noutputs: {{urdf: {{file: {name}.urdf}}}}\n")
     monkeypatch.chdir(tmp_path / "project")
-    assert main(["check", "--deployed", str(base)]) == 2
-    message = "there are several robots here: one, two; name one: rosorin-compile check ROBOT --deployed FOLDER"
+    assert main(["check", "deployed", str(base)]) == 2
+    message = "there are several robots here: one, two; name one: rosorin-compile check deployed ROBOT FOLDER"
     assert message in capsys.readouterr().err
-    assert main(["check", "one", "--deployed", str(base)]) == 1
-    assert main(["check", "one", "--deployed", "nowhere"]) == 2
+    assert main(["check", "deployed", "one", str(base)]) == 1
+    assert main(["check", "deployed", "one", "nowhere"]) == 2

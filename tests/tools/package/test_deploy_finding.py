@@ -58,7 +58,7 @@ def test_another_robot_is_not_written_over(
     assert main(["deploy", str(path), "--to", str(package), *words]) == 0
     assert {file: text for file, text in contents(package).items() if file in before} == before
     assert main(["deploy", str(path), "--to", str(package)]) == 0, "its own files are no other robot's"
-    assert main(["check", str(ROSORIN), "--deployed", str(package)]) == 0
+    assert main(["check", "deployed", str(ROSORIN), str(package)]) == 0
 
 
 def test_a_place_that_is_told_is_written_over(package: Path, tmp_path: Path) -> None:
@@ -73,10 +73,10 @@ def test_check_looks_behind_links(package: Path, capsys: pytest.CaptureFixture[s
     there = package.parent / "elsewhere"
     (package / "urdf").rename(there)
     (package / "urdf").symlink_to(there)
-    assert main(["check", str(ROSORIN), "--deployed", str(package)]) == 0
+    assert main(["check", "deployed", str(ROSORIN), str(package)]) == 0
     (there / "rosorin.urdf").write_text(TEXTS["rosorin.urdf"].replace("0.16044", "0.17044"), "utf-8")
     capsys.readouterr()
-    assert main(["check", str(ROSORIN), "--deployed", str(package)]) == 1
+    assert main(["check", "deployed", str(ROSORIN), str(package)]) == 1
     assert (
         "urdf/rosorin.urdf: link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n"
         in capsys.readouterr().out
@@ -89,4 +89,4 @@ def test_links_in_a_circle_end(package: Path) -> None:
     (package / "config/beside").symlink_to(package / "urdf")
     found = [*contents(package), RECORD]
     assert files_below(package, skip_built=False) == sorted(found)
-    assert main(["check", str(ROSORIN), "--deployed", str(package)]) == 0
+    assert main(["check", "deployed", str(ROSORIN), str(package)]) == 0

@@ -429,7 +429,7 @@ def test_the_mjcf_of_a_package_has_its_meshes(
         "mjcf/meshes/other_robot/meshes/wheel.stl",
     ]
     assert (package / "meshes/arm.stl").read_bytes() == (path.parent / "more/arm.stl").read_bytes()
-    assert main(["check", str(path), "--deployed", str(package), *more]) == 0
+    assert main(["check", "deployed", str(path), str(package), *more]) == 0
     capsys.readouterr()
     model = pytest.importorskip("mujoco").MjModel.from_xml_path(str(package / "mjcf/meshed.xml"))
     assert model.nmesh == 3
@@ -451,4 +451,4 @@ def test_a_deployed_mjcf_without_its_meshes_is_told(
         (there / name).write_bytes(b"there")
     assert main(["deploy", str(path), "--to", str(there)]) == 0
     assert "package-mesh" not in capsys.readouterr().err
-    assert main(["check", str(path), "--deployed", str(there)]) == 0
+    assert main(["check", "deployed", str(path), str(there)]) == 0

@@ -72,11 +72,11 @@ def test_what_is_installed_is_what_was_written(
     assert (share / "package.xml").is_file()
     assert (share.parent / "ament_index/resource_index/packages" / NAME).is_file()
     capsys.readouterr()
-    assert main(["check", str(ROSORIN), "--deployed", str(share)]) == 0
+    assert main(["check", "deployed", str(ROSORIN), str(share)]) == 0
     urdf = source / "urdf/rosorin.urdf"
     urdf.write_text(urdf.read_text("utf-8").replace("0.16044", "0.17044"), "utf-8")
     # What is built without links is as it was; what is linked follows the source.
-    assert main(["check", str(ROSORIN), "--deployed", str(share)]) == (1 if link else 0)
+    assert main(["check", "deployed", str(ROSORIN), str(share)]) == (1 if link else 0)
 
 
 def test_an_install_space_that_is_older(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -122,4 +122,4 @@ def test_a_description_compiles_from_the_install_space(tmp_path: Path, kind: str
         nodes = read(share / f"launch/description.launch.{form}", {NAME: share}).nodes
         assert [node.name for node in nodes] == ["tf_base_laser", "tf_base_imu", "robot_state_publisher"]
         assert nodes[-1].parameters["robot_description"] == (share / "urdf/rosorin.urdf").read_text("utf-8")
-    assert main(["check", str(ROSORIN), "--deployed", str(share)]) == 0
+    assert main(["check", "deployed", str(ROSORIN), str(share)]) == 0

@@ -209,7 +209,7 @@ def test_publishers_that_take_turns(tmp_path: Path, slam: str, rviz: str) -> Non
         assert [node.name for node in launch.nodes[1:]] == [wanted]
         assert launch.arguments["slam"] == ("false", "the robot is run in the mode slam", STATES)
         assert set(launch.arguments) > {"rviz", "mode_rviz"}
-    assert main(["check", str(path), "--deployed", str(package)]) == 0
+    assert main(["check", "deployed", str(path), str(package)]) == 0
 
 
 @pytest.mark.parametrize("state", ["1", "on", "TRUE", "", "no"])

@@ -1,4 +1,4 @@
-"""check --parameters: each file of tests/data/parameters says at its top what has to be said about it, word for word.
+"""check parameters: each file of tests/data/parameters says at its top what has to be said about it, word for word.
 
 A folder is one robot, with files after the real defaults of its nodes: ``sound.yaml``, of which nothing is said, and
 others with a conflict. The comments at the top are those of tests/bad, after ``# options:`` of the command line; with
@@ -35,7 +35,7 @@ def options(case: Path) -> argparse.Namespace:
     """Return the options of a case, as the command line would parse them."""
     lines = case.read_text("utf-8").splitlines()
     words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
-    command = parser(["check"]).within["check"]
+    command = parser(["check", "parameters"]).within["check"]
     flag = words.pop(0) if words[:1] == ["--controllers"] else "--parameters"
     return command.parse_args(["robot.yaml", flag, case.name, *words])
 
@@ -67,19 +67,19 @@ def test_each_conflict_has_its_sound_twin() -> None:
 @pytest.mark.parametrize(
     ("words", "code", "shown"),
     [
-        (["--parameters", "sound.yaml"], 0, "controllers: 1 edge of nodes held against the files: as described\n"),
+        (["sound.yaml"], 0, "controllers: 1 edge of nodes held against the files: as described\n"),
         (["--controllers", "sound.yaml", "--distribution", "rolling"], 0, "as described"),
         (["--controllers", "sound.yaml", "frames.yaml"], 1, "parameters-other-edge"),
-        (["--parameters", "nothing.yaml"], 2, 'there is no file "nothing.yaml"'),
-        (["--parameters", "sound.yaml", "--remap", "a"], 2, '"a" is no remap: write NODE:FROM:=TO'),
-        (["--launch", "a.launch.py"], 2, "go with --parameters or --controllers FILE"),
-        (["--controllers", "sound.yaml", "--physics"], 2, "--parameters and --controllers go with none of --physics"),
+        (["nothing.yaml"], 2, 'there is no file "nothing.yaml"'),
+        (["sound.yaml", "--remap", "a"], 2, '"a" is no remap: write NODE:FROM:=TO'),
+        (["--launch", "a.launch.py"], 2, "there is no parameter file to hold against a robot: rosorin-compile check "),
+        (["--controllers", "sound.yaml", "--physics"], 2, "check parameters has no option --physics"),
     ],
 )
 def test_the_command_line(
     words: list[str], code: int, shown: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(FOLDER / "controllers")
-    assert main(["check", "robot.yaml", *words]) == code
+    assert main(["check", "parameters", "robot.yaml", *words]) == code
     captured = capsys.readouterr()
     assert shown in captured.out + captured.err

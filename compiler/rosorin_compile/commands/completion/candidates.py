@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ... import world
-from .. import registry
+from ..calling import called
 from ..parser import Parser
+from ..registry import names
 from . import known
 
 _MAX_HELP = 70
@@ -71,10 +72,11 @@ def candidates(words: Sequence[str], current: str, of: CommandLine) -> list[Cand
         of_all = [Candidate(name, help) for name, help in of.commands.items()]
         found = _options(of.parser([]), current, []) if current.startswith("-") else of_all
         return _beginning(found, current)
-    if registry.command(command) is None:
+    line = called(words)
+    if line.found is None:
         return []
-    inner: Parser = of.parser([command]).within[command]
-    rest = list(words[list(words).index(command) + 1 :])
+    inner: Parser = of.parser(words).within[command]
+    rest = line.words[line.words.index(command) + 1 :]
     if inner.within:
         way = next((word for word in rest if word in inner.within), "")
         if not way:
@@ -273,6 +275,10 @@ def _robots(asked: known.Subject, current: str) -> list[Candidate]:
     return [*named, *map(Candidate, files(current, with_endings))]
 
 
+def _checks(_: known.Subject, __: str) -> list[Candidate]:
+    return [Candidate(name, help) for name, help in names("checks").items()]
+
+
 def _rules(_: known.Subject, __: str) -> list[Candidate]:
     from ..rule import every
 
@@ -337,6 +343,7 @@ def files(current: str, endings: Sequence[str] | None = None) -> list[str]:
 # What there is for the name of a place; a name that is not here is free text.
 KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
     "ROBOT": _robots,
+    "CHECK": _checks,
     "FILE": lambda _, current: map(Candidate, files(current)),
     "SOURCE": lambda _, current: map(Candidate, files(current)),
     "PACKAGE": lambda _, current: map(Candidate, files(current, ())),

@@ -26,8 +26,8 @@ from .types import of_type
 RULES = (
     Rule(
         "controllers-none",
-        "A file that has to name controllers (`check --controllers`) names none. A warning: an output is for the "
-        "controllers of a description that has none.",
+        "A file that has to name controllers (`check parameters --controllers`) names none. A warning: an output is "
+        "for the controllers of a description that has none.",
         "`controllers: {NAME: {type: TYPE}}`.",
         CONTROL,
     ),

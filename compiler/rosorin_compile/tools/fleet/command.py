@@ -1,4 +1,4 @@
-"""``check --fleet sweep.json``: the robots of a sweep, checked as one."""
+"""rosorin-compile check fleet: the robots of a sweep, checked as one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from rosorin_compile.diagnostics import (
     printable,
     step,
 )
-from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, console_of, world
+from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, console_of, format_options, page_options, place, world
 
 from .columns import Columns, Texts
 from .judging import Far, Row, far_of, outliers, rows_of
@@ -73,26 +73,6 @@ RULES = (
 
 _MOST = 500  # diagnostics of one kind that are kept
 _NAMED = 3
-# What check does otherwise, and not with a fleet: the option, and whether it is given.
-_OTHERS = {
-    "--hook": "hook",
-    "--deployed": "deployed",
-    "--every-argument": "every_argument",
-    "--physics": "physics",
-    "--outputs": "outputs",
-    "--depfile": "depfile",
-    "--depfile-target": "depfile_target",
-    "-a": "arg",
-    "--args": "args_files",
-    "--parameters": "parameters",
-    "--controllers": "controllers",
-    "--launch": "launch",
-    "--remap": "remap",
-    "--namespace": "namespace",
-    "--distribution": "distribution",
-    "--package": "packages",
-    "--trust": "trust",
-}
 
 
 class Told:
@@ -272,11 +252,23 @@ class Fleet:
         return lines
 
 
-def check_fleet(options: argparse.Namespace) -> int:
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this check takes; ``--fleet`` is what its word was before it had a name."""
+    command.add_argument("words", nargs="*", metavar="FILE", help="the sweep.json of a sweep, or its folder")
+    command.add_argument("--fleet", type=place, metavar="FILE", help=argparse.SUPPRESS)
+    command.add_argument("--full", action="store_true", help="show all numbers")
+    page_options(command, "write a page that shows the numbers of all robots")
+    format_options(command, summary=True)
+
+
+def run(options: argparse.Namespace) -> int:
     """Check the robots of a sweep as one; return the exit code."""
-    _no_others(options)
+    files = [one for one in (options.fleet, *options.words) if one is not None]
+    if len(files) != 1:
+        many = f'; what is "{files[1]}" for?' if files else ""
+        raise WrongUsage(f"a fleet is the sweep.json of one sweep{many}: rosorin-compile check fleet FILE")
     console = console_of(options)
-    fleet = Fleet(SweepFile(Path(options.fleet)))
+    fleet = Fleet(SweepFile(Path(files[0])))
     console.begin(printable(str(fleet.file.path)))
     fleet.read()
     diagnostics = fleet.diagnostics()
@@ -291,7 +283,7 @@ def check_fleet(options: argparse.Namespace) -> int:
     console.end(failed)
     console.finish()
     if options.summary is not None:
-        from ...commands.robots import append_summary
+        from ...commands.options import append_summary
 
         append_summary(Path(options.summary), console.summary())
     return PROBLEMS if failed else FINE
@@ -308,15 +300,6 @@ def _tell_numbers(fleet: Fleet, console: Console, full: bool) -> None:
         console.collected.append(Diagnostic("fleet-numbers", NOTE, "\n".join(lines)))
     if console.keeps:
         console.section.blocks += blocks(fleet.rows)
-
-
-def _no_others(options: argparse.Namespace) -> None:
-    """Raise WrongUsage for what does not go with a fleet."""
-    for option, name in _OTHERS.items():
-        if getattr(options, name):
-            raise WrongUsage(f"--fleet is about the robots of a sweep: it does not go with {option}")
-    if options.words:
-        raise WrongUsage(f'--fleet FILE names all that is checked; what is "{options.words[0]}" for?')
 
 
 def _span_of(variant: Variant, row: Row) -> Span:

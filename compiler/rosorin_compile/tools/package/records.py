@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rosorin_compile import Command
+from rosorin_compile import Check, Command
 
 COMMANDS = (
     Command(
@@ -24,5 +24,16 @@ COMMANDS = (
         options="deploy_command:options",
         run="deploy_command:run",
         order=20,
+    ),
+)
+CHECKS = (
+    Check(
+        name="deployed",
+        words="[ROBOT] FOLDER",
+        help="compare with the copies in a package, an install space or any folder",
+        exits="0 as compiled, 1 differences or errors",
+        options="deployed_command:options",
+        run="deployed_command:run",
+        old=("--deployed",),
     ),
 )

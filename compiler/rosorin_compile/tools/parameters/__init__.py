@@ -1,4 +1,4 @@
-"""check --parameters: the parameter files of a robot's nodes, held against its description.
+"""check parameters: the parameter files of a robot's nodes, held against its description.
 
 To be read in this order: ``files`` (a parameter file as ROS 2 reads it, with places), ``nodes`` (which nodes the files
 speak of, and what they are; what is known of them is in ``formats.parameters``), ``values`` (keys and types),

@@ -1,4 +1,4 @@
-"""check --parameters: what parameter files and remaps say, held against one robot."""
+"""check parameters: what parameter files and remaps say, held against one robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""check --physics: what takes an engine or meshes to be seen of a robot that cannot be.
+"""check physics: what takes an engine or meshes to be seen of a robot that cannot be.
 
 ``checking`` goes through it: ``files`` finds and reads the meshes, ``meshes`` holds them against masses, inertias and
 each other, ``scene`` has the parts in MuJoCo and says which overlap at joint positions, ``overlaps`` what that means at

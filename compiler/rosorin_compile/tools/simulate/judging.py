@@ -23,7 +23,7 @@ RULES = (
         "In MuJoCo the robot leaves the numbers, or MuJoCo warns of positions, speeds, accelerations or contacts "
         "beyond what it can compute.",
         "Look for parts that start inside each other, for masses and inertias far too small, for gains far too large; "
-        "`check --physics` names them.",
+        "`check physics` names them.",
         Heading.SIMULATION,
     ),
     Rule(

@@ -67,6 +67,22 @@ class Pictures:
         picture = of_committed(given, description, compiled, comparison, committed, meshes)
         self.taken += [picture] if picture is not None else []
 
+    def take_sides(
+        self,
+        given: Sequence[tuple[Given, Description]],
+        found: Difference,
+        prefix: str | None,
+    ) -> None:
+        """Take what is different in two robots, those that can be shown; ``prefix`` as ``of_sides``."""
+        console = Console("json")  # what is wrong was said before
+        first, second = (look(one, description, console).shown for one, description in given)
+        if first is not None and second is not None:
+            self.taken.append(of_sides((first, second), found, prefix))
+
+    def clear(self) -> None:
+        """Forget the robots that were taken."""
+        self.taken.clear()
+
     def write(self, console: Console) -> None:
         """Write the page: robots that changed first. Raises WrongUsage if it cannot be written."""
         from rosorin_compile.extending import OutputError, write_file

@@ -16,3 +16,4 @@ COMMANDS = (
         order=40,
     ),
 )
+SERVICES = {"pictures of changes": "changed:Pictures"}

@@ -1,0 +1,145 @@
+"""Which command or check a line calls: ``check physics ROBOT`` is a check, and so is ``check --deployed FOLDER``.
+
+The name of a check stands first. One of ours comes before a robot of that name, which is reached by its path; a robot
+of the project comes before a check of a plug-in, which is reached as DISTRIBUTION:NAME. Either way that is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ..project import ROOT_FILE, Description, NoDescription, all_here, find
+from . import registry
+from .parser import Parser
+from .record import Check, Command
+from .registry import Registered
+from .usage import old_spelling
+
+CHECK = "check"  # the command that has checks
+
+
+class Called(NamedTuple):
+    """What a line calls (None: nothing of that name), in which words, and the words that are left for the parser.
+
+    ``said`` is what there is to say of it ahead.
+    """
+
+    name: str
+    found: Registered[Command] | Registered[Check] | None
+    words: list[str]
+    said: str = ""
+
+
+def called(words: Sequence[str]) -> Called:
+    """Return what a command line calls."""
+    at = next((index for index, word in enumerate(words) if not word.startswith("-")), None)
+    if at is None:
+        return Called("", None, list(words))
+    found = registry.command(words[at])
+    plain = Called(words[at], found, list(words))
+    if found is None or found.record.name != CHECK or found.plugin:
+        return plain
+    names_option = _Options(found)
+    first = _first_word(plain.words, at + 1, names_option)
+    return _by_name(plain, first) or _by_old_option(plain, at + 1, names_option) or _near(plain, first)
+
+
+class _Options:
+    """The options of ``check`` itself, asked for where they matter."""
+
+    def __init__(self, command: Registered[Command]) -> None:
+        self.command = command
+        self.parser: Parser | None = None
+
+    def takes_value(self, word: str) -> bool:
+        """Say whether a word is an option whose value is the next one."""
+        return any(one.nargs != 0 for one in self._parser().options if word in one.option_strings)
+
+    def may_be(self, word: str) -> bool:
+        """Say whether a word is an option, or the beginning of one."""
+        return any(name.startswith(word) for name in self._parser().long_options())
+
+    def _parser(self) -> Parser:
+        if self.parser is None:
+            self.parser = Parser(add_help=False)
+            self.command.add_options(self.parser)
+        return self.parser
+
+
+def _first_word(words: Sequence[str], begin: int, options: _Options) -> int | None:
+    """Return where the first word stands that is no option and no value of one; None if there is none before --."""
+    before = ""
+    for at in range(begin, len(words)):
+        if words[at] == "--":
+            return None
+        if not words[at].startswith("-") and not (before and options.takes_value(before)):
+            return at
+        before = words[at] if words[at].startswith("-") else ""
+    return None
+
+
+def _by_name(plain: Called, at: int | None) -> Called | None:
+    """Return the check whose name a word is."""
+    if at is None:
+        return None
+    name = plain.words[at]
+    if name not in registry.own_checks():
+        of_plugin = registry.whose("checks", name)
+        if of_plugin and name in {path.parent.name for path in all_here()}:
+            way = f"rosorin-compile {CHECK} {of_plugin}:{name}"
+            return plain._replace(said=f'"{name}" is a robot here; the check of that name of {of_plugin}: {way}')
+    found = registry.check(name)
+    if found is None:
+        return None
+    said = _robot_by_path(name) if found.plugin is None else ""
+    return Called(f"{plain.name} {name}", found, plain.words[:at] + plain.words[at + 1 :], said)
+
+
+def _near(plain: Called, at: int | None) -> Called:
+    """Return the command itself; a word that is no robot may nearly be the name of a check."""
+    from ..diagnostics import nearest
+
+    name = "" if at is None else plain.words[at]
+    close = nearest(name, registry.names("checks"))
+    if close is None or close == name or _robot(name) is not None:
+        return plain
+    return plain._replace(said=f'"{name}" is no check; did you mean "{close}"?')
+
+
+def _robot(name: str) -> Description | None:
+    """Return the robot of a name."""
+    try:
+        return find([name], None)[0]
+    except NoDescription:
+        return None
+
+
+def _robot_by_path(name: str) -> str:
+    """Return how a robot is reached that is called as a check; empty if there is none."""
+    robot = _robot(name)
+    if robot is None:
+        return ""
+    path = robot.path.parent if robot.path.name == ROOT_FILE else robot.path
+    shown = f"./{path}" if path == Path(name) else str(path)
+    return f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}'
+
+
+def _by_old_option(plain: Called, begin: int, options: _Options) -> Called | None:
+    """Return the check that an option of ``check`` asked for before it had a name."""
+    end = plain.words.index("--") if "--" in plain.words else len(plain.words)
+    given = [word.partition("=")[0] for word in plain.words[begin:end] if word.startswith("--")]
+    for one in registry.own_checks().values():
+        old = next((old for word in given for old in one.record.old if _is(old, word, options.may_be)), "")
+        new = f"{CHECK} {one.record.name} {one.record.words}"
+        if old and one.record.each:
+            return plain._replace(said=old_spelling(f"{CHECK} {old}", CHECK, new))
+        if old:
+            return Called(plain.name, one, plain.words, old_spelling(f"{CHECK} {old}", new))
+    return None
+
+
+def _is(old: str, word: str, may_be_other: Callable[[str], bool]) -> bool:
+    """Say whether a word is an option, or the beginning of it and of no other."""
+    return old == word or (len(word) > 2 and old.startswith(word) and not may_be_other(word))

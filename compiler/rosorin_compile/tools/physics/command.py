@@ -1,0 +1,56 @@
+"""rosorin-compile check physics: look for what cannot be, by an engine and by meshes."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Callable
+
+from rosorin_compile.diagnostics import counted, has_errors, listed
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    Description,
+    Run,
+    WrongUsage,
+    check_options,
+    for_each,
+    is_foreign,
+)
+
+from .checking import lacking, look
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this check takes."""
+    check_options(command, hook=True)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Check the physics of each robot."""
+    _check_installed()
+    return for_each(options, _check)
+
+
+def after(_options: argparse.Namespace) -> Callable[[Run, Description], int]:
+    """Return what does so with a robot that was compared; what its description says wrongly was told then."""
+    _check_installed()
+    return lambda run, description: _check(run, description, was_told=not is_foreign(description.path))
+
+
+def _check_installed() -> None:
+    missing = lacking()
+    if missing:
+        raise WrongUsage(f"check physics needs what is not installed: pip install {missing}")
+
+
+def _check(run: Run, description: Description, was_told: bool = False) -> int:
+    case = run.understood(description, quietly=was_told)
+    if case is None:
+        return PROBLEMS
+    looked = look(case, description, run.given.packages)
+    run.console.show(looked.diagnostics)
+    severities = Counter(diagnostic.severity for diagnostic in looked.diagnostics)
+    found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
+    run.console.say(f"{description.name}: physics of {looked.at}: {found or 'nothing to say'}")
+    return PROBLEMS if has_errors(looked.diagnostics) else FINE

@@ -1,0 +1,189 @@
+"""``check NAME``: found by its record, called by its name or by the option that it was, told apart from a robot."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main, parse
+from rosorin_compile.commands import registry
+from rosorin_compile.commands.calling import called
+from rosorin_compile.commands.registry import checks, own_checks
+from support.commands import Shown, edit, write_files
+from support.paths import DATA
+
+CART = """\
+robot: {name}
+links: {{base_link: {{}}, wheel: {{inertial: {{mass: 1, inertia: {{ixx: 1e-3, iyy: 1e-3, izz: 1e-3}}}}}}}}
+joints: {{axle: {{type: fixed, parent: base_link, child: wheel, xyz: [0.1, 0, 0]}}}}
+outputs: {{urdf: {{file: {name}.urdf}}}}
+"""
+
+
+@pytest.fixture
+def carts(home: Path, capsys: Shown) -> Path:
+    """A project of a robot that is called as a check, and one that is not."""
+    write_files(home, {f"descriptions/{name}/robot.yaml": CART.format(name=name) for name in ("physics", "cart")})
+    assert main(["all"]) == 0
+    capsys.readouterr()
+    return home
+
+
+def test_each_check_has_functions_and_a_line_in_the_help(capsys: Shown) -> None:
+    every = checks()
+    assert list(every) == ["parameters", "deployed", "physics", "fleet"]
+    for one in own_checks().values():
+        for name in filter(None, (one.record.options, one.record.run, one.record.each)):
+            assert callable(one.function(name))
+    with pytest.raises(SystemExit):
+        main(["check", "--help"])
+    said = capsys.readouterr().out
+    assert all(f"\n  {one.name} " in said and one.help in said for one in every.values())
+    assert max(map(len, said.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("name", checks())
+def test_the_help_of_a_check(name: str, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    with pytest.raises(SystemExit):
+        main(["check", name, "--help"])
+    said = capsys.readouterr().out
+    assert said.startswith(f"usage: rosorin-compile check {name} [options] ")
+    assert f"Exit codes: {checks()[name].exits}, 2 wrong usage." in said
+    assert f"--{name}" not in said  # the old spelling
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "left"),
+    [
+        ("check cart", "check", "check cart"),
+        ("check physics cart", "check physics", "check cart"),
+        ("check --hook physics a b", "check physics", "check --hook a b"),
+        ("check --outputs physics", "check", "check --outputs physics"),
+        ("check --format json physics", "check physics", "check --format json"),
+        ("check -- physics", "check", "check -- physics"),
+        ("check cart physics", "check", "check cart physics"),
+        ("check descriptions/physics", "check", "check descriptions/physics"),
+        ("check side:=left", "check", "check side:=left"),
+    ],
+)
+@pytest.mark.usefixtures("carts")
+def test_the_name_of_a_check_stands_first(line: str, name: str, left: str) -> None:
+    found = called(line.split())
+    assert (found.name, " ".join(found.words)) == (name, left)
+
+
+@pytest.mark.usefixtures("carts")
+def test_a_robot_that_is_called_as_a_check_is_reached_by_its_path(capsys: Shown) -> None:
+    pytest.importorskip("mujoco")
+    assert main(["check", "physics", "cart"]) == 0
+    shown = capsys.readouterr()
+    way = "rosorin-compile check descriptions/physics"
+    assert f'rosorin-compile: "physics" is a check; the robot of that name: {way}\n' in shown.err
+    assert shown.out == "cart: physics of zero: nothing to say\n"
+    assert main(["check", "descriptions/physics"]) == 0
+    shown = capsys.readouterr()
+    assert "is a check" not in shown.err
+    assert shown.out == "physics: 1 artifact as committed in outputs/physics\n"
+
+
+@pytest.mark.usefixtures("carts")
+def test_a_slip_in_the_name_of_a_check_is_met_with_it(capsys: Shown) -> None:
+    assert main(["check", "phisics"]) == 2
+    assert '"phisics" is no check; did you mean "physics"?' in capsys.readouterr().err
+
+
+# ---- Options that asked for checks before they had names ----
+
+OLD = [
+    ("--deployed", "deployed", "check cart --deployed outputs/cart", "check deployed cart outputs/cart"),
+    ("--deployed", "deployed", "check cart --deployed=outputs/cart -q", "check deployed cart outputs/cart -q"),
+    ("--deployed", "deployed", "check cart --deploy outputs/cart", "check deployed cart outputs/cart"),
+    ("--parameters", "parameters", "check cart --parameters p.yaml", "check parameters cart p.yaml"),
+    ("--parameters", "parameters", "check --parameters p.yaml q.yaml -- cart", "check parameters cart p.yaml q.yaml"),
+    ("--controllers", "parameters", "check cart --controllers p.yaml", "check parameters cart --controllers p.yaml"),
+    ("--fleet", "fleet", "check --fleet fleet.json --format json", "check fleet fleet.json --format json"),
+]
+
+
+@pytest.mark.parametrize(("option", "name", "old", "new"), OLD, ids=[old for _, _, old, _ in OLD])
+def test_an_old_option_does_what_its_check_does_and_says_so_once(
+    option: str, name: str, old: str, new: str, carts: Path, capsys: Shown
+) -> None:
+    write_files(carts, {"p.yaml": "a: {ros__parameters: {b: 1}}\n", "q.yaml": "c: {ros__parameters: {b: 1}}\n"})
+    codes = [main(old.split()), main(new.split())]
+    said = capsys.readouterr()
+    assert codes[0] == codes[1]
+    way = f"rosorin-compile check {name} {checks()[name].words}"
+    told = f'rosorin-compile: "check {option}" is an old spelling; write {way}\n'
+    assert said.err.count(told) == said.err.count("old spelling") == 1
+    main(old.split())
+    first = capsys.readouterr()
+    main(new.split())
+    second = capsys.readouterr()
+    assert first.out == second.out
+    assert first.err.replace(told, "") == second.err
+
+
+@pytest.mark.usefixtures("carts")
+def test_the_old_option_of_physics_compares_as_well(capsys: Shown) -> None:
+    pytest.importorskip("mujoco")
+    assert main(["check", "--physics", "cart"]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.splitlines() == [
+        "cart: 1 artifact as committed in outputs/cart",
+        "cart: physics of zero: nothing to say",
+    ]
+    both = "rosorin-compile check and rosorin-compile check physics [ROBOT ...]"
+    assert shown.err == f'rosorin-compile: "check --physics" is an old spelling; write {both}\n'
+    edit(Path("outputs/cart/cart.urdf"), "0.1 0 0", "0.2 0 0")
+    assert main(["check", "cart", "--physics", "--format", "json"]) == 1
+    (differs,) = json.loads(capsys.readouterr().out)["diagnostics"]
+    assert differs["rule"] == "outputs-differ"
+    assert main(["check", "--physics", "--every-argument"]) == 2
+    assert "--physics does not go with --every-argument" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "robot", "files"),
+    [
+        ("p.yaml", [], ["p.yaml"]),
+        ("p.yaml q.yaml", [], ["p.yaml", "q.yaml"]),
+        ("cart p.yaml", ["cart"], ["p.yaml"]),
+        ("descriptions/cart p.yaml x:=1", ["descriptions/cart", "x:=1"], ["p.yaml"]),
+        ("descriptions/cart/robot.yaml p.yaml", ["descriptions/cart/robot.yaml"], ["p.yaml"]),
+        ("bot.yaml p.yaml", ["bot.yaml"], ["p.yaml"]),
+        ("bot.urdf p.yaml", ["bot.urdf"], ["p.yaml"]),
+        ("named_robot.yaml", [], ["named_robot.yaml"]),
+        ("cart --controllers p.yaml", ["cart"], []),
+        ("q.yaml --controllers p.yaml", [], ["q.yaml"]),
+    ],
+)
+def test_a_robot_is_told_from_a_parameter_file(words: str, robot: list[str], files: list[str], carts: Path) -> None:
+    from rosorin_compile.tools.parameters.command import _take_words
+
+    text = "a: {ros__parameters: {b: 1}}\n"
+    write_files(carts, {"p.yaml": text, "q.yaml": text, "named_robot.yaml": "robot:\n  ros__parameters: {b: 1}\n"})
+    write_files(carts, {"bot.yaml": CART.format(name="bot"), "bot.urdf": "<robot name='a'><link name='b'/></robot>"})
+    options = parse(["check", "parameters", *words.split()])
+    _take_words(options)
+    assert (options.words, options.parameters) == (robot, files)
+
+
+def test_the_pages_of_changes_are_drawn_by_a_package() -> None:
+    from rosorin_compile.commands.pictures import PICTURES
+    from rosorin_compile.tools.view.changed import Pictures
+
+    assert registry.service(PICTURES) is Pictures
+    with pytest.raises(LookupError):
+        registry.service("nothing")
+
+
+def test_parameters_of_the_only_robot_here(home: Path, capsys: Shown) -> None:
+    folder = DATA / "parameters" / "controllers"
+    text = (folder / "robot.yaml").read_text("utf-8")
+    write_files(home, {"descriptions/bot/robot.yaml": text, "sound.yaml": (folder / "sound.yaml").read_text("utf-8")})
+    assert main(["check", "parameters", "sound.yaml"]) == 0
+    assert capsys.readouterr().out == "bot: 1 edge of nodes held against the files: as described\n"

@@ -241,7 +241,7 @@ macro(_rosorin_compile_build)
     OUTPUT ${files}
     COMMAND "${CMAKE_COMMAND}" -P "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/rosorin_compile_same_outputs.cmake"
       -- "${asked}" "${arg_NAME}" ${ask}
-    COMMAND ${ROSORIN_COMPILE_EXECUTABLE} all "${source}" ${only} --outputs "${folder}"
+    COMMAND ${ROSORIN_COMPILE_EXECUTABLE} all "${source}" ${only} -o "${folder}/${robot}"
       --depfile "${folder}/outputs.d" --depfile-target "${first}" ${words}
     ${forget}
     DEPENDS ${inputs} "${program}" ${arg_DEPENDS}
@@ -271,7 +271,7 @@ macro(_rosorin_compile_golden)
   set(stamp "${folder}/golden.stamp")
   add_custom_command(
     OUTPUT "${stamp}"
-    COMMAND ${ROSORIN_COMPILE_EXECUTABLE} check "${source}" --outputs "${committed}"
+    COMMAND ${ROSORIN_COMPILE_EXECUTABLE} check "${source}" -o "${committed}/${robot}"
       --depfile "${folder}/golden.d" --depfile-target "${stamp}" ${words}
     COMMAND "${CMAKE_COMMAND}" -E touch "${stamp}"
     ${forget}

@@ -1,7 +1,7 @@
 """Nav2 and robot_localization: what is written is what the description knows, and nodes would take it.
 
 The robots of tests/data/navigation have their artifacts in ``outputs`` there, which are read by people and renewed by
-``rosorin-compile all tests/data/navigation/NAME/robot.yaml --outputs tests/data/navigation/outputs``. The judges are
+``rosorin-compile all tests/data/navigation/NAME/robot.yaml -o tests/data/navigation/outputs/NAME``. The judges are
 check --parameters, which reads files and tables by itself, and points of the shapes (test_footprint.py).
 """
 
@@ -77,7 +77,7 @@ def looked_at(robot: Known, paths: list[Path], distribution: str) -> list[Diagno
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_artifacts_are_those_that_people_have_read(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    code = main(["check", str(FOLDER / name / "robot.yaml"), "--outputs", str(FOLDER / "outputs")])
+    code = main(["check", str(FOLDER / name / "robot.yaml"), "-o", str(FOLDER / "outputs" / name)])
     assert code == 0, capsys.readouterr().out
 
 
@@ -166,7 +166,7 @@ def test_an_artifact_whose_footprint_cannot_be_read_disagrees(footprint: str) ->
 def test_check_says_what_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A number and a frame of the description, and the sentences that the artifacts make of them."""
     shutil.copytree(FOLDER / "lopsided", tmp_path / "lopsided")
-    path, committed = tmp_path / "lopsided" / "robot.yaml", ["--outputs", str(FOLDER / "outputs")]
+    path, committed = tmp_path / "lopsided" / "robot.yaml", ["-o", str(FOLDER / "outputs" / "lopsided")]
     path.write_text(path.read_text("utf-8").replace("length: 1.2", "length: 1.6").replace("map,", "site,"), "utf-8")
     assert main(["check", str(path), *committed]) == 1
     shown = capsys.readouterr().out

@@ -141,8 +141,8 @@ def test_a_scene_that_is_made_alone_is_the_same(home: Path) -> None:
     (home / "part.stl").write_bytes(bytes(80) + struct.pack("<I", len(TETRAHEDRON)) + triangle)
     text = "robot: meshed\nlinks: {base: {collision: [{mesh: {file: part.stl}}]}}\n"
     (home / "meshed.yaml").write_text(text + "outputs: {mjcf: {file: meshed.xml}, scene: {file: scene.xml}}\n", "utf-8")
-    assert main(["all", "meshed.yaml", "--outputs", "every", "-q"]) == 0
-    assert main(["all", "meshed.yaml", "--outputs", "alone", "--only", "scene", "-q"]) == 0
+    assert main(["all", "meshed.yaml", "-o", "every/meshed", "-q"]) == 0
+    assert main(["all", "meshed.yaml", "-o", "alone/meshed", "--only", "scene", "-q"]) == 0
     every, alone = sorted(home.glob("*/*/scene.xml"), reverse=True)
     assert every.read_text("utf-8") == alone.read_text("utf-8")
 

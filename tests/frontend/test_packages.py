@@ -125,7 +125,7 @@ def test_an_artifact_is_stale_once_a_package_is_elsewhere(tmp_path, monkeypatch,
     path.write_text(FINDS.replace("OTHER", ""))
     for place, word in (("one", "written"), ("one", "unchanged"), ("two", "written")):
         monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / place))
-        assert main(["all", str(path), "--outputs", str(tmp_path / "out")]) == 0
+        assert main(["all", str(path), "-o", str(tmp_path / "out")]) == 0
         assert word in capsys.readouterr().out
     (made,) = (tmp_path / "out").rglob("robot.urdf")
     assert f"{tmp_path}/two/tool/a.yaml" in made.read_text()

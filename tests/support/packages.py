@@ -81,7 +81,7 @@ def package_of_people(folder: Path) -> Path:
 
 
 def deploy(folder: Path, *words: str) -> int:
-    return main(["deploy", str(ROSORIN), "--to", str(folder), *words])
+    return main(["deploy", str(ROSORIN), "-o", str(folder), *words])
 
 
 def check(folder: Path, *words: str) -> int:

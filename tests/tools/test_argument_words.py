@@ -44,7 +44,7 @@ WORDS = {
     "picture": ["r.yaml", "-o", "r.png"],
     "simulate": ["r.yaml"],
     "package": ["r.yaml", "-o", "pkg"],
-    "deploy": ["r.yaml", "--to", "."],
+    "deploy": ["r.yaml", "-o", "."],
     "verify": ["r.yaml", str(DATA / "recordings" / "session.txt")],
     "extract boxes": ["r.xacro"],
     "extract heightmap": ["r.xacro", "--link", "a", "--cell", "1cm"],

@@ -47,8 +47,8 @@ def test_what_does_not_go_together(project: Path, words: tuple[str, ...], said: 
 
 
 def test_a_folder_that_is_not_there_is_named(project: Path, capsys: Shown) -> None:
-    assert main([*CHECK, "--outputs", "golden"]) == 1
-    way = "rosorin-compile all with the same --outputs and arguments writes it"
+    assert main([*CHECK, "-o", "golden/lamp"]) == 1
+    way = "rosorin-compile all with the same -o and arguments writes it"
     assert f"lamp: there is no folder golden/lamp; {way}\n" in capsys.readouterr().err
     assert main(["check", "lamp"]) == 1
     assert "there is no folder" not in capsys.readouterr().err

@@ -161,7 +161,7 @@ def test_a_summary_that_cannot_be_written(capsys: Shown) -> None:
     assert 'cannot write the summary "nowhere/summary.md": No such file or directory' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("words", [["all"], ["deploy", "dog", "--to", "."], ["package", "dog", "-o", "pkg"]])
+@pytest.mark.parametrize("words", [["all"], ["deploy", "dog", "-o", "."], ["package", "dog", "-o", "pkg"]])
 def test_other_commands_have_the_form_too(project: Path, words: list[str], capsys: Shown) -> None:
     edit(of("dog"), "child: mast", "chidl: mast")
     main([*words, "--format", "markdown"])

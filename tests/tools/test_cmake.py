@@ -178,7 +178,7 @@ def test_golden_artifacts(tmp_path: Path, generator: str) -> None:
     for _ in range(2):  # it stays wrong
         with pytest.raises(Built, match=r"tool moved 50\.0 mm in arm: origin z 0\.3 -> 0\.35 m: urdf, mjcf"):
             build(source)
-    assert main(["all", str(lower.parent), "--outputs", str(source / "outputs")]) == 0
+    assert main(["all", str(lower.parent), "-o", str(source / "outputs/arm")]) == 0
     build(source)
     assert ran(build(source)) == []
     committed.unlink()
@@ -189,7 +189,7 @@ def test_golden_artifacts(tmp_path: Path, generator: str) -> None:
 @pytest.mark.slow
 def test_golden_artifacts_elsewhere(tmp_path: Path) -> None:
     source = project(tmp_path, "rosorin_compile_add_robot(DESCRIPTION arm ARGS prefix:=left_ GOLDEN committed/left)")
-    words = ["prefix:=left_", "--outputs", str(source / "committed/left")]
+    words = ["prefix:=left_", "-o", str(source / "committed/left/arm")]
     assert main(["all", str(source / "descriptions/arm"), *words]) == 0
     configure(source)
     assert ran(build(source)) == ["arm", "golden arm"]

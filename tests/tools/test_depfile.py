@@ -209,7 +209,7 @@ def test_ninja_runs_what_depends_on_a_file_and_then_nothing(home: Path, deps: st
 
 ALL = """\
 rule all
-  command = {program} all r --outputs out -q {options} --depfile all.d
+  command = {program} all r -o out/r -q {options} --depfile all.d
   depfile = all.d
 build {outputs}: all
 """
@@ -268,8 +268,8 @@ def test_the_target_is_what_the_caller_calls_it(rosorin: Path, capsys: Shown) ->
         return names_in(rosorin / "d" / "made.d")[0]
 
     assert target("all", "-q") == "outputs/rosorin/frames.md"
-    assert target("all", "-q", "--outputs", "./out") == "out/rosorin/frames.md"
-    assert target("all", "-q", "--outputs", str(rosorin / "out")) == f"{rosorin}/out/rosorin/frames.md"
+    assert target("all", "-q", "-o", "./out/rosorin") == "out/rosorin/frames.md"
+    assert target("all", "-q", "-o", str(rosorin / "out/rosorin")) == f"{rosorin}/out/rosorin/frames.md"
     assert target("all", "-q", "--only", "urdf", "--only", "mjcf") == "outputs/rosorin/rosorin.urdf"
     assert target("all", "-q", "--depfile-target", "mine") == "mine"
     assert target("print", "urdf", "-o", "./x/r.urdf") == "./x/r.urdf"
@@ -337,7 +337,7 @@ def test_only_some_outputs_are_written_and_the_others_stay(rosorin: Path, capsys
 
 
 def test_only_may_be_a_format_that_is_not_listed(rosorin: Path, capsys: Shown) -> None:
-    said = ask(capsys, "all", "--only", "frames_picture", "--outputs", "out")
+    said = ask(capsys, "all", "--only", "frames_picture", "-o", "out/rosorin")
     assert said == "rosorin: 1 artifact in out/rosorin, written: frames.svg\n"
     assert 'rosorin has no output "frame"' in ask(capsys, "all", "--only", "frame", code=2)
     assert [path.name for path in (rosorin / "out" / "rosorin").iterdir()] == ["frames.svg"]
@@ -349,9 +349,9 @@ def test_the_meshes_of_an_output_go_along_and_those_of_others_do_not(home: Path,
     (home / "r.yaml").write_text(
         f"robot: r\nlinks: {{base: {{collision: [{{mesh: {{file: m.stl}}}}]}}}}\noutputs: {outputs}\n"
     )
-    ask(capsys, "all", "r.yaml", "--only", "a", "--outputs", "out")
-    ask(capsys, "all", "r.yaml", "--only", "urdf", "--outputs", "plain")
-    ask(capsys, "all", "r.yaml", "--outputs", "whole")
+    ask(capsys, "all", "r.yaml", "--only", "a", "-o", "out/r")
+    ask(capsys, "all", "r.yaml", "--only", "urdf", "-o", "plain/r")
+    ask(capsys, "all", "r.yaml", "-o", "whole/r")
     made = {path.relative_to(home / "out").as_posix() for path in (home / "out").rglob("*") if path.is_file()}
     whole = {path.relative_to(home / "whole").as_posix() for path in (home / "whole").rglob("*") if path.is_file()}
     assert made == {name for name in whole if name.startswith("r/a/")}

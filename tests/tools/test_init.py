@@ -219,7 +219,7 @@ def test_the_modeline_leads_to_the_schema_without_a_network() -> None:
 
 
 def test_into_another_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["init", "bot", "--folder", "some/project"]) == 0
+    assert main(["init", "bot", "-o", "some/project"]) == 0
     assert files(here / "some") == [f"project/{SCHEMA}", "project/descriptions/bot/robot.yaml"]
     assert "next: cd some/project && rosorin-compile all bot" in capsys.readouterr().out
 
@@ -303,7 +303,7 @@ def test_exit_codes(here: Path, capsys: pytest.CaptureFixture[str], monkeypatch:
     assert main(["init", "2 bots"]) == 2
     assert "use letters, digits and underscores" in capsys.readouterr().err
     (here / "file").write_text("", "utf-8")
-    assert main(["init", "bot", "--folder", "file"]) == 1
+    assert main(["init", "bot", "-o", "file"]) == 1
     assert "cannot write in file: Not a directory" in capsys.readouterr().err
 
     def full(*_: object) -> None:

@@ -53,5 +53,5 @@ def test_package_and_trust(command, capsys):
 @pytest.mark.slow
 def test_deploy(project, capsys):
     (project / "mine").mkdir()
-    assert main(["deploy", "--to", "mine", "--package", "gripper_description=vendor", "--trust"]) == 0
+    assert main(["deploy", "-o", "mine", "--package", "gripper_description=vendor", "--trust"]) == 0
     assert "xacro-runs-code" not in capsys.readouterr().err

@@ -141,7 +141,7 @@ def test_an_install_space_of_links(project: Path, capsys: Shown) -> None:
             link.parent.mkdir(parents=True, exist_ok=True)
             link.symlink_to(path)
     installed = share / "descriptions" / "rover"
-    assert main(["all", "rover"]) == main(["check", str(installed), "--outputs", str(project / "outputs")]) == 0
+    assert main(["all", "rover"]) == main(["check", str(installed), "-o", str(project / "outputs/rover")]) == 0
     # What a link in it leads to stands in the project, and nothing else.
     (project.parent / f"{project.name} secret").write_text("a: 1\n")
     table = share / "descriptions" / "common" / "table.yaml"

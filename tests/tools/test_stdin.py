@@ -155,7 +155,7 @@ def test_a_urdf_before_the_pipe(monkeypatch: pytest.MonkeyPatch, capsys: Shown) 
     ("words", "said"),
     [
         (["all", "-"], "name a file, or print one artifact: rosorin-compile print - OUTPUT"),
-        (["all", "handy", "-", "--outputs", "x"], "name a file, or print one artifact: rosorin-compile print - OUTPUT"),
+        (["all", "handy", "-", "-o", "x"], "name a file, or print one artifact: rosorin-compile print - OUTPUT"),
         (["watch", "-"], "name a file to watch"),
         (["package", "-", "-o", "x"], "name a file"),
         (["deploy", "-", "--to", "."], "name a file"),

@@ -36,7 +36,7 @@ HAND = "descriptions/handy"
 CASES: dict[str, tuple[str, str, str]] = {
     "all": (f"all {HAND}", "all broken.yaml", "all nobody"),
     "check": (f"check {HAND}", "check broken.yaml", "check nobody"),
-    "deploy": (f"deploy {HAND} --to package", "deploy broken.yaml --to package", f"deploy {HAND} --to nowhere"),
+    "deploy": (f"deploy {HAND} --to package", "deploy broken.yaml -o package", f"deploy {HAND} --to nowhere"),
     "import": ("import arm.urdf -o made", "import broken.urdf -o made", "import nothing.urdf"),
     "init": ("init rover", "", "init handy"),
     "package": (f"package {HAND} -o made", "package broken.yaml -o made", f"package {HAND} other -o made"),

@@ -127,9 +127,9 @@ def test_file_folder_and_name_are_one_robot(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_artifacts_are_those_of_the_command_line(small: Path, tmp_path: Path) -> None:
     outputs = tmp_path / "outputs"
-    assert main(["all", str(small), "-a", "length=5 cm", "-a", "tall=true", "--outputs", str(outputs)]) == 0
+    assert main(["all", str(small), "-a", "length=5 cm", "-a", "tall=true", "-o", str(outputs)]) == 0
     made = texts(rosorin_compile.compile(small, {"length": "5 cm", "tall": True}))
-    assert made == {path.name: path.read_text("utf-8") for path in (outputs / "small").iterdir()}
+    assert made == {path.name: path.read_text("utf-8") for path in outputs.iterdir()}
 
 
 def test_what_there_is_to_say_has_rule_severity_message_and_place() -> None:

@@ -141,7 +141,7 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
     calls = """all broken.yaml/all -n/print broken.yaml urdf/check broken.yaml/import broken.urdf
         diff broken.urdf rosorin/explain broken.yaml a/tf broken.yaml a b/frames broken.yaml
         tf laser odom --table --strict --joint joint1=170deg
-        pulses broken.yaml/args --args broken.yaml/package broken.yaml -o made/deploy broken.yaml --to .
+        pulses broken.yaml/args --args broken.yaml/package broken.yaml -o made/deploy broken.yaml -o .
         verify rosorin -"""
     for call in (call.strip() for line in calls.splitlines() for call in line.split("/")):
         assert main(call.split()) == 1, call

@@ -119,7 +119,7 @@ def test_all_and_check(machine: Machine):
     assert "cart.toy: same meaning" not in machine.run("check", "cart", code=1)  # it has no syntax to tell by
 
 
-@pytest.mark.parametrize("words", ["all", "check", "check --every-argument", "package -o new", "deploy --to mine"])
+@pytest.mark.parametrize("words", ["all", "check", "check --every-argument", "package -o new", "deploy -o mine"])
 def test_it_is_held_against_the_other_artifacts_before_it_is_used(machine: Machine, words: str):
     machine.run("all", "cart", code=0)
     before = machine.read("outputs/cart/cart.toy")
@@ -184,7 +184,7 @@ def test_package_deploy_and_verify(machine: Machine):
     assert machine.read("cart_description/toy/cart.toy") == machine.read("outputs/cart/cart.toy")
     assert "config doc launch meshes mjcf rviz sdf srdf toy urdf" in machine.read("cart_description/CMakeLists.txt")
     machine.write("mine/package.xml", '<package format="3"><name>mine</name><version>1.0.0</version></package>\n')
-    assert "toy/cart.toy" in machine.run("deploy", "cart", "--to", "mine", code=0)
+    assert "toy/cart.toy" in machine.run("deploy", "cart", "-o", "mine", code=0)
     machine.write("mine/toy/cart.toy", machine.read("mine/toy/cart.toy").replace("0.500000", "0.600000"))
     assert "toy/cart.toy" in machine.run("check", "deployed", "cart", "mine", code=1)
     echo = "At time 0.0\n- Translation: [0.000, 0.000, {}]\n"
@@ -199,7 +199,7 @@ def test_package_deploy_and_verify(machine: Machine):
 def test_a_format_that_has_no_folder_is_deployed_by_its_ending(machine: Machine):
     machine.record("folder=''")
     machine.write("mine/package.xml", '<package format="3"><name>mine</name><version>1.0.0</version></package>\n')
-    machine.run("deploy", "plain", "--to", "mine", code=0)
+    machine.run("deploy", "plain", "-o", "mine", code=0)
     assert (machine.folder / "mine" / "config" / "plain.toy").is_file()
 
 

@@ -66,22 +66,22 @@ class Case(NamedTuple):
     depth: int = 2
 
 
-DEPLOY_B = ("deploy", "b", "--to", "pkg")
+DEPLOY_B = ("deploy", "b", "-o", "pkg")
 CASES = {
     "all": Case(["all", "a", *TALL], (["all", "a"],), edited="outputs/a/notes.txt", other=("all", "b")),
     "all, first": Case(["all", "a"]),
     "deploy": Case(
-        ["deploy", "a", "--to", "pkg", *TALL], (["deploy", "a", "--to", "pkg"],), False, "pkg/urdf/a.urdf", DEPLOY_B, 1
+        ["deploy", "a", "-o", "pkg", *TALL], (["deploy", "a", "-o", "pkg"],), False, "pkg/urdf/a.urdf", DEPLOY_B, 1
     ),
-    "deploy, first": Case(["deploy", "a", "--to", "pkg"], (), False, "pkg/config/a_tf.json", DEPLOY_B, 1),
+    "deploy, first": Case(["deploy", "a", "-o", "pkg"], (), False, "pkg/config/a_tf.json", DEPLOY_B, 1),
     "package": Case(
         [*PACKAGE, *TALL],
         (PACKAGE,),
         False,
         "out/a_description/urdf/a.urdf",
-        ("deploy", "b", "--to", "out/a_description"),
+        ("deploy", "b", "-o", "out/a_description"),
     ),
-    "package, first": Case(PACKAGE, (), True, "out/a_description/urdf/a.urdf", ("deploy", "b", "--to", "pkg")),
+    "package, first": Case(PACKAGE, (), True, "out/a_description/urdf/a.urdf", ("deploy", "b", "-o", "pkg")),
     "sweep": Case([*SWEEP, "other.csv"], ([*SWEEP, "one.csv"],)),
     "sweep --prune": Case([*SWEEP, "other.csv", "--prune"], ([*SWEEP, "one.csv"],)),
     "print -o": Case(["print", "a", "urdf", "-o", "out/a.urdf", *TALL], (["print", "a", "urdf", "-o", "out/a.urdf"],)),

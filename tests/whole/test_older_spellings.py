@@ -99,6 +99,53 @@ def test_the_robot_stood_behind_its_servos(capsys: Shown) -> None:
     both(capsys, old.split(), new.split(), note("pulses rosorin joint1=500"))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("all lamp --outputs a", "all lamp -o a/lamp", "all -o a/lamp"),
+        ("compile lamp --outputs=a", "all lamp -o a/lamp", "all -o a/lamp"),
+        ("all --outputs a", "all -o a", "all -o a"),
+        ("all -n --outputs a", "all -n -o a", "all -o a"),
+        ("check lamp --outputs a", "check lamp -o a/lamp", "check -o a/lamp"),
+        ("check --outputs a -q", "check -o a -q", "check -o a"),
+    ],
+)
+def test_a_folder_was_that_of_all_robots(home: Path, capsys: Shown, old: str, new: str, said: str) -> None:
+    robot("lamp")
+    robot("other")
+    main(new.split())
+    made = sorted(home.rglob("a*/**"))
+    shutil.rmtree("a", ignore_errors=True)
+    main(old.split())
+    assert sorted(home.rglob("a*/**")) == made
+    capsys.readouterr()
+    both(capsys, old.split(), new.split(), note(said, "--outputs"))
+
+
+@pytest.mark.usefixtures("home")
+def test_a_folder_had_other_names(capsys: Shown) -> None:
+    robot("lamp")
+    Path("new").mkdir()
+    Path("old").mkdir()
+    assert main(["deploy", "lamp", "-o", "new"]) == 0
+    wanted = capsys.readouterr()
+    assert main(["deploy", "lamp", "--to", "old"]) == 0
+    assert capsys.readouterr() == (wanted.out.replace("in new", "in old"), note("deploy -o old", "--to") + wanted.err)
+    assert main(["init", "bot", "-o", "one"]) == 0
+    wanted = capsys.readouterr()
+    assert main(["init", "bot", "--folder", "two"]) == 0
+    assert capsys.readouterr() == (wanted.out.replace("one", "two"), note("init NAME -o two", "--folder") + wanted.err)
+    assert main(["deploy", "lamp"]) == 2
+    assert "deploy into which folder? rosorin-compile deploy ROBOT -o FOLDER" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", ["all", "check", "deploy", "init", "tf", "explain", "pulses"])
+def test_the_help_has_none(capsys: Shown, words: str) -> None:
+    with pytest.raises(SystemExit):
+        main([words, "--help"])
+    assert not {"--outputs", "--to", "--folder", "--robot"} & set(capsys.readouterr().out.replace(",", " ").split())
+
+
 # What may be read in both orders is read in the new one, unless only the old one fits.
 
 

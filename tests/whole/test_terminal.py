@@ -45,7 +45,7 @@ def test_names_of_folders(home: Path, capsys: pytest.CaptureFixture[str], comman
     words = {
         "explain": ["base_link"],
         "package": ["-o", str(to)],
-        "deploy": ["--to", str(to)],
+        "deploy": ["-o", str(to)],
         "diff": [str(folder)],
         "tf": ["base_link", "odom"],
     }

@@ -40,7 +40,7 @@ def in_root(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_is_written_is_what_the_command_writes(capsys: pytest.CaptureFixture[str]) -> None:
     written = rosorin_compile.write("small", {"length": 0.5}, outputs="mine")
     assert (written.written, written.unchanged, written.kept) == (("small.urdf",), (), ())
-    assert main(["all", "small", "-a", "length=0.5", "--outputs", "theirs"]) == 0
+    assert main(["all", "small", "-a", "length=0.5", "-o", "theirs/small"]) == 0
     one, other = (Path(folder, "small", "small.urdf").read_bytes() for folder in ("mine", "theirs"))
     assert one == other
     assert rosorin_compile.write("small", {"length": 0.5}, outputs="mine").unchanged == ("small.urdf",)

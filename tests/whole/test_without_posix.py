@@ -85,7 +85,7 @@ def test_what_needs_locks_or_limits_says_so(tmp_path: Path) -> None:
             *[["sweep", "bot", "--over", "variants.csv", "-o", "made", "-j", "2"]] * 2,
             ["import", "mast.urdf.xacro", "--trust", "-o", "mast"],
             ["package", "bot", "-o", "ws"],
-            *[["deploy", "bot", "--to", "ws"]] * 2,
+            *[["deploy", "bot", "-o", "ws"]] * 2,
             ["init", "other"],
             ["frames", "bot"],
             ["complete", "2", "rosorin-compile", "tf", "mas"],

@@ -10,9 +10,8 @@ from .. import world
 from ..diagnostics.registry import WRITING, Rule
 from ..project import Description
 from .answer import tell_of_robot
-from .given import given_arguments
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
-from .robots import Run, check_depfile, descriptions, for_each, no_stdin, once
+from .robots import Run, check_depfile, for_each, no_stdin, once
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
@@ -52,13 +51,6 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="OUTPUT",
         help="write this output, with the meshes that belong to it, and leave the others alone; may be given again",
     )
-    command.add_argument(
-        "-o",
-        "--output",
-        type=place,
-        metavar="FOLDER",
-        help="the folder of one robot's artifacts itself; --outputs gets a folder a robot",
-    )
     output_options(command)
     depfile_options(command, "the first artifact of --only, else by the names of the outputs")
     format_options(command)
@@ -70,9 +62,7 @@ def run(options: argparse.Namespace) -> int:
     each = _write_one
     if options.dry_run:
         from .check import check_one as each
-    if options.output is None:
-        return for_each(options, each)
-    return for_each(options, lambda run, one: each(run, one._replace(outputs=Path(options.output))))
+    return for_each(options, each)
 
 
 def _check_options(options: argparse.Namespace) -> None:
@@ -84,15 +74,6 @@ def _check_options(options: argparse.Namespace) -> None:
     if options.depfile is not None and options.dry_run:
         raise WrongUsage("--depfile does not go with --dry-run, which writes nothing")
     check_depfile(options)
-    if options.output is None:
-        return
-    if options.outputs is not None or options.hook:
-        other = "--hook, which is about all robots of a project" if options.hook else "--outputs"
-        raise WrongUsage(f"-o is the folder of one robot: it does not go with {other}")
-    found = descriptions(given_arguments(options, options.words)[1])
-    if len(found) > 1:
-        robots = ", ".join(description.name for description in found)
-        raise WrongUsage(f"-o is the folder of one robot, and there are several: {robots}; name one")
 
 
 def _write_one(run: Run, description: Description) -> int:

@@ -197,9 +197,10 @@ def _differ(run: Run, held: Held) -> None:
 
 
 def _tell_no_folder(run: Run, description: Description) -> None:
-    """Say that the folder of --outputs, as a build file may name it, has nothing of a robot."""
-    if getattr(run.options, "outputs", None) is not None and kind(description.outputs) != FOLDER:
-        way = "rosorin-compile all with the same --outputs and arguments writes it"
+    """Say that the folder of -o, as a build file may name it, has nothing of a robot."""
+    named = run.options.output is not None or run.options.outputs is not None
+    if named and kind(description.outputs) != FOLDER:
+        way = "rosorin-compile all with the same -o and arguments writes it"
         run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
 
 

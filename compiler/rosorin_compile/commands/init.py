@@ -15,7 +15,8 @@ from ..output import cleared
 from ..output.staging import staged
 from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
 from .answer import answer_of, give_result
-from .options import json_option
+from .older import older_option
+from .options import json_option, place
 from .usage import FINE, PROBLEMS, WrongUsage
 
 
@@ -31,21 +32,27 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     json_option(command)
     command.add_argument(
-        "--folder", default=".", metavar="FOLDER", help="the project, which has or gets descriptions/; default: ."
+        "-o",
+        "--output",
+        default=".",
+        type=place,
+        metavar="FOLDER",
+        help="the project, which has or gets descriptions/; default: .",
     )
+    older_option(command, ["--folder"], "NAME -o {}", dest="output", metavar="FOLDER")
 
 
 def run(options: argparse.Namespace) -> int:
     """Write a new description, and say what to do next."""
     for_people = options.format == "text"
     try:
-        check_free(options.name, Path(options.folder))
+        check_free(options.name, Path(options.output))
         template = options.template or (asked() if for_people else DEFAULT)
-        started = start(options.name, Path(options.folder), template)
+        started = start(options.name, Path(options.output), template)
     except CannotStart as problem:
         raise WrongUsage(str(problem)) from None
     except OSError as problem:
-        message = f"cannot write in {options.folder}: {problem.strerror or problem}"
+        message = f"cannot write in {options.output}: {problem.strerror or problem}"
         if for_people:
             sys.stderr.write(f"{message}\n")
         else:
@@ -65,7 +72,7 @@ def _told(options: argparse.Namespace, started: Started, template: str) -> Itera
         yield f"{started.schema} written: completion and help in editors"
     elif started.outdated:
         yield f"{started.schema} is of another version; to renew it: rosorin-compile schema > {started.schema}"
-    where = "" if world.is_same(options.folder, ".") else f"cd {options.folder} && "
+    where = "" if world.is_same(options.output, ".") else f"cd {options.output} && "
     yield f"next: {where}rosorin-compile all {options.name}, and rosorin-compile view {options.name} to see it"
 
 

@@ -13,7 +13,6 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..world import is_set
-from .robots import is_robot
 
 if TYPE_CHECKING:
     from .parser import Options
@@ -30,13 +29,16 @@ def robot_first(
     command: str,
     words: Sequence[str],
     fits: Callable[[str, list[str]], bool],
-    robot: Callable[[str], bool] = is_robot,
+    robot: Callable[[str], bool] | None = None,
 ) -> tuple[str, list[str]]:
     """Return the robot and the other words of a line that names one: it is the first word, and once was the last.
 
     Where both may be a robot, it is the first unless the rest ``fits`` the last one alone. ``robot`` says whether a
     word can be one.
     """
+    from .robots import is_robot
+
+    robot = robot or is_robot
     first, last = words[0], words[-1]
     if not robot(last) or (robot(first) and (fits(first, [*words[1:]]) or not fits(last, [*words[:-1]]))):
         return first, [*words[1:]]
@@ -65,6 +67,8 @@ def named_robot(command: Options) -> None:
 def older_option(command: Options, old: Sequence[str], new: str, **settings: Any) -> None:
     """Add an option under its old names; ``new`` is what is to be said, with its value for ``{}``.
 
+    ``new`` is empty where that depends on more: then the command says it.
+
     ``settings`` are those of the new one, with its ``dest``.
     """
     command.add_argument(*old, action=_Older, new=new, help=argparse.SUPPRESS, **settings)
@@ -82,5 +86,7 @@ class _Older(argparse.Action):
     ) -> None:
         """Take the value."""
         setattr(namespace, self.dest, values)
+        if not self.new:  # the command says it, once it knows what there is
+            return
         called = parser.prog.removeprefix("rosorin-compile ")
         say_new(f"rosorin-compile {called} {self.new.replace('{}', shlex.quote(str(values)))}", str(option))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from .. import world
 from ..diagnostics.console import BARE, ENVELOPE, MARKDOWN, Console
 from .answer import answer_of
+from .older import older_option
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
@@ -108,7 +109,15 @@ def package_option(command: argparse.ArgumentParser) -> None:
 
 def output_options(command: argparse.ArgumentParser) -> None:
     """Add the option that names the folder of the artifacts."""
-    command.add_argument("--outputs", type=place, metavar="FOLDER", help="where the artifacts stand; default: outputs/")
+    command.add_argument(
+        "-o",
+        "--output",
+        type=place,
+        metavar="FOLDER",
+        help="where the artifacts stand: of one robot the folder itself, of several a folder for each in it; "
+        "default: outputs/ROBOT",
+    )
+    older_option(command, ["--outputs"], "", dest="outputs", type=place, metavar="FOLDER")
 
 
 def format_options(command: argparse.ArgumentParser, summary: bool = False) -> None:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import codecs
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -201,7 +202,27 @@ def _asked_for(options: argparse.Namespace, alone: str) -> tuple[Given, list[Des
     """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
     given, names = given_arguments(options, options.words)
     names = names or ([str(one("", alone).path)] if alone else [])
-    return given, descriptions(names, getattr(options, "outputs", None))
+    return given, described(options, names)
+
+
+def described(options: argparse.Namespace, names: list[str]) -> list[Description]:
+    """Return the descriptions that are asked for, with the folders of their artifacts where -o says. Raises WrongUsage.
+
+    That is the folder of one robot itself; several get a folder each in it, as all robots of a project with --hook.
+    """
+    output, outputs = getattr(options, "output", None), getattr(options, "outputs", None)
+    if output is not None and outputs is not None:
+        raise WrongUsage("--outputs is an older name of -o: say one of them")
+    found = descriptions(names, output if outputs is None else outputs)
+    many = len(found) > 1 or getattr(options, "hook", False)
+    if outputs is not None:
+        from .older import say_new
+
+        where = outputs if many or not found else str(found[0].outputs)
+        say_new(f"rosorin-compile {options.called} -o {shlex.quote(where)}", "--outputs")
+    elif output is not None and not many:
+        found = [one._replace(outputs=Path(output)) for one in found]
+    return found
 
 
 def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
@@ -212,7 +233,7 @@ def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
     if names:
         raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
     paths = [str(path) for path in all_with(files)]
-    return given, descriptions(paths, getattr(options, "outputs", None)) if paths else []
+    return given, described(options, paths) if paths else []
 
 
 def check_depfile(options: argparse.Namespace) -> None:

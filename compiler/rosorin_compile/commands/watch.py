@@ -18,7 +18,7 @@ from ..project import Description, NoDescription, find
 from .compiling import compile_proven, count, mesh_files
 from .given import Given, given_arguments
 from .options import output_options, quiet_option, robot_options
-from .robots import descriptions, no_stdin
+from .robots import described, no_stdin
 from .usage import FINE
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     gc.enable()  # this run is a long one
     given, names = given_arguments(options, options.words)
     no_stdin(names, "name a file to watch")
-    watched = {d.path: _Robot(d, given, options.quiet) for d in descriptions(names, options.outputs)}
+    watched = {d.path: _Robot(d, given, options.quiet) for d in described(options, names)}
     stop = _Stop()
     for robot in watched.values():
         robot.compile()
@@ -75,7 +75,7 @@ class _Stop:
 def _notice_new(watched: dict[Path, _Robot], given: Given, options: argparse.Namespace) -> None:
     """Compile descriptions that were not there before."""
     try:
-        found = find([], options.outputs)
+        found = find([], options.output or options.outputs)
     except NoDescription:
         return
     for description in found:

@@ -58,9 +58,9 @@ RULES = (
         "Remove it from the description.",
         WRITING,
     ),
-    Rule("output-read-only", "You may not write there.", "Get the right, or use `--outputs`.", WRITING),
-    Rule("output-unreadable", "You may not read there.", "Get the right, or use `--outputs`.", WRITING),
-    Rule("output-full", "The disk is full.", "Make room, or use `--outputs`.", WRITING),
+    Rule("output-read-only", "You may not write there.", "Get the right, or use `-o`.", WRITING),
+    Rule("output-unreadable", "You may not read there.", "Get the right, or use `-o`.", WRITING),
+    Rule("output-full", "The disk is full.", "Make room, or use `-o`.", WRITING),
     Rule("output-mounted", "A file system is mounted at the outputs folder.", "Name a folder below it.", WRITING),
     Rule("output-failed", "Writing failed in another way, which the message names.", "Name another folder.", WRITING),
 )

@@ -198,7 +198,7 @@ def _inside(case: Case, output: Output) -> str:
     if _outside(name) or output.file.rstrip().endswith("/"):
         format = case.formats.get(output.backend)
         name = (format.file if format is not None else "").format(case.robot.name) or f"{output.name}.txt"
-    return f"write file: {name}, a name within the outputs folder; --outputs FOLDER says where that is"
+    return f"write file: {name}, a name within the outputs folder; -o FOLDER says where that is"
 
 
 def _outside(file: str) -> str:

@@ -123,7 +123,7 @@ def test_states_of_one_name_are_one_pose_where_they_agree() -> None:
 def test_what_is_imported_compiles_to_the_same(home: Path, capsys: Shown) -> None:
     sources = [str(FILES / "arm.urdf"), "--srdf", str(FILES / "everything.srdf")]
     assert main(["import", *sources, "-o", "first"]) == 0
-    assert main(["all", "first", "--outputs", "out"]) == 0
+    assert main(["all", "first", "-o", "out/first"]) == 0
     made = capsys.readouterr().out
     assert "arm.srdf" in made
     one = joined(FILES / "everything.srdf")

@@ -140,7 +140,7 @@ def test_every_place_has_candidates_or_is_free_text() -> None:
         ("all my", ["my robots/"]),
         ("all ./my", ["./my robots/"]),
         ("all .h", [".hidden/"]),
-        ("check --outputs my", ["my robots/"]),
+        ("check -o my", ["my robots/"]),
         ("check --package a", []),
         ("check --package a=my", ["a=my robots/"]),
         ("verify --frames base_link eye_link_", ["eye_link_optical"]),

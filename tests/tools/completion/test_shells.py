@@ -29,7 +29,7 @@ LINES = [
     ("check --format=gi", "check --format=github "),
     ("check --format gi", "check --format github "),
     ("all -- ha", "all -- handy "),
-    ("all --outputs ~/my", "all --outputs ~/my\\ robots/"),
+    ("all --output ~/my", "all --output ~/my\\ robots/"),
     ("all my\\ robots/a", "all my\\ robots/a\\ b.yaml "),
     ("all my\\ robots/it", "all my\\ robots/it\\'s.urdf "),
     ('all "my robots/a', 'all "my robots/a b.yaml" '),

@@ -668,7 +668,7 @@ def test_what_robots_of_a_package_include_is_imported_once(
     for name in ("two", "four"):
         brought(package, name)
         assert "cart_description: unchanged" in capsys.readouterr().out
-    assert main(["all", str(package / "descriptions" / "two"), "--outputs", str(package.parent / "outputs")]) == 0
+    assert main(["all", str(package / "descriptions" / "two"), "-o", str(package.parent / "outputs" / "two")]) == 0
     tried(package)
 
 

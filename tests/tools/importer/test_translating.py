@@ -85,7 +85,7 @@ def test_what_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
         "the same robot as xacro makes it, with 16 combinations of its arguments",
         "next: rosorin-compile all tug",
     ]
-    assert main(["all", "tug", "--outputs", "out"]) == 0
+    assert main(["all", "tug", "-o", "out/tug"]) == 0
     assert main(["import", str(TUG), "-o", "flat", "--trust", "--flat"]) == 0
     assert [
         one.name for one in Path("flat").glob("*.yaml") if "parts" in one.read_text("utf-8").split("\nlinks:")[0]

@@ -118,8 +118,8 @@ def test_a_damaged_mapping(base: Path, capsys: pytest.CaptureFixture[str]) -> No
     [
         (["--map", "urdf"], '"urdf" is not OUTPUT=PLACE, such as urdf=urdf/robot.urdf'),
         (["--map", "udrf=a"], 'the robot has no output "udrf"; it has '),
-        (["--to", "nowhere"], 'there is no folder "nowhere"; rosorin-compile package makes a new package'),
-        (["another"], "one robot is deployed at a time: rosorin-compile deploy ROBOT --to FOLDER"),
+        (["-o", "nowhere"], 'there is no folder "nowhere"; rosorin-compile package makes a new package'),
+        (["another"], "one robot is deployed at a time: rosorin-compile deploy ROBOT -o FOLDER"),
     ],
 )
 def test_wrong_usage(base: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -223,19 +223,19 @@ def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture
     package = tmp_path / "package"
     package.mkdir()
     (package / "package.xml").write_text("<package><name>mine</name></package>")
-    assert main(["deploy", str(path), "--to", str(package)]) == 0
+    assert main(["deploy", str(path), "-o", str(package)]) == 0
     assert "warning[package-mesh]: meshes/body.stl is not in the package\n" in capsys.readouterr().err
     assert 'filename="meshes/body.stl"' in (package / "urdf/meshed.urdf").read_text("utf-8")
     (package / "meshes").mkdir()
     (package / "meshes/body.stl").write_bytes(b"body")
-    assert main(["deploy", str(path), "--to", str(package)]) == 0
+    assert main(["deploy", str(path), "-o", str(package)]) == 0
     assert 'filename="package://mine/meshes/body.stl"' in (package / "urdf/meshed.urdf").read_text("utf-8")
     assert main(["check", "deployed", str(path), str(package)]) == 0
 
 
 @pytest.mark.parametrize(
     "words",
-    [["deploy", "--to", ""], ["deploy", "--to", "x", "--install", ""], ["package", "-o", ""], ["frames", "-o", ""]],
+    [["deploy", "-o", ""], ["deploy", "-o", "x", "--install", ""], ["package", "-o", ""], ["frames", "-o", ""]],
 )
 def test_a_variable_that_is_not_set_is_no_folder(
     words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -251,5 +251,5 @@ def test_a_variable_that_is_not_set_is_no_folder(
 def test_the_one_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "robot.yaml"
     path.write_text("robot: r\nlinks: {base_link: {}}\noutputs: {urdf: {file: r.urdf}}\n")
-    assert [main(["deploy", str(path), "--to", str(tmp_path)]) for _ in range(2)] == [0, 0]
+    assert [main(["deploy", str(path), "-o", str(tmp_path)]) for _ in range(2)] == [0, 0]
     assert capsys.readouterr().out.endswith("r: the one file as compiled\n")

@@ -31,7 +31,7 @@ def package(tmp_path: Path) -> Path:
     """A folder with all that rosorin deploys."""
     folder = tmp_path / "base"
     folder.mkdir()
-    assert main(["deploy", str(ROSORIN), "--to", str(folder)]) == 0
+    assert main(["deploy", str(ROSORIN), "-o", str(folder)]) == 0
     return folder
 
 
@@ -48,16 +48,16 @@ def test_another_robot_is_not_written_over(
     path.write_text(OTHER.format(name=name), "utf-8")
     before = contents(package)
     capsys.readouterr()
-    assert main(["deploy", str(path), "--to", str(package)]) == 1
+    assert main(["deploy", str(path), "-o", str(package)]) == 1
     said = capsys.readouterr().err
     assert "error[deploy-other-robot]: launch/static_tf.launch.py is there for the robot rosorin, not for " in said
     assert "    say another place with --map static_tf=PLACE, or this one to write over it\n" in said
     assert "error[deploy-other-robot]: config/static_tf.json is there for the robot rosorin, not for " in said
     assert contents(package) == before
     words = ["--map", "static_tf=launch/other.launch.py", "--map", "static_tf_json=config/other.json"]
-    assert main(["deploy", str(path), "--to", str(package), *words]) == 0
+    assert main(["deploy", str(path), "-o", str(package), *words]) == 0
     assert {file: text for file, text in contents(package).items() if file in before} == before
-    assert main(["deploy", str(path), "--to", str(package)]) == 0, "its own files are no other robot's"
+    assert main(["deploy", str(path), "-o", str(package)]) == 0, "its own files are no other robot's"
     assert main(["check", "deployed", str(ROSORIN), str(package)]) == 0
 
 
@@ -65,7 +65,7 @@ def test_a_place_that_is_told_is_written_over(package: Path, tmp_path: Path) -> 
     path = tmp_path / "other.yaml"
     path.write_text(OTHER.format(name="other"), "utf-8")
     words = ["--map", "static_tf=launch/static_tf.launch.py", "--map", "static_tf_json=none"]
-    assert main(["deploy", str(path), "--to", str(package), *words]) == 0
+    assert main(["deploy", str(path), "-o", str(package), *words]) == 0
     assert "'other'" in (package / "launch/static_tf.launch.py").read_text("utf-8")
 
 

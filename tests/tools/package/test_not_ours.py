@@ -47,7 +47,7 @@ def contents(folder: Path) -> dict[str, str]:
 
 def deploy(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
     capsys.readouterr()
-    assert main(["deploy", "--to", "pkg", *words]) == code
+    assert main(["deploy", "-o", "pkg", *words]) == code
     return capsys.readouterr().err
 
 

@@ -369,7 +369,7 @@ def test_a_mesh_that_check_refuses_is_refused(tmp_path: Path, capsys: pytest.Cap
     outputs = "outputs: {urdf: {file: r.urdf}, mjcf: {file: r.xml}}"
     path = describe(tmp_path, f"robot: many\nlinks:\n  base_link:\n    visual:{shapes}\n{outputs}\n")
     (tmp_path / "there").mkdir()
-    for command in (["package", "-o", str(tmp_path / "package")], ["deploy", "--to", str(tmp_path / "there")]):
+    for command in (["package", "-o", str(tmp_path / "package")], ["deploy", "-o", str(tmp_path / "there")]):
         assert main([*command, str(path)]) == 1
         assert "error[mesh-not-found]: 5 meshes (m/0.stl, m/1.stl, m/2.stl and 2 more) are not there" in (
             capsys.readouterr().err
@@ -440,7 +440,7 @@ def test_a_deployed_mjcf_without_its_meshes_is_told(
 ) -> None:
     path, there = meshed(tmp_path, monkeypatch), tmp_path / "there"
     there.mkdir()
-    assert main(["deploy", str(path), "--to", str(there), "--map", "mjcf=mjcf/"]) == 0
+    assert main(["deploy", str(path), "-o", str(there), "--map", "mjcf=mjcf/"]) == 0
     said = capsys.readouterr().err
     assert "warning[mesh-not-found]: mesh package://other_robot/meshes/wheel.stl is not found: " in said
     names = "meshes/body.stl, arm.stl"
@@ -449,6 +449,6 @@ def test_a_deployed_mjcf_without_its_meshes_is_told(
     for name in ("mjcf/meshes/body.stl", "mjcf/arm.stl"):
         (there / name).parent.mkdir(exist_ok=True)
         (there / name).write_bytes(b"there")
-    assert main(["deploy", str(path), "--to", str(there)]) == 0
+    assert main(["deploy", str(path), "-o", str(there)]) == 0
     assert "package-mesh" not in capsys.readouterr().err
     assert main(["check", "deployed", str(path), str(there)]) == 0

@@ -84,12 +84,12 @@ def test_an_install_space_that_is_older(tmp_path: Path, capsys: pytest.CaptureFi
     source = tmp_path / "src" / NAME
     (share / "urdf/rosorin.urdf").write_text("<robot name='old'><link name='base_link'/></robot>\n")
     capsys.readouterr()
-    assert main(["deploy", str(ROSORIN), "--to", str(source), "--map", "static_tf=none"]) == 0
+    assert main(["deploy", str(ROSORIN), "-o", str(source), "--map", "static_tf=none"]) == 0
     said = capsys.readouterr().err
     assert "what runs, and it is not what was deployed: urdf/rosorin.urdf (older)\n" in said
     assert "colcon build --packages-select rosorin_description; without --symlink-install" in said
     (share / "urdf/rosorin.urdf").write_bytes((source / "urdf/rosorin.urdf").read_bytes())
-    assert main(["deploy", str(ROSORIN), "--to", str(source)]) == 0
+    assert main(["deploy", str(ROSORIN), "-o", str(source)]) == 0
     assert "deploy-not-built" not in capsys.readouterr().err
 
 

@@ -103,7 +103,7 @@ def test_each_variant_has_the_artifacts_of_its_arguments() -> None:
     assert (made["sweep"], made["description"]) == (1, "../descriptions/mast/robot.yaml")
     assert [one["arguments"] for one in made["variants"]] == [{"height": "20 cm"}, {}, {"height": "20 cm"}]
     assert {one["status"] for one in made["variants"]} == {"made"}
-    assert main(["all", "mast", "height:=20 cm", "--outputs", "alone"]) == 0
+    assert main(["all", "mast", "height:=20 cm", "-o", "alone/mast"]) == 0
     assert (OUT / "r1/mast.urdf").read_bytes() == Path("alone/mast/mast.urdf").read_bytes()
 
 

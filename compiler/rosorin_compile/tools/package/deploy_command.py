@@ -15,6 +15,7 @@ from rosorin_compile.extending import (
     argument_options,
     format_options,
     give_result,
+    older_option,
     one_robot,
     package_option,
     place,
@@ -41,13 +42,16 @@ RULES = (
     Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=Heading.PACKAGES),
 )
 
-_HOW = "rosorin-compile deploy ROBOT --to FOLDER"
+_HOW = "rosorin-compile deploy ROBOT -o FOLDER"
 
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     one_robot(command)
-    command.add_argument("--to", required=True, type=place, metavar="FOLDER", help="the package, or any other folder")
+    command.add_argument(
+        "-o", "--output", type=place, metavar="FOLDER", help="the package, or any other folder; it is there already"
+    )
+    older_option(command, ["--to"], "-o {}", dest="output", type=place, metavar="FOLDER")
     command.add_argument(
         "--map",
         action="append",
@@ -69,7 +73,9 @@ def run(options: argparse.Namespace) -> int:
     """Compile a robot and put its artifacts into a folder."""
     from rosorin_compile.extending import LoadError, OutputError, holding
 
-    folder = Path(options.to)
+    if options.output is None:
+        raise WrongUsage(f"deploy into which folder? {_HOW}")
+    folder = Path(options.output)
     if world.kind(folder) != world.FOLDER:
         raise WrongUsage(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
     console, _, compiled = compiled_one(options, "one robot is deployed at a time", _HOW)
@@ -99,7 +105,7 @@ def _deploy(
     from .deploying import afterwards, not_ours, plan, told
     from .finding import files_below
 
-    folder = Path(options.to)
+    folder = Path(options.output)
     files = files_below(folder, skip_built=True)
     wanted = naming.read(folder, robot.name) | _mapped(options.map, artifacts)
     planned = plan(robot, artifacts, folder, files, wanted)
@@ -154,7 +160,7 @@ def _write(
     """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""
     from . import naming
 
-    folder = Path(options.to)
+    folder = Path(options.output)
     same = sum(copy.is_same for copy in planned.copies)
     summary = f"{robot.name}: {len(planned.copies) - same} of {len(planned.copies)} files in {folder}"
     if options.dry_run:

@@ -18,7 +18,7 @@ COMMANDS = (
     Command(
         name="deploy",
         group="run on the robot",
-        words="[ROBOT] --to FOLDER",
+        words="[ROBOT] -o FOLDER",
         help="write the artifacts into a ROS 2 package that you have",
         exits="0 written or unchanged, 1 errors; with --dry-run also 1 something would change",
         options="deploy_command:options",

@@ -40,6 +40,18 @@ if TYPE_CHECKING:
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
 ASKED_BY_SHELLS = "complete"
 
+# Words that people type for a command, and what it is called here.
+INSTEAD = {
+    "build": "all",
+    "convert": "import",
+    "create": "init",
+    "generate": "all",
+    "lint": "check",
+    "new": "init",
+    "show": "view",
+    "validate": "check",
+}
+
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # what writing to a stream can end in
 
 _WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
@@ -202,7 +214,8 @@ def _parser(line: Called) -> Parser:
     within = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
     if line.name and line.found is None:
         known = [name for one in commands(of_plugins=False).values() for name in (one.name, *one.also)]
-        top.error(f'there is no command "{line.name}"; {_near(line.name, [*known, *names("commands")])}')
+        near = _near(line.name, [*known, *names("commands")])
+        top.error(f'there is no command "{line.name}"; {_instead(line.name) or near}')
     _add(within, line)
     return top
 
@@ -226,6 +239,14 @@ def _add(within: argparse._SubParsersAction[Parser], line: Called) -> None:
     added.set_defaults(run=found.run, known=added.long_options())
 
 
+def _instead(word: str) -> str:
+    """Return what to say for a word that people type and that is no command; empty for all others."""
+    from .formats import FORMATS
+
+    said = INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
+    return f'say "{said}"' if said else ""
+
+
 def _near(word: str, known: Iterable[str]) -> str:
     from .diagnostics import did_you_mean
 
@@ -234,6 +255,7 @@ def _near(word: str, known: Iterable[str]) -> str:
 
 def listed(every: Iterable[Command]) -> str:
     """Return commands as the help shows them, in groups."""
+    every = [one for one in every if not one.hidden]
     width = max(len(one.name) for one in every)
     lines: dict[str, list[str]] = {}
     for one in every:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.cli import main, parse, parser
+from rosorin_compile.cli import INSTEAD, main, parse, parser
 from rosorin_compile.commands import registry
 from rosorin_compile.commands.parser import Parser
 from rosorin_compile.commands.registry import GROUPS, commands
@@ -163,6 +163,10 @@ def test_an_option_has_one_name_for_its_value() -> None:
     ("words", "said"),
     [
         (["chek"], 'there is no command "chek"; did you mean "check"?'),
+        (["build"], 'there is no command "build"; say "all"'),
+        (["validate", "rosorin"], 'there is no command "validate"; say "check"'),
+        (["urdf", "rosorin"], 'there is no command "urdf"; say "print ROBOT urdf"'),
+        (["new", "bot"], 'there is no command "new"; say "init"'),
         (["tf", "a", "b", "--strct"], 'tf has no option --strct; did you mean "--strict"?'),
         (["all", "--dryrun"], 'all has no option --dryrun; did you mean "--dry-run"?'),
         (["frames", "--fram=a", "--publishr=b"], 'frames has no option --publishr=b; did you mean "--publisher"?'),
@@ -250,7 +254,14 @@ def test_without_a_word_it_shows_its_help(capsys: Shown) -> None:
     shown = capsys.readouterr()
     assert shown.out == ""
     assert shown.err.startswith("usage: rosorin-compile [-h] [--version] COMMAND ...\n")
-    assert all(f"\n  {name} " in shown.err for name in COMMANDS)
+    hidden = {name for name, one in COMMANDS.items() if one.hidden}
+    assert hidden == {"pulses", "cmake-dir", "bazel-dir"}
+    assert {name for name in COMMANDS if f"\n  {name} " in shown.err} == set(COMMANDS) - hidden
+
+
+def test_a_word_that_people_type_is_no_command_and_leads_to_one() -> None:
+    assert not set(INSTEAD) & {name for one in COMMANDS.values() for name in (one.name, *one.also)}
+    assert set(INSTEAD.values()) <= set(COMMANDS)
 
 
 AS_INSTALLED = """

@@ -130,7 +130,10 @@ def test_a_folder_had_other_names(capsys: Shown) -> None:
     assert main(["deploy", "lamp", "-o", "new"]) == 0
     wanted = capsys.readouterr()
     assert main(["deploy", "lamp", "--to", "old"]) == 0
-    assert capsys.readouterr() == (wanted.out.replace("in new", "in old"), note("deploy -o old", "--to") + wanted.err)
+    assert capsys.readouterr() == (
+        wanted.out.replace("in new", "in old"),
+        note("deploy -o old", "--to") + wanted.err.replace("new is", "old is"),
+    )
     assert main(["init", "bot", "-o", "one"]) == 0
     wanted = capsys.readouterr()
     assert main(["init", "bot", "--folder", "two"]) == 0

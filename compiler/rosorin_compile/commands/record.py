@@ -33,7 +33,7 @@ class Command:
     ``help`` says in one line what it does, ``group`` is the heading of the help under which it stands, by its ``order``
     among the others there. ``exits`` says what its exit codes 0 and 1 mean; 2 is wrong usage everywhere.
     ``options(parser)`` adds what it takes, ``run(options)`` does it and returns the exit code; ``also`` are other
-    names.
+    names. One that is ``hidden`` is not in the first help.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Command:
     run: str
     also: tuple[str, ...] = ()
     order: int = 100
+    hidden: bool = False
 
     def __post_init__(self) -> None:
         """Raise TypeError or ValueError for what cannot be."""

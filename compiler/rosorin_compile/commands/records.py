@@ -125,6 +125,7 @@ COMMANDS = (
         options="transforms.pulses:options",
         run="transforms.pulses:run",
         order=70,
+        hidden=True,
     ),
     Command(
         name="args",
@@ -145,6 +146,7 @@ COMMANDS = (
         options="cmake_dir:options",
         run="cmake_dir:run",
         order=10,
+        hidden=True,
     ),
     Command(
         name="bazel-dir",
@@ -155,6 +157,7 @@ COMMANDS = (
         options="bazel_dir:options",
         run="bazel_dir:run",
         order=20,
+        hidden=True,
     ),
     Command(
         name="completion",

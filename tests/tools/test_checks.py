@@ -61,7 +61,7 @@ def test_the_help_of_a_check(name: str, capsys: Shown, monkeypatch: pytest.Monke
         ("check cart", "check", "check cart"),
         ("check physics cart", "check physics", "check cart"),
         ("check --hook physics a b", "check physics", "check --hook a b"),
-        ("check --outputs physics", "check", "check --outputs physics"),
+        ("check -o physics", "check", "check -o physics"),
         ("check --format json physics", "check physics", "check --format json"),
         ("check -- physics", "check", "check -- physics"),
         ("check cart physics", "check", "check cart physics"),

@@ -16,7 +16,7 @@ _FUNCTION = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 def _check_fields(record: Command | Check) -> None:
     """Raise TypeError or ValueError for a record whose fields cannot be."""
     for field in fields(record):
-        value, kind = getattr(record, field.name), {"str": str, "int": int}.get(str(field.type), tuple)
+        value, kind = getattr(record, field.name), {"str": str, "int": int, "bool": bool}.get(str(field.type), tuple)
         if not isinstance(value, kind) or (isinstance(value, tuple) and not all(isinstance(one, str) for one in value)):
             raise TypeError(f"{field.name} of {record.name} is a {field.type}, not {str(value)[:60]!r}")
     if not _NAME.fullmatch(record.name):

@@ -24,7 +24,6 @@ from .commands.usage import (
     USAGE,
     WrongUsage,
     tell_of_cache,
-    tell_of_json,
     tell_of_system,
     tell_which_tool,
 )
@@ -105,7 +104,9 @@ def _answered(words: list[str], answer: Answer) -> int:
         options.answer, answer.command = answer, options.called
         answer.form = getattr(options, "format", "")
         if getattr(options, "old_json", False) and not getattr(options, "quiet", False):
-            tell_of_json()
+            from .commands.older import say_new
+
+            say_new("--format json, or --format json-list for the result alone", "--json")
         if getattr(options, "xacro_seconds", None):
             os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
         if _shown(options):

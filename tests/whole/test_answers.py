@@ -130,7 +130,7 @@ def test_the_old_spelling_gives_what_it_gave_and_says_the_new_one_once(capsys: S
     assert main(["tf", "base_link", "eye_link", "--json"]) == 0
     shown = capsys.readouterr()
     assert json.loads(shown.out) == asked(capsys, "tf base_link eye_link", "json-list")[1]
-    assert shown.err.count("--format json ") == 1
+    assert shown.err.count("--format json, or --format json-list") == 1
 
 
 @pytest.mark.parametrize("words", ["nope", "--nope", "rule --format json --format xml"])
@@ -150,6 +150,11 @@ def test_each_schema_of_an_answer_is_one_and_can_be_printed_by_its_id(capsys: Sh
         assert main(["schema", schema["$id"]]) == 0
         assert capsys.readouterr().out == file.read_text("utf-8")
         assert schema["$id"] in names()
+
+
+def test_the_other_schemas_of_documents_have_their_names_for_ids_too() -> None:
+    for name in ("robot_model", "static_tf", "recording", "robot_diff", "page"):
+        assert json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))["$id"] == name
 
 
 def test_the_answer_of_a_run_is_no_part_of_what_a_robot_is_remembered_by(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 from ..diagnostics.console import Console
 from ..diagnostics.registry import WRITING, Rule
 from ..project import tool_folders
@@ -47,12 +45,6 @@ class WrongUsage(Exception):
 def tell_which_tool() -> None:
     """Say in which folders the files of the tool are, for the notes of the run."""
     tool_is(tool_folders())
-
-
-def tell_of_json() -> None:
-    """Say what has taken the place of --json."""
-    now = "--format json answers with all that there is to say; --format json-list prints what --json does"
-    sys.stderr.write(f"rosorin-compile: {now}, which a later release will not know\n")
 
 
 def tell_of_system(console: Console) -> None:

@@ -11,6 +11,7 @@ from rosorin_compile.cli import main, parse
 from rosorin_compile.commands import registry
 from rosorin_compile.commands.calling import called
 from rosorin_compile.commands.registry import checks, own_checks
+from rosorin_compile.commands.usage import UNTIL
 from support.commands import Shown, edit, write_files
 from support.paths import DATA
 
@@ -117,8 +118,8 @@ def test_an_old_option_does_what_its_check_does_and_says_so_once(
     said = capsys.readouterr()
     assert codes[0] == codes[1]
     way = f"rosorin-compile check {name} {checks()[name].words}"
-    told = f'rosorin-compile: "check {option}" is an old spelling; write {way}\n'
-    assert said.err.count(told) == said.err.count("old spelling") == 1
+    told = f'rosorin-compile: say "{way}"; {option} ends with {UNTIL}\n'
+    assert said.err.count(told) == said.err.count("ends with") == 1
     main(old.split())
     first = capsys.readouterr()
     main(new.split())
@@ -136,8 +137,8 @@ def test_the_old_option_of_physics_compares_as_well(capsys: Shown) -> None:
         "cart: 1 artifact as committed in outputs/cart",
         "cart: physics of zero: nothing to say",
     ]
-    both = "rosorin-compile check and rosorin-compile check physics [ROBOT ...]"
-    assert shown.err == f'rosorin-compile: "check --physics" is an old spelling; write {both}\n'
+    both = '"rosorin-compile check" and "rosorin-compile check physics [ROBOT ...]"'
+    assert shown.err == f"rosorin-compile: say {both}; --physics ends with {UNTIL}\n"
     edit(Path("outputs/cart/cart.urdf"), "0.1 0 0", "0.2 0 0")
     assert main(["check", "cart", "--physics", "--format", "json"]) == 1
     (differs,) = json.loads(capsys.readouterr().out)["diagnostics"]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.commands import older
+from rosorin_compile.commands.usage import UNTIL
 from support.commands import Shown
 
 LAMP = """\
@@ -32,7 +32,7 @@ def robot(name: str, tip: str = "tip", output: str = "plain") -> None:
 
 
 def note(new: str, old: str = "the old order") -> str:
-    return f'rosorin-compile: say "rosorin-compile {new}"; {old} ends with {older.UNTIL}\n'
+    return f'rosorin-compile: say "rosorin-compile {new}"; {old} ends with {UNTIL}\n'
 
 
 def both(capsys: Shown, old: list[str], new: list[str], said: str) -> str:

@@ -134,9 +134,9 @@ def _by_old_option(plain: Called, begin: int, options: _Options) -> Called | Non
         old = next((old for word in given for old in one.record.old if _is(old, word, options.may_be)), "")
         new = f"{CHECK} {one.record.name} {one.record.words}"
         if old and one.record.each:
-            return plain._replace(said=old_spelling(f"{CHECK} {old}", CHECK, new))
+            return plain._replace(said=old_spelling(old, CHECK, new))
         if old:
-            return Called(plain.name, one, plain.words, old_spelling(f"{CHECK} {old}", new))
+            return Called(plain.name, one, plain.words, old_spelling(old, new))
     return None
 
 

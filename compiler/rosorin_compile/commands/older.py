@@ -13,16 +13,15 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..world import is_set
+from .usage import old_spelling
 
 if TYPE_CHECKING:
     from .parser import Options
 
-UNTIL = "0.4.0"  # the release that takes no old spelling any more
-
 
 def say_new(new: str, old: str) -> None:
     """Say how a line is written now, and until when ``old`` works."""
-    sys.stderr.write(f'rosorin-compile: say "{new}"; {old} ends with {UNTIL}\n')
+    sys.stderr.write(f"rosorin-compile: {old_spelling(old, new)}\n")
 
 
 def robot_first(
@@ -43,7 +42,7 @@ def robot_first(
     if not robot(last) or (robot(first) and (fits(first, [*words[1:]]) or not fits(last, [*words[:-1]]))):
         return first, [*words[1:]]
     if not _in_a_launch_file():
-        say_new(f"rosorin-compile {command} {shlex.join([last, *words[:-1]])}", "the old order")
+        say_new(f"{command} {shlex.join([last, *words[:-1]])}", "the old order")
     return last, [*words[:-1]]
 
 
@@ -51,7 +50,7 @@ def later_robot(command: str, words: Sequence[str], robots: Sequence[str]) -> No
     """Say where the robot stands now, in a line of words that can be told from it wherever it stands."""
     if robots and words[0] != robots[0]:
         rest = [word for word in words if word != robots[0]]
-        say_new(f"rosorin-compile {command} {shlex.join([*robots, *rest])}", "the old order")
+        say_new(f"{command} {shlex.join([*robots, *rest])}", "the old order")
 
 
 def _in_a_launch_file() -> bool:
@@ -89,4 +88,4 @@ class _Older(argparse.Action):
         if not self.new:  # the command says it, once it knows what there is
             return
         called = parser.prog.removeprefix("rosorin-compile ")
-        say_new(f"rosorin-compile {called} {self.new.replace('{}', shlex.quote(str(values)))}", str(option))
+        say_new(f"{called} {self.new.replace('{}', shlex.quote(str(values)))}", str(option))

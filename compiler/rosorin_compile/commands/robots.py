@@ -219,7 +219,7 @@ def described(options: argparse.Namespace, names: list[str]) -> list[Description
         from .older import say_new
 
         where = outputs if many or not found else str(found[0].outputs)
-        say_new(f"rosorin-compile {options.called} -o {shlex.quote(where)}", "--outputs")
+        say_new(f"{options.called} -o {shlex.quote(where)}", "--outputs")
     elif output is not None and not many:
         found = [one._replace(outputs=Path(output)) for one in found]
     return found

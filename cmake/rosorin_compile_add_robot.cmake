@@ -155,7 +155,8 @@ endmacro()
 
 # Set names, the outputs that are asked for, and files, what is made for them: the program knows how they are called.
 macro(_rosorin_compile_ask_for_outputs)
-  set(ask "${ROSORIN_COMPILE_EXECUTABLE};print;--list;--format;json;${source};${words}")  # in quotes, or a\;b becomes a;b
+  # In quotes, or a\;b becomes a;b.
+  set(ask "${ROSORIN_COMPILE_EXECUTABLE};print;--list;--format;json-list;${source};${words}")
   set(asked "${folder}/outputs.json")
   execute_process(COMMAND ${ask} WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}"
     RESULT_VARIABLE failed OUTPUT_VARIABLE answer ERROR_VARIABLE said)
@@ -179,7 +180,6 @@ macro(_rosorin_compile_read_outputs)
   set(names "")
   set(files "")
   set(known "")
-  string(JSON answer GET "${answer}" result)
   string(JSON count LENGTH "${answer}")
   if(count GREATER 0)
     math(EXPR count "${count} - 1")

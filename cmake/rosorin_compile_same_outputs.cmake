@@ -1,6 +1,6 @@
 # Run before a robot is compiled: cmake -P THIS -- ASKED NAME COMMAND...
 #
-# ASKED is what COMMAND (print --list --format json) answered when CMake ran. If it answers something else now, as an included
+# ASKED is what COMMAND, a print --list, answered when CMake ran. If it answers something else now, as an included
 # file may rename an output, CMake has to run again: it does with the next build, because it depends on ASKED, which
 # gets the time of now. What is wrong with the description is left to the compiler, which comes next.
 

@@ -106,7 +106,7 @@ def _answered(words: list[str], answer: Answer) -> int:
         if getattr(options, "old_json", False) and not getattr(options, "quiet", False):
             from .commands.older import say_new
 
-            say_new("--format json, or --format json-list for the result alone", "--json")
+            say_new(f"{options.called} --format json, or --format json-list for the result alone", "--json")
         if getattr(options, "xacro_seconds", None):
             os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
         if _shown(options):

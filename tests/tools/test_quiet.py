@@ -20,7 +20,8 @@ joints:
   laser_joint: {type: fixed, parent: base_link, child: laser, axis: [0, 0, 1], xyz: [0.1, 0, 0.2], source: unmeasured}
 outputs: {urdf: {file: rover.urdf}}
 """.replace("source: unmeasured", "source: {status: stand_in, note: nobody has measured the laser}")
-STAND_IN = "1 stand-in: values that are not measured; without -q they are listed\n"
+STAND_IN = "1 stand-in: values that are not measured; {}\n"
+OF_ALL, OF_OTHERS = STAND_IN.format("--notes lists them"), STAND_IN.format("without -q they are listed")
 
 
 @pytest.fixture(autouse=True)
@@ -32,14 +33,27 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_only_stand_ins_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
-    for words in (["all", "rover.yaml", "-q"], ["all", "rover.yaml", "-q"], ["check", "rover.yaml", "--quiet"]):
-        assert main(words) == 0
-        assert capsys.readouterr() == ("", STAND_IN)
-    assert main(["all", "rover.yaml"]) == 0
-    shown = capsys.readouterr()
-    assert "warning[ignored-key]" in shown.err
-    assert "note[stand-in]" in shown.err
-    assert shown.out.startswith("rover: 1 artifact in ")
+    assert main(["all", "rover.yaml", "-q"]) == main(["all", "rover.yaml", "-q"]) == 0
+    assert capsys.readouterr() == ("", OF_ALL * 2)
+    assert main(["check", "rover.yaml", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", OF_OTHERS)
+
+
+def test_all_counts_stand_ins_and_lists_them_with_notes(capsys: pytest.CaptureFixture[str]) -> None:
+    for way in ("written: rover.urdf", "unchanged", "unchanged"):  # the last one is remembered
+        assert main(["all", "rover.yaml"]) == 0
+        shown = capsys.readouterr()
+        assert shown.out.endswith(f", {way}\n")
+        assert "warning[ignored-key]" in shown.err
+        assert "note[stand-in]" not in shown.err
+        assert shown.err.endswith(OF_ALL)
+    for words in (["all", "--notes"], ["all", "--notes", "-n"], ["check"]):
+        assert main([*words, "rover.yaml"]) == 0
+        shown = capsys.readouterr()
+        assert "note[stand-in]: nobody has measured the laser" in shown.err
+        assert "values that are not measured" not in shown.err
+    assert main(["all", "rover.yaml", "--format", "json"]) == 0
+    assert "stand-in" in [entry["rule"] for entry in json.loads(capsys.readouterr().out)["diagnostics"]]
 
 
 def test_errors_are_shown(project: Path, capsys: pytest.CaptureFixture[str]) -> None:

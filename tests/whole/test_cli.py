@@ -29,7 +29,7 @@ def edit(project: Path, file: str, old: str, new: str) -> None:
 
 def test_all_lists_the_stand_in_and_what_it_wrote(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     edit(project, "arm.yaml", "0.08513]", "0.08613]")
-    assert main(["all"]) == 0
+    assert main(["all", "--notes"]) == 0
     shown = capsys.readouterr()
     written = "written: frames.md, robot_model.json, rosorin.urdf, rosorin.xml, rosorin_sim.urdf, scene.xml"
     assert f"10 artifacts in outputs/rosorin, {written}" in shown.out
@@ -40,7 +40,7 @@ def test_all_lists_the_stand_in_and_what_it_wrote(project: Path, capsys: pytest.
 @pytest.mark.usefixtures("project")
 def test_second_run_is_unchanged_and_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
-    assert main(["all"]) == 0
+    assert main(["all", "--notes"]) == 0
     shown = capsys.readouterr()
     assert shown.out == "rosorin: 10 artifacts in outputs/rosorin, unchanged\n"
     assert "note[stand-in]: " in shown.err

@@ -53,6 +53,7 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     output_options(command)
     depfile_options(command, "the first artifact of --only, else by the names of the outputs")
+    command.add_argument("--notes", action="store_true", help="list stand-ins, too: without it they are counted")
     format_options(command)
 
 

@@ -210,7 +210,11 @@ def console_of(options: argparse.Namespace) -> Console:
     summary = getattr(options, "summary", None)
     if summary is not None:
         check_summary(Path(summary))
-    return Console(options.format, options.quiet, options.verbose, summary is not None, answer_of(options).diagnostics)
+    diagnostics = answer_of(options).diagnostics
+    console = Console(options.format, options.quiet, options.verbose, summary is not None, diagnostics)
+    if hasattr(options, "notes"):
+        console.counts, console.listing = not options.notes, "--notes lists them"
+    return console
 
 
 _SUMMARY = "GITHUB_STEP_SUMMARY"  # the file to which steps of a job append, as GitHub names it

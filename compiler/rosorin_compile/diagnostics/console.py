@@ -136,6 +136,8 @@ class Console:
         self.sections: list[Section] = []
         self.collected: list[Diagnostic] = [] if collected is None else collected
         self.stand_ins = 0
+        self.counts = False  # whether stand-ins are counted for people, and not listed
+        self.listing = "without -q they are listed"
         self.differing: list[str] = []  # what differs of the robot at hand, in lines
         self.beside = False  # whether standard output is for a result alone
 
@@ -182,10 +184,10 @@ class Console:
 
     def show(self, diagnostics: Sequence[Diagnostic]) -> None:
         """Print diagnostics, or keep them for the end."""
-        if self.quiet:
+        if self.quiet or (self.counts and self.for_people):
             stand_ins = [diagnostic for diagnostic in diagnostics if diagnostic.rule == "stand-in"]
             self.stand_ins += len(stand_ins)
-            diagnostics = [one for one in diagnostics if one.severity == ERROR]
+            diagnostics = [one for one in diagnostics if one.severity == ERROR or not (self.quiet or one in stand_ins)]
             if not self.for_people:
                 diagnostics += stand_ins
         if self.keeps:
@@ -261,7 +263,7 @@ class Console:
         """
         if self.for_people and self.stand_ins:
             count = counted(self.stand_ins, "stand-in")
-            self.warn(f"{count}: values that are not measured; without -q they are listed")
+            self.warn(f"{count}: values that are not measured; {self.listing}")
         if self.form == MARKDOWN:
             sys.stdout.write(self.summary())
         elif not self.for_people and self.form != ENVELOPE:

@@ -97,12 +97,20 @@ def machine(tmp_path: Path, packages: Path) -> Machine:
 
 
 def test_it_is_listed_and_the_schema_is_as_it_was(machine: Machine):
-    assert machine.run("--version", code=0).splitlines()[1:] == ["plug-in rosorin-toy 1.0 (formats, functions, rules)"]
+    assert machine.run("--version", code=0).splitlines()[1:] == [
+        "plug-in rosorin-toy 1.0 (checks, commands, formats, functions, rules)"
+    ]
     with_it = machine.run("schema", code=0)
     shutil.rmtree(machine.packages)
     assert machine.run("schema", code=0) == with_it
     assert '"toy"' not in with_it
     assert 'there is no backend "toy"' in machine.run("all", "plain", code=1)
+
+
+def test_the_command_and_the_check(machine: Machine):
+    assert machine.run("balls", "cart", code=0).startswith("cart: ball, radius 0.04 m, 2.09 kg\n")
+    assert "all balls have 4.09 kg, and a parcel takes 4 kg" in machine.run("check", "parcel", "cart", code=1)
+    assert machine.run("check", "parcel", "cart", "--most", "5", code=0) == "cart: 4.09 kg, which a parcel takes\n"
 
 
 def test_all_and_check(machine: Machine):

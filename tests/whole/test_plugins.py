@@ -321,3 +321,164 @@ def test_a_run_with_a_plugin_is_remembered_with_all_that_the_plugin_opens(
     assert [made() for _ in range(2)] == [("0.4", True), ("0.4", False)]
     monkeypatch.setenv("TOY", "2")
     assert [made() for _ in range(2)] == [("0.8", True), ("0.8", False)]
+
+
+# ---- Commands and checks ----
+
+COMMAND = """\
+from rosorin_compile import Check, Command
+
+GREET = Command("greet", "ask", "[NAME]", "say hello", "0 said", "toy:options", "toy:run")
+LIGHT = Check("light", "[ROBOT ...]", "see whether it is light", "toy:options", "toy:check")
+
+
+def options(command):
+    command.add_argument("words", nargs="*")
+    command.add_argument("--loud", action="store_true")
+
+
+def run(options):
+    print("HELLO" if options.loud else "hello", *options.words)
+    return 0
+
+
+def check(options):
+    print("light enough:", *options.words)
+    return 1
+"""
+OF_COMMANDS = "[rosorin_compile.commands]\ngreet = toy:GREET\n\n[rosorin_compile.checks]\nlight = toy:LIGHT\n"
+
+
+def test_a_command_and_a_check_of_a_plugin(machine: Machine):
+    machine.install(OF_COMMANDS, COMMAND)
+    assert machine.run("greet", "you", "--loud") == (0, "HELLO you\n")
+    assert machine.run("check", "light", "cart") == (1, "light enough: cart\n")
+    assert machine.run("check", "toy-robot:light", "cart") == (1, "light enough: cart\n")
+    assert "\n  greet       say hello\n" in machine.run("--help")[1]
+    assert "\n  light       see whether it is light\n" in machine.run("check", "--help")[1]
+    assert "Exit codes: 0 said, 2 wrong usage." in machine.run("greet", "--help")[1]
+    assert machine.run("complete", "--", "gre") == (0, "greet\tof toy-robot 1.2\n")
+    assert machine.run("complete", "--", "check", "lig") == (0, "light\tof toy-robot 1.2\n")
+    assert machine.run("complete", "--", "greet", "--l") == (0, "--loud\n")
+    assert machine.run("greet", "--lod")[0] == 2
+    assert machine.run("--version")[1].endswith("plug-in toy-robot 1.2 (checks, commands)\n")
+
+
+def test_completion_imports_no_plugin_that_is_not_called(machine: Machine):
+    machine.install(OF_COMMANDS, "1 / 0\n")
+    assert "greet\tof toy-robot 1.2\n" in machine.run("complete", "--", "")[1]
+    assert machine.run("complete", "--", "gre") == (0, "greet\tof toy-robot 1.2\n")
+
+
+def test_a_robot_goes_before_a_check_of_a_plugin(machine: Machine):
+    machine.install(OF_COMMANDS, COMMAND)
+    folder = machine.work / "descriptions" / "light"
+    folder.mkdir(parents=True)
+    (folder / "robot.yaml").write_text("robot: light\nlinks: {a: {}}\noutputs: {urdf: {file: a.urdf}}\n", "utf-8")
+    machine.run("all", "light")
+    said = '"light" is a robot here; the check of that name of toy-robot: rosorin-compile check toy-robot:light\n'
+    code, printed = machine.run("check", "light")
+    assert (code, printed.count(said)) == (0, 1)
+    assert "light: 1 artifact as committed in outputs/light\n" in printed
+    assert machine.run("check", "light") == (code, printed)  # from memory
+    assert machine.run("check", "toy-robot:light") == (1, "light enough:\n")
+
+
+BROKEN_COMMANDS = {
+    "import raises": ("1 / 0\n", "cannot be loaded: ZeroDivisionError: division by zero"),
+    "no record": (COMMAND.replace("GREET = Command(", "GREET = dict("), "cannot be loaded: "),
+    "a field": (COMMAND.replace('"say hello"', "3"), "cannot be loaded: TypeError: help of greet is a str, not '3'"),
+    "another name": (
+        COMMAND.replace('"greet", "ask"', '"gret", "ask"'),
+        'is called "gret", and its entry point "greet"',
+    ),
+    "no function": (COMMAND.replace("toy:run", "toy:walk"), "fails: AttributeError: "),
+    "no module": (COMMAND.replace('"toy:run"', '"tay:run"'), "fails: ModuleNotFoundError: "),
+    "options raise": (
+        COMMAND.replace('    command.add_argument("w', '    1 / 0\n    command.add_argument("w'),
+        "fails: ZeroDiv",
+    ),
+    "run raises": (COMMAND.replace('    print("HELLO', '    [][0]\n    print("HELLO'), "fails: IndexError: list index"),
+    "run leaves": (
+        COMMAND.replace('    print("HELLO', '    raise SystemExit(0)\n    print("HELLO'),
+        "fails: SystemExit: 0",
+    ),
+    "no exit code": (COMMAND.replace("return 0", "return 'fine'"), "gives no exit code, but 'fine'"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN_COMMANDS)
+def test_a_broken_command_is_one_sentence_and_the_rest_works(machine: Machine, case: str):
+    code, words = BROKEN_COMMANDS[case]
+    machine.install(OF_COMMANDS, code)
+    exit_code, printed = machine.run("greet")
+    assert exit_code == 1
+    assert printed.count("plugin-broken]: the plug-in toy-robot 1.2 (rosorin_compile.commands: greet = toy:GREET)") == 1
+    assert words in printed
+    machine.describe("${width}")
+    code_of_all, printed = machine.run("all", "robot.yaml")
+    assert code_of_all == 0
+    assert "1 artifact in outputs/" in printed
+    assert "plugin-broken" not in printed
+    shown = machine.run("--help")
+    assert shown[0] == 0
+    assert "\n  all         compile, and write every artifact\n" in shown[1]
+
+
+def test_one_that_is_called_as_ours_is_told_and_ours_is_done(machine: Machine):
+    text = OF_COMMANDS.replace("greet =", "args =").replace("light =", "physics =")
+    machine.install(text, COMMAND.replace('"greet"', '"args"').replace('"light"', '"physics"'))
+    code, printed = machine.run("args", "robot.yaml")
+    assert code == 0
+    assert "hello" not in printed
+    assert printed.count('(rosorin_compile.commands: args = toy:GREET) brings "args", which is built in\n') == 1
+    printed = machine.run("check", "physics", "--help")[1]
+    assert printed.count('(rosorin_compile.checks: physics = toy:LIGHT) brings "physics", which is built in\n') == 1
+    assert "look for what cannot be" in " ".join(printed.split()).lower()
+
+
+def test_what_is_printed_while_it_is_imported_goes_to_standard_error_under_its_name(machine: Machine):
+    machine.install(BOTH, "print('welcome')\n" + TOY)
+    code, printed = machine.run("check", "robot.yaml")
+    assert printed.count(" prints what follows; standard output is for artifacts\nwelcome\n") == 1
+    assert printed.count("welcome") == 1
+    assert code == 1
+
+
+def test_a_slow_import_is_told(machine: Machine, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    machine.install(OF_COMMANDS, COMMAND)
+    (plugin,) = [one for one in _installed(machine, monkeypatch) if one.group == "commands"]
+    monkeypatch.setattr(plugins, "SLOW", 0.0)
+    with plugins.importing(plugin):
+        pass
+    assert f"note[plugin-slow]: {plugin} takes 0.0 s to be imported\n" in capsys.readouterr().err
+
+
+def _installed(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> tuple[plugins.Plugin, ...]:
+    monkeypatch.syspath_prepend(str(machine.packages))
+    return plugins.installed()
+
+
+def test_all_of_them_can_be_left_out(machine: Machine, monkeypatch: pytest.MonkeyPatch):
+    machine.install(BOTH + OF_COMMANDS, TOY + COMMAND)
+    machine.describe("${width}")
+    assert machine.run("all", "robot.yaml")[0] == 1
+    monkeypatch.setenv("ROSORIN_COMPILE_PLUGINS", "off")
+    for _ in range(2):
+        assert machine.run("all", "robot.yaml")[0] == 0
+    assert machine.run("greet")[0] == 2
+    assert machine.run("--version") == (0, "rosorin-compile 0.2.0\n")
+    monkeypatch.delenv("ROSORIN_COMPILE_PLUGINS")
+    assert machine.run("all", "robot.yaml")[0] == 1
+
+
+def test_an_unchanged_run_is_answered_from_memory_beside_a_plugin_of_commands(machine: Machine):
+    log = machine.packages / "log"
+    machine.install(OF_COMMANDS, f"open({str(log)!r}, 'a').write('imported ')\n{COMMAND}")
+    machine.describe("${width}")
+    said = [machine.run("all", "robot.yaml") for _ in range(3)]
+    assert said[1] == said[2]
+    assert said[1][0] == 0
+    assert "1 artifact in outputs/" in said[1][1]
+    assert ", unchanged\n" in said[1][1]
+    assert not log.exists()  # nothing of it was imported

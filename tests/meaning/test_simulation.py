@@ -23,6 +23,7 @@ joints:
     {type: continuous, parent: base, child: arm, axis: [0, 1, 0], dynamics: {stiffness: 2, spring_reference: 0.1},
     actuator: {type: velocity, kv: 0.5, gear: 2}}
 tendons: {both: {joints: {hip: 1}, range: [0, 1]}}
+constraints: {shut: {type: connect, links: [base, arm], at: [0, 0, 0]}}
 actuators: {pull: {tendon: both, type: position, kp: "${gain}", range: [0, 1]}}
 poses: {home: {positions: {hip: 0.1}, controls: {pull: 0.2}}}
 mjcf_elements: [<custom><text name="note" data="x"/></custom>]
@@ -42,6 +43,7 @@ CHANGES = {
     ("controls: {pull: 0.2}", "controls: {pull: 0.3}"): "pose home in simulation: pull 0.2 -> 0.3",
     ('data="x"', 'data="y"'): 'MJCF elements of the robot: new <custom><text data="y" name="note"/></custom>',
     ('pos="0 0 1"', 'pos="0 0 2"'): 'MJCF elements of base: new <light name="lamp" pos="0.0 0.0 2.0"/>',
+    ("at: [0, 0, 0]", "at: [0, 0, 0.1]"): "constraint shut: anchor 0 0 0 -> 0 0 0.1",
     ("poses:", "mjcf_sensors: {angle: {kind: jointpos, joint: hip}}\nposes:"): "new: simulated sensor angle",
 }
 

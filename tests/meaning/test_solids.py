@@ -8,8 +8,9 @@ from dataclasses import replace
 import pytest
 
 from rosorin_compile.formats.facts import Solid
+from rosorin_compile.meaning.shape_wording import likened
 from rosorin_compile.meaning.solids import same_bodies, same_set, solid_from
-from rosorin_compile.model import MERGED, ROWS, Box, Cylinder, HeightMap, Mesh, Pose, Shape, pose_of
+from rosorin_compile.model import MERGED, ROWS, Box, Cylinder, HeightMap, Mesh, Pose, Shape, Sphere, pose_of
 
 TILTED = Pose((0.1, 0.0, 0.0), (0.3, 0.2, 0.1))
 BEAM = Shape(Box((-0.01, -0.02, -0.1), (0.01, 0.02, 0.1)), TILTED)
@@ -43,3 +44,22 @@ def test_boxes_that_are_cut_otherwise_are_the_same_bodies() -> None:
     assert same_bodies(rows, merged)
     assert not same_bodies(rows, merged[1:])
     assert not same_bodies(rows, [])
+
+
+def ball(radius: float, x: float) -> Solid:
+    return solid_from(Shape(Sphere(radius), Pose((x, 0.0, 0.0))))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "pairs"),
+    [
+        ([ball(0.1, 0), ball(0.2, 1)], [ball(0.1, 0.1), ball(0.2, 1.1)], [(0, 0), (1, 1)]),
+        ([ball(0.1, 0), ball(0.2, 1)], [ball(0.2, 1.1), ball(0.1, 0.1)], [(0, 1), (1, 0)]),
+        ([ball(0.1, 0), ball(0.2, 1)], [ball(0.2, 1.1)], [(1, 0)]),
+        ([ball(0.1, 0), solid_from(BEAM)], [solid_from(replace(BEAM, pose=Pose())), ball(0.3, 0.1)], [(0, 1), (1, 0)]),
+    ],
+)
+def test_of_a_few_solids_those_are_held_against_each_other_that_are_alike(
+    old: list[Solid], new: list[Solid], pairs: list[tuple[int, int]]
+) -> None:
+    assert likened(old, new) == pairs

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.pipeline import compile_robot
 from support.comparing import compared, diff
 from support.paths import BAD
 
@@ -174,3 +175,22 @@ FOLLOWS = TWO + ARM + HAND.replace("velocity: 1}}", "velocity: 1}, mimic: {joint
 def test_what_is_off_the_most_by_all_changes_together(tmp_path: Path, one: str, other: str, notes: list[str]) -> None:
     """Nothing is said where one of the changes says as much."""
     assert compared(robot(tmp_path, "a", one), robot(tmp_path, "b", other))["notes"] == notes
+
+
+def test_a_urdf_has_the_mass_of_what_another_node_moves(tmp_path: Path) -> None:
+    """It stands still there, with what carries it, and so it is compared."""
+    solid = "{inertial: {mass: %s, of: collision}, collision: [{sphere: {radius: 0.1}}]}"
+    path = robot(
+        tmp_path,
+        "a",
+        f"links: {{root: {{}}, base: {solid % 1}, arm: {solid % 0.5}, hand: {solid % 0.2}}}\njoints:\n"
+        "  f: {type: fixed, parent: root, child: base}\n"
+        "  turn: {type: continuous, parent: base, child: arm, axis: [0, 1, 0], xyz: [0, 0, 0.2], publisher: driver}\n"
+        "  bend: {type: continuous, parent: base, child: hand, axis: [0, 1, 0], xyz: [0, 0.3, 0.2]}\n"
+        "publishers: {driver: {}}\noutputs: {urdf: {file: r.urdf}}\n",
+    )
+    urdf = tmp_path / "r.urdf"
+    urdf.write_text(compile_robot(path).artifacts[0].text, "utf-8")
+    assert compared(path, urdf)["differences"] == compared(urdf, path)["differences"] == []
+    urdf.write_text(urdf.read_text("utf-8").replace('mass value="0.2"', 'mass value="0.3"'), "utf-8")
+    assert [item["text"] for item in compared(path, urdf)["differences"]] == ["hand mass 0.2 -> 0.3 kg (+100.0 g)"]

@@ -130,6 +130,8 @@ TWO = heavy(1, 0, 1, 1, 1), heavy(1, 0, 1, 1, 1)
         (*TWO, []),
         (heavy(2, 0.5, 2, 2.5, 2.5), "", []),
         (heavy(2, 0.5, 2, 2.5, 2.6), "", ["mass", "centre of mass", "inertia", "mass"]),
+        (heavy(2, 0.5, 2, 2.6, 2.5), "", ["mass", "centre of mass", "inertia", "mass"]),
+        (heavy(2, 0.5, 2.2, 2.5, 2.5), "", ["mass", "centre of mass", "inertia", "mass"]),
         (heavy(2, 0.5, 2, 2, 2), "", ["mass", "centre of mass", "inertia", "mass"]),
         (heavy(2, 0.6, 2, 2.5, 2.5), "", ["mass", "centre of mass", "inertia", "mass"]),
         (heavy(1.5, 0, 1, 1, 1), heavy(0.6, 0, 1, 1, 1), ["mass", "mass"]),

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
 from .diagnostics.progress import step
 from .diagnostics.wording import and_more, counted
-from .formats import FORMATS, Artifact, endings, plugged_diagnostics
+from .formats import FORMATS, Artifact, plugged_diagnostics
 from .frontend.accepting import Entry, settled, unknown, unused
 from .frontend.expand import Expanded, expand
 from .frontend.expression.functions import plugged as plugged_functions
@@ -173,7 +173,7 @@ class Readers:
 
     def endings(self) -> tuple[str, ...]:
         """Return how the names of files end that a description may include and that are no descriptions."""
-        return endings(include=True)
+        return FORMATS.endings(include=True)
 
     def read(
         self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span

@@ -25,6 +25,7 @@ ANGLE: Dimension = (0, 0, 0, 1)
 FORCE: Dimension = (1, 1, -2, 0)
 TORQUE: Dimension = (2, 1, -2, 0)
 INERTIA: Dimension = (2, 1, 0, 0)
+_UNIT_OF = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
 
 UNITS: dict[str, tuple[float, Dimension]] = {
     "m": (1.0, LENGTH),
@@ -114,6 +115,11 @@ class Quantity(float):
         made.dimension = dimension
         made.text = text
         return made
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of a quantity that links and joints have; empty for any other."""
+        return _UNIT_OF.get(self.dimension, "")
 
     def __getnewargs__(self) -> tuple[float, Dimension, str]:  # type: ignore[override]
         """Return what a copy is made of, in this process or another one."""

@@ -28,9 +28,9 @@ _SIDES = ("A", "B")
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    from ..formats import endings
+    from ..formats import FORMATS
 
-    *others, last = endings()
+    *others, last = FORMATS.endings()
     command.add_argument(
         "words",
         nargs="+",

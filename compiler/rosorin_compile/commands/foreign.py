@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..diagnostics import Diagnostic, Span, arrange, has_errors
-from ..formats import FORMATS, Artifact, published
+from ..formats import FORMATS, Artifact
 from ..formats.imported import Imported, ReadOptions
 from ..formats.reading import read
 from ..formats.templating import Templates
@@ -34,7 +34,7 @@ def understand_foreign(
     ``trust`` in what it runs or without; joints are published as in any description.
     """
     imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
-    tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [published().name])
+    tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [FORMATS.published().name])
     expanded = Expanded(tree, imported.diagnostics, imported.files)
     if tree is None or has_errors(imported.diagnostics):
         return Understood(expanded, None, arrange(imported.diagnostics))
@@ -53,7 +53,7 @@ def compile_foreign(
     expanded, lowered, diagnostics, _ = understand_foreign(path, arguments, packages, tell, trust)
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    format, (output,) = published(), lowered.robot.outputs
+    format, (output,) = FORMATS.published(), lowered.robot.outputs
     text, remarks = format.written(lowered.robot, output, Templates(path.parent))
     if path.suffix.lower() in format.endings:
         text = text_of(path, errors="replace")  # what robot_state_publisher was given

@@ -257,6 +257,6 @@ def is_foreign(path: Path) -> bool:
         return given[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")
     if path.suffix.lower() in ("", *ENDINGS):
         return False
-    from ..formats import endings
+    from ..formats import FORMATS
 
-    return path.suffix.lower() in endings()
+    return path.suffix.lower() in FORMATS.endings()

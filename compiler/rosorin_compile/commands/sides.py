@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from .. import world
 from ..diagnostics import ERROR, Diagnostic, error, has_errors
-from ..formats import FORMATS, endings
+from ..formats import FORMATS
 from ..frontend import asked
 from ..meaning.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from ..meaning.robots import compare_robots
@@ -121,7 +121,7 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
         return read(path, str(path), arguments, packages, trust)
     if world.kind(path) == world.FILE and path.suffix.lower() not in YAML.endings:
         return _foreign(path, word, arguments, packages, trust)
-    if path.suffix.lower() in endings():
+    if path.suffix.lower() in FORMATS.endings():
         raise NoDescription(f'there is no file "{word}"')
     return _description(find([word], None)[0].path, word, arguments, packages, trust)
 

@@ -38,9 +38,7 @@ __all__ = [
     "Formats",
     "Opened",
     "Value",
-    "endings",
     "plugged_diagnostics",
-    "published",
 ]
 
 
@@ -66,6 +64,15 @@ class Formats(Mapping[str, Format]):
     def feeding(self, robot: Robot, publisher: str) -> list[Output]:
         """Return the outputs of a robot that publishers of a kind read, by their format."""
         return feeding(robot, publisher, self)
+
+    def endings(self, *, include: bool = False) -> tuple[str, ...]:
+        """Return how names of files end that hold a robot; with ``include`` of those that a description may include."""
+        readable = [one for one in self.values() if one.read is not None and (one.include or not include)]
+        return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
+
+    def published(self) -> Format:
+        """Return the format that robot_state_publisher reads."""
+        return next(one for one in self.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.feeds)
 
 
 FORMATS = Formats()
@@ -133,14 +140,3 @@ def plugged_diagnostics() -> tuple[Diagnostic, ...]:
     """Return what is wrong with the formats of other packages."""
     others = _plugged()
     return others.diagnostics if others else ()
-
-
-def endings(*, include: bool = False) -> tuple[str, ...]:
-    """Return how the names of files end that hold a robot; with ``include`` of those that a description may include."""
-    readable = [one for one in FORMATS.values() if one.read is not None and (one.include or not include)]
-    return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
-
-
-def published() -> Format:
-    """Return the format that robot_state_publisher reads."""
-    return next(one for one in FORMATS.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.feeds)

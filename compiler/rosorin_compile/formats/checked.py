@@ -12,7 +12,7 @@ from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
 from ..frontend.validate import validate
 from ..rules import acceptable, check
-from . import FORMATS, published
+from . import FORMATS
 
 REASON = "the robot was imported with it"
 
@@ -54,7 +54,7 @@ def _problems(tree: Map) -> list[Diagnostic]:
 
 def _published(tree: Map) -> Map:
     """Return outputs that hold nothing but what robot_state_publisher reads."""
-    format = published()
+    format = FORMATS.published()
     outputs, output = Map(tree.span), Map(tree.span)
     output.put("file", f"robot{format.endings[0]}", tree.span, tree.span)
     outputs.put(format.name, output, tree.span, tree.span)

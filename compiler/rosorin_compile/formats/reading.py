@@ -12,7 +12,7 @@ from ..project import ENDINGS, stdin_of
 from ..xml.files import mended, read_source, without_late_declaration
 from ..xml.markup import RULE as SYNTAX
 from ..xml.markup import Document, MarkupError, parse
-from . import FORMATS, Format, Opened, plugged_diagnostics, published
+from . import FORMATS, Format, Opened, plugged_diagnostics
 from .imported import Imported, ReadOptions
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
     format = _format_of(document, path)
     if format is None:
         return _refused(_wrong_root(document), path, *plugged_diagnostics())
-    if stdin_of(path) is not None and format is not published():
+    if stdin_of(path) is not None and format is not FORMATS.published():
         return _refused(_not_on_stdin(format, document), path)
     read = _read(format, Opened(path, options, document, asked))
     return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])

@@ -91,6 +91,8 @@ class Templates:
     ``first`` is the first file of that description: where it is a link, so may the templates be (``project.homes``).
     """
 
+    comment = staticmethod(comment)
+
     def __init__(
         self, folder: Path | None = None, named: str = "the folder of the description", first: Path | None = None
     ) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from ..formats import published
+from ..formats import FORMATS
 from ..model import Box, Dynamics, Ellipsoid, Joint, Link, Material, Robot, Shape
 from ..model.shape import plain
 from .difference import YAML, Side
@@ -52,7 +52,7 @@ def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool)
     values = list(_Comparison(tolerance, skipped, carried_by_urdf).values("", one, other))
     if not values:
         return []
-    sides = Side("source", YAML, one), Side("result", published() if carried_by_urdf else YAML, other)
+    sides = Side("source", YAML, one), Side("result", FORMATS.published() if carried_by_urdf else YAML, other)
     difference = compare_robots(*sides, tolerance, prefix="")
     return [item.text for item in difference.items] + values
 

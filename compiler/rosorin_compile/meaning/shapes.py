@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..formats import Format, published
+from ..formats import FORMATS, Format
 from ..formats.facts import COLLISION
 from ..model import Box, Capsule, Ellipsoid, HeightMap, Link, Shape, Transform
 from ..model.geometry import IDENTITY, pose_of
@@ -43,7 +43,7 @@ class Purpose(NamedTuple):
     def says_no_colour(self) -> bool:
         """Whether a visual without a colour means the same on both sides: a description has the words of a URDF."""
         return self.formats[0] is self.formats[1] or all(
-            format is published() or not format.read for format in self.formats
+            format is FORMATS.published() or not format.read for format in self.formats
         )
 
 

@@ -146,6 +146,11 @@ class Joint:
         return self.type in MOVING_TYPES
 
     @property
+    def is_axleless(self) -> bool:
+        """Whether it turns or moves about no single axis."""
+        return self.type in AXLELESS
+
+    @property
     def is_fixed(self) -> bool:
         """Whether the child never moves in the parent."""
         return self.type == "fixed"

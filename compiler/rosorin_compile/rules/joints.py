@@ -12,7 +12,6 @@ from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path, at, exists
 from ..model import Joint, Limit
 from ..model.geometry import norm
-from ..model.joint import AXLELESS
 from ..units import Quantity, describe, parse_unit
 from . import alike
 from .case import Case, number
@@ -46,7 +45,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 
 
 def _axis(case: Case, joint: Joint) -> Iterator[Diagnostic]:
-    if joint.is_fixed or joint.type in AXLELESS:
+    if joint.is_fixed or joint.is_axleless:
         return
     length = norm(joint.axis)
     path = case.joint(joint, "axis")

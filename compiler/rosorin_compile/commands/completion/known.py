@@ -66,9 +66,9 @@ def robots() -> list[str]:
 
 def robot_endings() -> tuple[str, ...]:
     """Return how the names of files end that may be a robot."""
-    from ...formats import endings
+    from ...formats import FORMATS
 
-    return (*ENDINGS, *endings())
+    return (*ENDINGS, *FORMATS.endings())
 
 
 def names(asked: Subject, of: str) -> dict[str, str]:

@@ -32,7 +32,6 @@ from ...model import (
     Sphere,
 )
 from ...model.geometry import IDENTITY
-from ...model.joint import AXLELESS
 from ...model.shape import ROWS
 from ...model.simulated import GazeboSensor
 from ...numbers import NumberFormat, number_format, numbers, vector
@@ -234,7 +233,7 @@ class _Writer:
         mine = own(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
         texts = [*self.kept.joints.get(joint.name, ()), *(element.verbatim for element in mine.elements)]
         kept = [*self.sensors.get(f"joint {joint.name}", ()), *at(texts, "      ")]
-        axis = [] if joint.is_fixed or joint.type in AXLELESS else [self._axis(joint, mine.inner)]
+        axis = [] if joint.is_fixed or joint.is_axleless else [self._axis(joint, mine.inner)]
         return attributes(name=self.names[joint.name], type=joint.type), pose, *ends, axis, kept
 
     def _axis(self, joint: Joint, kept: Mapping[str, Sequence[str]]) -> tuple[Any, ...]:

@@ -31,7 +31,6 @@ from ...model import (
     Sphere,
     Vector,
 )
-from ...model.joint import AXLELESS
 from ...model.shape import plain
 from ...numbers import NumberFormat, number_format, numbers, vector
 from ...startup.remembering import remembered
@@ -287,7 +286,7 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
     number, dynamics, mimic = form.number, joint.dynamics, joint.mimic
     inner: list[tuple[str, Markup]] = []
-    along = not joint.is_fixed and joint.type not in AXLELESS
+    along = not joint.is_fixed and not joint.is_axleless
     if along:
         inner.append(("axis", _axis(joint.axis, number)))
     if joint.calibration is not None:

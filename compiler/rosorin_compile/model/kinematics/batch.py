@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .. import Joint, Robot, Transform, Vector
 from ..geometry import norm
-from ..joint import AXLELESS
 from ..motion import COORDINATES, plane_axes
 from .graph import Graph, Move, end_of, start_of
 
@@ -170,7 +169,7 @@ class Kinematics:
     def _move(self, motion: Motion, state: Array, part: slice, given: Mapping[str, Array]) -> None:
         """Move states (3, 4, m) by one joint, in place."""
         np, joint = self.np, motion.joint
-        if joint.type in AXLELESS:
+        if joint.is_axleless:
             _multiply(state, *_poses(np, _part(given[joint.name], part, 1), motion.sign))
         elif joint.type == "planar":
             x, y, angle = np.moveaxis(motion.sign * _part(given[joint.name], part, 1), -1, 0)
@@ -260,7 +259,7 @@ def is_spatial(joint: Joint) -> bool:
 def motion_of(joint: Joint, up: bool) -> Motion:
     """Return what a joint does, from parent to child or, ``up``, back."""
     origin = joint.origin.transform()
-    rotation = Transform() if joint.type in AXLELESS else _onto(joint.axis)
+    rotation = Transform() if joint.is_axleless else _onto(joint.axis)
     if up:
         return Motion(joint, -1.0, rotation, rotation.inverse().then(origin.inverse()))
     return Motion(joint, 1.0, origin.then(rotation), rotation.inverse())

@@ -15,7 +15,6 @@ from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, did_you_mean,
 from rosorin_compile.extending import FORMATS, Map, world
 from rosorin_compile.model import Box, HeightMap
 
-from ...formats import published
 from ...frontend.packages import package_name
 from . import turning, writing
 from .fits import axis_aligned
@@ -92,7 +91,7 @@ def robot_file(package: Path, asked: str | None) -> Path:
 
 
 def _candidates(package: Path) -> list[Path]:
-    format, texts = published(), dict[Path, str]()
+    format, texts = FORMATS.published(), dict[Path, str]()
     endings = [ending for one in FORMATS.values() if format.name in (one.name, one.becomes) for ending in one.endings]
     for path in world.matching(package, "**/*"):
         if path.suffix.lower() in endings and world.kind(path) == world.FILE:

@@ -21,11 +21,9 @@ from typing import Any, NamedTuple
 
 from rosorin_compile import Fact, Facts, Format
 from rosorin_compile.extending import FORMATS, parse_quantity, world
-from rosorin_compile.model import Transform
+from rosorin_compile.model import Pose, Transform
 
 from ...formats.facts import ANGLES
-from ...model.geometry import rotation_of_rpy
-from ...units import ANGLE, INERTIA, LENGTH, MASS, TIME, TORQUE
 from ...world.disk import status_of
 from .spread import is_same
 from .sweep_file import Variant
@@ -37,7 +35,6 @@ _EXTREMES = 8  # robots with the smallest and with the largest number
 _BLOCK = 1 << 20
 _STEEP = math.radians(75)  # pitch: beyond it roll and yaw are no numbers that can be compared
 _SHAPE = re.compile(r"(collision|visual|cell) \d.*")
-_NAMED = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
 
 _LARGEST = 1e300  # no number is larger
 _FEW_DIGITS = 1e-9  # numbers that are not known better have been rounded to a few digits
@@ -100,7 +97,7 @@ class _First:
 def _rotation(facts: Facts, frame: str) -> Transform:
     found = (facts.get(Fact("frame", frame, angle)) for angle in ANGLES)
     roll, pitch, yaw = (float(value.value) if value else 0.0 for value in found)
-    return Transform(rotation_of_rpy((roll, pitch, yaw)), (0.0, 0.0, 0.0))
+    return Pose(rpy=(roll, pitch, yaw)).transform()
 
 
 class Said:
@@ -484,7 +481,7 @@ def _number(said: Any) -> tuple[float, str] | None:
         return None
     quantity = parse_quantity(said.strip())
     if quantity is not None:
-        return (float(quantity), _NAMED.get(quantity.dimension, "")) if abs(quantity) < _LARGEST else None
+        return (float(quantity), quantity.unit) if abs(quantity) < _LARGEST else None
     try:
         number = float(said) if len(said) < 100 and "_" not in said else math.nan
     except ValueError:

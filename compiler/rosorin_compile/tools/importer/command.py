@@ -52,9 +52,9 @@ _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    from ...formats import endings
+    from rosorin_compile.extending import FORMATS
 
-    *others, last = endings(include=True)
+    *others, last = FORMATS.endings(include=True)
     command.add_argument("words", nargs="+", metavar="SOURCE", help=f"a {', '.join(others)} or {last} file")
     command.add_argument(
         "-o", "--output", type=place, metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"

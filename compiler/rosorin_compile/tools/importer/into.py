@@ -301,8 +301,6 @@ def _test(package: Package, source: str, description: str, given: Mapping[str, s
     """Return the test that holds a description against its source."""
     from rosorin_compile import Templates
 
-    from ...formats.templating import BUILTIN
-
     values = {
         "source": source,
         "description": description,
@@ -311,7 +309,7 @@ def _test(package: Package, source: str, description: str, given: Mapping[str, s
         "registry": f"{package.registry} and package.xml",
         "literal": repr,
     }
-    return Templates().render(f"{BUILTIN}import_test.py.jinja", values)
+    return Templates().own("import_test.py.jinja", values)
 
 
 def _to_add(package: Package, description: str, test: str, files: Mapping[str, str]) -> dict[str, list[str]]:

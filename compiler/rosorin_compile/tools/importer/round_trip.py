@@ -31,7 +31,6 @@ from rosorin_compile.model import Joint, Output, Robot, Transform
 
 from ...commands.init import SCHEMA
 from ...commands.mesh_copies import brought
-from ...formats import published
 from ...formats.imported import Imported, Proof, ReadOptions
 from ...formats.mesh_files import search
 from ...formats.reading import join, read_robot
@@ -125,7 +124,7 @@ def _round_trip(
             # Most often only MuJoCo asks for more than the source says, a mass for instance.
             wanted = outputs(imported, _first_error(compiled.diagnostics))
             files, compiled = _compiled(shown, stage, schema, wanted)
-        trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), shown, word=published().word)
+        trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), shown, word=FORMATS.published().word)
         if not trip.diagnostics:
             trip = _compared(imported, compiled, stage, trip, plain)
         if trip.diagnostics:
@@ -168,7 +167,7 @@ def _unrounded(output: Output) -> Output:
 
 def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None) -> RoundTrip:
     """Return the round trip with what the comparison of the source with the description and with its artifact says."""
-    tree, format = plain or tree_of(imported), published()
+    tree, format = plain or tree_of(imported), FORMATS.published()
     source, said = lower(tree).robot, {one.backend: one.text for one in compiled.artifacts}
     how = ReadOptions(lenient=True, checked=False)
     back = read_robot(_saved(stage, format, said), how)

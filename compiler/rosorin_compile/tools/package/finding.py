@@ -6,10 +6,8 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rosorin_compile import Artifact, Format
+from rosorin_compile import Artifact, Format, Templates
 from rosorin_compile.extending import FORMATS, world
-
-from ...formats.templating import comment
 
 MAX_FILES = 50_000
 _SNIFFED = 4096
@@ -120,7 +118,7 @@ def other_robot(path: Path, robot: str) -> str:
         return ""
     match = _OF.search(world.head(path, _SNIFFED).decode("utf-8", "replace"))
     named = match[1] if match else _robot_of(path)
-    mine = (robot, repr(robot), comment(robot), "the robot")  # tables and pictures do not say whose they are
+    mine = (robot, repr(robot), Templates.comment(robot), "the robot")  # tables and pictures do not say whose they are
     return "" if named in mine else named.strip("'\"")
 
 

@@ -13,8 +13,7 @@ from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error
 from rosorin_compile.extending import DESCRIPTIONS, FORMATS, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 
-from ...formats import published
-from ...formats.templating import BUILTIN, comment
+from ...formats.templating import BUILTIN
 from ...frontend.yaml_text import quoted
 from . import meshes, papers, starting, views
 from .bringup import Bringup, bringup
@@ -88,7 +87,7 @@ def make(
     """
     main = next((one for one in artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
     if main is None:
-        help = f"add an output with the backend {published().name}"
+        help = f"add an output with the backend {FORMATS.published().name}"
         return Package(
             {}, [error("package-no-urdf", "no output is a URDF, and a package is nothing without", None, help)]
         )
@@ -150,7 +149,7 @@ def place_of(artifact: Artifact, main: Artifact) -> str:
     """Return where an artifact stands in a package; empty for the launch file, which the package has of its own."""
     if not FORMATS[artifact.backend].packaged:
         return ""
-    otherwise = published().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
+    otherwise = FORMATS.published().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
     return f"{folder_of(artifact)}/{file_name(artifact.file, otherwise)}"
 
 
@@ -208,7 +207,7 @@ def _made(
         "rviz": rviz,
         "literal": repr,
         "quoted": quoted,
-        "comment": comment,
+        "comment": Templates.comment,
         "contents": sorted([*_contents(placed, rviz, carried), *started.contents()]),
         "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],
         **starting.values(robot, carried, options.name),

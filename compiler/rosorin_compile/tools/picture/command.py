@@ -31,7 +31,6 @@ from rosorin_compile.extending import (
 
 from ...commands.robots import one
 from ...commands.understanding import Known
-from ...units import ANGLE, dimension_of
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Mesh, Robot, Transform, Vector
@@ -306,7 +305,7 @@ def _direction(text: str) -> Vector:
     parts = [parse_quantity(part.strip()) for part in text.split(",")]
     if len(parts) == 1:
         raise WrongUsage(f'there is no view "{text}"; {did_you_mean(text, VIEWS)}, or AZIMUTH,ELEVATION: 30deg,20deg')
-    angles = [float(part) for part in parts if part is not None and dimension_of(part) == ANGLE]
+    angles = [float(part) for part in parts if part is not None and part.unit == "rad"]
     if len(parts) != 2 or len(angles) != 2:
         raise WrongUsage(f'"{text}" is not AZIMUTH,ELEVATION, such as 30deg,20deg')
     return looking(*angles)

@@ -11,7 +11,6 @@ from typing import Any
 from rosorin_compile import Templates
 from rosorin_compile.diagnostics import Diagnostic, counted
 
-from ...formats.templating import BUILTIN
 from .judging import LIMITS
 from .trials import Curve, Driven, Held, Swept, Trials
 from .world import FREE, Touch, World
@@ -241,7 +240,7 @@ def page(world: World, trials: Trials, found: Sequence[Diagnostic]) -> str:
         "tables": _titled(tables(world, trials)),
         "groups": list(_groups(trials)),
     }
-    return Templates().render(f"{BUILTIN}simulation.html.jinja", values)
+    return Templates().own("simulation.html.jinja", values)
 
 
 def _groups(trials: Trials) -> Iterator[tuple[str, list[dict[str, Any]]]]:

@@ -185,7 +185,7 @@ def _is_there(source: str) -> bool:
 
 def _is_robot(source: str) -> bool:
     """Say whether the word for the recording is a robot: a description, or a file in another format."""
-    from ...formats import endings
+    from rosorin_compile.extending import FORMATS
 
     path = Path(source)
     try:
@@ -196,7 +196,7 @@ def _is_robot(source: str) -> bool:
     except (NoDescription, OSError, ValueError):
         return False
     # Messages may be pasted as JSON or as YAML of any name.
-    return found.name == ROOT_FILE or found.suffix.lower() in endings(include=True)
+    return found.name == ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
 
 
 def _options(options: argparse.Namespace, robot: Robot) -> Options:

@@ -20,8 +20,6 @@ from rosorin_compile.model import (
     Transform,
 )
 
-from ...model.joint import AXLELESS
-
 MAX_MODES = 10
 # Messages carry doubles; what is below a micrometre or microradian is the way through quaternions.
 EXACT = 1e-6
@@ -185,7 +183,7 @@ def _edges(robot: Robot) -> Iterator[Expected]:
     urdf = Tolerance(EXACT, SIX_ANGLE) if six else Tolerance()
     for joint in robot.joints_down():
         kind = joint.publisher.kind
-        if kind == UNPUBLISHED or (kind == ROBOT_STATE_PUBLISHER and joint.type in AXLELESS):
+        if kind == UNPUBLISHED or (kind == ROBOT_STATE_PUBLISHER and joint.is_axleless):
             continue
         free = joint.type in SEVERAL_COORDINATES and kind != ROBOT_STATE_PUBLISHER
         still = None if free else joint.transform(0.0)

@@ -18,10 +18,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, step
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, parse_yaml, world
+from rosorin_compile.extending import DESCRIPTIONS, FORMATS, ROOT_FILE, LoadError, Map, parse_yaml, world
 from rosorin_compile.model import Robot
 
-from ....formats import published
 from ....formats.imported import Imported, ReadOptions
 from ....formats.reading import read_robot
 from ....frontend.expand.prefixing import moved
@@ -235,7 +234,7 @@ def _faults(
             )
             for one in errors[:5]
         ]
-    format = published()
+    format = FORMATS.published()
     text = next(one.text for one in compiled.artifacts if one.backend == format.name)
     file = stage / f"compiled{format.endings[0]}"
     file.write_text(text, "utf-8")

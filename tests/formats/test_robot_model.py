@@ -14,22 +14,10 @@ import pytest
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.formats import Fact, Value, robot_model
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import (
-    Box,
-    Cylinder,
-    HeightMap,
-    Inertial,
-    Joint,
-    Limit,
-    Link,
-    Mimic,
-    Output,
-    Pose,
-    Robot,
-    ServoGroup,
-    Shape,
-)
+from rosorin_compile.model import Box, Cylinder, HeightMap, Inertial, Joint, Limit, Link, Output, Pose, Robot, Shape
+from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.link import Source
+from rosorin_compile.model.robot import ServoGroup
 from support.robots import compiled, texts
 from support.schemas import schema
 

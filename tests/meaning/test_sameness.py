@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from rosorin_compile.meaning.sameness import _Comparison, different
-from rosorin_compile.model import Dynamics, Joint, Link, Robot
+from rosorin_compile.model import Joint, Link, Robot
+from rosorin_compile.model.joint import Dynamics
 
 
 @pytest.mark.parametrize(

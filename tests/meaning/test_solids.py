@@ -10,7 +10,9 @@ import pytest
 from rosorin_compile.formats.facts import Solid
 from rosorin_compile.meaning.shape_wording import likened
 from rosorin_compile.meaning.solids import same_bodies, same_set, solid_from
-from rosorin_compile.model import MERGED, ROWS, Box, Cylinder, HeightMap, Mesh, Pose, Shape, Sphere, pose_of
+from rosorin_compile.model import Box, Cylinder, HeightMap, Mesh, Pose, Shape, Sphere
+from rosorin_compile.model.geometry import pose_of
+from rosorin_compile.model.shape import MERGED, ROWS
 
 TILTED = Pose((0.1, 0.0, 0.0), (0.3, 0.2, 0.1))
 BEAM = Shape(Box((-0.01, -0.02, -0.1), (0.01, 0.02, 0.1)), TILTED)

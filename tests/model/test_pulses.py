@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.model import Joint, Limit, Link, Robot, ServoGroup
+from rosorin_compile.model import Joint, Limit, Link, Robot
 from rosorin_compile.model.pulses import (
     Nearest,
     NoModel,
@@ -24,6 +24,7 @@ from rosorin_compile.model.pulses import (
     travel,
     within,
 )
+from rosorin_compile.model.robot import ServoGroup
 from support.paths import OUTPUTS
 from support.robots import RECORDED, compiled, texts
 

@@ -13,16 +13,13 @@ from rosorin_compile.model import (
     Box,
     Capsule,
     Cylinder,
-    Dynamics,
     Edge,
     HeightMap,
     Inertial,
     Joint,
-    JointPose,
     Limit,
     Link,
     Mesh,
-    Mimic,
     Output,
     Pose,
     Publisher,
@@ -32,7 +29,8 @@ from rosorin_compile.model import (
     Vector,
 )
 from rosorin_compile.model.geometry import norm
-from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.joint import NODE, Dynamics, Mimic
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.simulation import Actuator
 
 BODY = Inertial(0.7, Pose((0.01, -0.02, 0.03)), 2e-3, 3e-3, 4e-3, 1e-4, -2e-4, 3e-4)

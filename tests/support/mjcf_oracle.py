@@ -28,7 +28,7 @@ from rosorin_compile.frontend.validate import validate
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Sphere
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
-from rosorin_compile.tools.importer.description import outputs, write
+from rosorin_compile.tools.importer.description import write
 
 FREE, BALL = 0, 1
 Matrix = NDArray[np.float64]
@@ -49,7 +49,7 @@ def imported(path: Path, options: ReadOptions = ReadOptions()) -> Case:  # noqa:
     assert made.tree is not None, [d.message for d in made.diagnostics]
     assert validate(made.tree, FORMATS) == []
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in write(made, outputs(made, "the URDF is looked at")).items():
+        for name, text in write(made, made.outputs("the URDF is looked at")).items():
             Path(folder, name).write_text(text, "utf-8")
         compiled = compile_robot(Path(folder, ROOT_FILE))
     assert not has_errors(compiled.diagnostics), [d.message for d in compiled.diagnostics if d.severity == "error"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import random
 from typing import Any
 
-from rosorin_compile.model import Joint, Link, Mimic, Pose, Robot
+from rosorin_compile.model import Joint, Link, Pose, Robot
+from rosorin_compile.model.joint import Mimic
 
 KINDS = ("fixed", "revolute", "continuous", "prismatic", "planar", "floating", "ball")
 

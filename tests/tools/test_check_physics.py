@@ -19,8 +19,8 @@ from rosorin_compile.commands.understanding import understood
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.registry import PHYSICS, every_rule
+from rosorin_compile.formats.mesh_triangles import load_mesh
 from rosorin_compile.project import Description
-from rosorin_compile.tools.extract.meshes import load_mesh
 from rosorin_compile.tools.physics import checking
 from rosorin_compile.tools.physics.scene import winding
 from support.cases import told

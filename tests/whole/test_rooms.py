@@ -57,11 +57,7 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     "__init__": (),
 }
 # Commands of the core that still import tools, and those tools: this list only becomes shorter.
-STILL = {
-    "commands.foreign": ("importer",),
-    "commands.frames": ("extract",),
-    "commands.mesh_copies": ("extract",),
-}
+STILL: Mapping[str, Sequence[str]] = {}
 # All may ask which version this is. The other names of the public API are not for us: they would lead round.
 VERSION = "__version__"
 

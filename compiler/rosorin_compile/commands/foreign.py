@@ -15,7 +15,6 @@ from ..frontend.expand import Expanded
 from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
 from ..pipeline import Compiled, Search, Understood, emitted, judged
-from ..tools.importer.description import outputs as wanted_outputs
 from ..world import text as text_of
 
 Tell = Callable[[Diagnostic], None]
@@ -98,7 +97,7 @@ def _with_outputs(imported: Imported, tree: Map, names: Collection[str] | None =
         if key != "outputs":
             made.put(key, value, tree.key_spans[key], tree.value_spans[key])
     outputs = Map(tree.span)
-    for name, entry in wanted_outputs(imported).entries.items():
+    for name, entry in imported.outputs().entries.items():
         if names is None or name in names:
             output = Map(tree.span)
             for key, value in entry.items():

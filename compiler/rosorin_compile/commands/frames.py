@@ -226,11 +226,9 @@ def _coloured() -> bool:
 
 def _write(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace, console: Console) -> int:
     """Write the picture, or a picture for each situation into a folder. Raises WrongUsage."""
-    from ..diagnostics import error
     from ..formats.drawing import SUFFIXES, picture, suffix
     from ..output import OutputError, write_set
-    from ..tools.extract.problems import ExtractProblem
-    from ..tools.extract.writing import replace
+    from ..output.one_file import replace_text
 
     target = Path(options.output)
     folder = options.output.endswith(("/", os.sep)) or world.kind(target) == world.FOLDER
@@ -251,10 +249,7 @@ def _write(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespa
         if folder:
             write_set(Path(os.path.abspath(target)), {path.name: text for path, text in files.items()})
         else:
-            replace(target, files[target])
-    except ExtractProblem as problem:
-        console.show([error("picture-file", problem.diagnostic.message, None, problem.diagnostic.help)])
-        return PROBLEMS
+            replace_text(target, files[target], "picture-file")
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS

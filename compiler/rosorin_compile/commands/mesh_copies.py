@@ -19,13 +19,13 @@ from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
 from ..diagnostics.progress import step
 from ..diagnostics.registry import FORMATS, Rule
 from ..formats.mesh_files import Found, Searched, told
+from ..formats.mesh_triangles import ExtractProblem, load_mesh
 from ..formats.named_files import OF_ELEMENT, Named
-from ..tools.extract.problems import ExtractProblem
 from ..world.listening import listening
 from .mesh_soundness import MOST_FACES, NotSound, check, check_pointer, is_text
 
 if TYPE_CHECKING:
-    from ..tools.extract.meshes import Floats
+    from ..formats.mesh_triangles import Floats
 
 RULES = (
     Rule(
@@ -142,8 +142,6 @@ def _there(path: Path) -> bytes:
 @world.asked_again
 def _converted(path: Path, ending: str, mark: str) -> bytes:
     """Return a mesh in another format, whose bytes the mark stands for. Raises NotSound."""
-    from ..tools.extract.meshes import load_mesh
-
     try:
         with listening():  # trimesh opens what belongs to the file
             triangles = load_mesh(path).triangles

@@ -6,13 +6,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic, Span, and_here
 from ..diagnostics.registry import READING, Rule
+from ..frontend.load import plain_scalar
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
 
@@ -26,6 +28,7 @@ RULES = (
 )
 
 
+MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
 
 
@@ -65,6 +68,22 @@ class Proof(NamedTuple):
     counts: Mapping[str, int] = {}
 
 
+class Outputs(NamedTuple):
+    """The artifacts that a description asks for: entries of its section, and by format what is not usual in it.
+
+    ``left_out`` are the formats that it does not ask for, each with the reason.
+    """
+
+    entries: dict[str, Mapping[str, Any]]
+    remarks: dict[str, str]
+    left_out: dict[str, str]
+
+    @property
+    def lines(self) -> list[str]:
+        """The remarks as comments of the section."""
+        return [*self.remarks.values(), *(f"no {name}: {reason}" for name, reason in self.left_out.items())]
+
+
 class Imported(NamedTuple):
     """The tree (None if the source is broken), what there is to say, and what a writer may want to know.
 
@@ -86,6 +105,47 @@ class Imported(NamedTuple):
     takes_arguments: bool = False
     unexpanded: bool = False
     names: Mapping[str, Mapping[int, str]] = {}
+
+    @property
+    def file_name(self) -> str:
+        """The name of the robot as that of a file or folder; "" for a broken source."""
+        return file_name(self.tree["robot"]) if self.tree is not None else ""
+
+    def outputs(self, why: str = "") -> Outputs:
+        """Return what the description of the robot asks for; ``why`` it is to go without optional formats.
+
+        Raises ValueError for a broken source.
+        """
+        from . import FORMATS
+
+        if self.tree is None:
+            raise ValueError("a broken source has no tree")
+        made = Outputs({}, {}, {})
+        for format in FORMATS.values():
+            if format.asked is None:
+                continue
+            asked = format.asked(self.tree, self.version, self.file_name)
+            if asked is None:
+                continue
+            if format.optional and why:
+                made.left_out[format.name] = why
+                continue
+            made.entries[format.name] = asked.entry
+            if asked.remark:
+                made.remarks[format.name] = asked.remark
+        return made
+
+
+def file_name(name: str) -> str:
+    """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and ".".
+
+    >>> file_name("My Robot (v2)"), file_name("../x"), file_name("机器人")
+    ('My_Robot_v2', 'x', 'robot')
+    """
+    made = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:MAX_NAME].strip("._-")
+    if not made or not isinstance(plain_scalar(made), str):
+        made = f"robot_{made}".strip("_")
+    return made
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:

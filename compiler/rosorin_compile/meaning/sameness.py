@@ -12,8 +12,9 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from ..formats import FORMATS
-from ..model import Box, Dynamics, Ellipsoid, Joint, Link, Material, Robot, Shape
-from ..model.shape import plain
+from ..model import Box, Ellipsoid, Joint, Link, Robot, Shape
+from ..model.joint import Dynamics
+from ..model.shape import Material, plain
 from .difference import YAML, Side
 from .robots import compare_robots
 from .wording import number_pair

@@ -14,15 +14,13 @@ from .joint import (
     SEVERAL_COORDINATES,
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
-    Dynamics,
     Joint,
     Limit,
-    Mimic,
     Publisher,
 )
 from .link import Inertial, Link
-from .robot import Edge, JointPose, Output, Robot, Sensor, ServoGroup
-from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Material, Mesh, Shape, Sphere
+from .robot import Edge, Output, Robot, Sensor
+from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 __all__ = [
     "ROBOT_STATE_PUBLISHER",
@@ -33,25 +31,20 @@ __all__ = [
     "Capsule",
     "Controller",
     "Cylinder",
-    "Dynamics",
     "Edge",
     "Ellipsoid",
     "Geometry",
     "HeightMap",
     "Inertial",
     "Joint",
-    "JointPose",
     "Limit",
     "Link",
-    "Material",
     "Mesh",
-    "Mimic",
     "Output",
     "Pose",
     "Publisher",
     "Robot",
     "Sensor",
-    "ServoGroup",
     "Shape",
     "Sphere",
     "Transform",
@@ -60,6 +53,11 @@ __all__ = [
 
 # What was public in 0.2, and still is found here, but belongs to the core alone.
 _BEFORE = {
+    "ServoGroup": "model.robot",
+    "Mimic": "model.joint",
+    "Material": "model.shape",
+    "JointPose": "model.robot",
+    "Dynamics": "model.joint",
     "AT_JOINT": "model.simulated",
     "AXLELESS": "model.joint",
     "Actuator": "model.simulation",

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 from ..diagnostics import did_you_mean
 from ..diagnostics.bounded import json_of
-from . import Limit, Robot, ServoGroup
+from . import Limit, Robot
+from .robot import ServoGroup
 
 # Of a pulse: a limit that was computed from a pulse is at that pulse.
 ROUNDING = 1e-6

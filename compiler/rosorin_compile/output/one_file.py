@@ -13,9 +13,10 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from .. import world
 from ..diagnostics.registry import WRITING, Rule
 from ..world import spoil
-from . import OutputError, explained
+from . import OutputError, cleared, explained
 from .ours import wrote
 from .staging import staged_file, tidy, write_staged
 
@@ -73,6 +74,26 @@ def write_file(
         _replace(place, data, status)
     except OSError as problem:
         raise explained(problem, path, "write", "output file") from None
+
+
+def replace_text(path: Path, text: str, rule: str) -> None:
+    """Put a new text into a file: after a kill at any moment it holds the old or the new one.
+
+    A link stays a link, and permissions stay as they are. Raises OutputError, whose diagnostic is of ``rule``.
+    """
+    target = world.real(path)
+    if world.kind(target) and world.kind(target) != world.FILE:  # a device would be gone
+        raise OutputError(rule, f"cannot write {path}: it is no regular file", "name another file")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with cleared(target.parent), staged_file(target.parent) as (stage, handle):
+            mode = world.mode(target) & 0o7777 if world.kind(target) else None
+            write_staged(stage, handle, text.encode("utf-8"), mode, sync=True)
+            stage.replace(target)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem)
+        help = "check the name and the permissions"
+        raise OutputError(rule, f"cannot write {path}: {reason}", help) from None
 
 
 def touch(files: Iterable[Path]) -> None:

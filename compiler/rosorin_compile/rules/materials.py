@@ -9,8 +9,7 @@ from ..diagnostics import NOTE, WARNING, Diagnostic, nearest
 from ..diagnostics.registry import NUMBERS, rule
 from ..diagnostics.wording import quoted
 from ..frontend.tree import Path
-from ..model import Material
-from ..model.shape import Rgba
+from ..model.shape import Material, Rgba
 from .case import Case, number
 
 AFTER = "values"

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, rule
-from ..model import ROBOT_STATE_PUBLISHER, Joint, Mimic
+from ..model import ROBOT_STATE_PUBLISHER, Joint
+from ..model.joint import Mimic
 from .case import Case, number
 
 AFTER = "joints"

@@ -9,7 +9,8 @@ from ..diagnostics import NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, POSES, rule
 from ..diagnostics.wording import first_of
 from ..frontend.tree import Path, at
-from ..model import Joint, Limit, ServoGroup
+from ..model import Joint, Limit
+from ..model.robot import ServoGroup
 from ..units import has_unit
 from .case import Case, number
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
 from ..frontend.tree import Path
-from ..model import Dynamics, Joint
+from ..model import Joint
+from ..model.joint import Dynamics
 from .case import Case, number
 
 AFTER = "simulated_marks"

@@ -18,7 +18,6 @@ from rosorin_compile.model import (
     Edge,
     HeightMap,
     Joint,
-    JointPose,
     Limit,
     Link,
     Output,
@@ -29,6 +28,7 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.link import Source
+from rosorin_compile.model.robot import JointPose
 from support.robots import compiled, texts
 
 EKF = Publisher(NODE, "ekf", "robot_localization", "publish_tf: true")

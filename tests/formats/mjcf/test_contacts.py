@@ -20,20 +20,8 @@ from rosorin_compile.formats.mjcf.same_values import may_touch  # noqa: E402
 from rosorin_compile.formats.mjcf.write import write  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.frontend.lower import lower  # noqa: E402
-from rosorin_compile.model import (  # noqa: E402
-    Cylinder,
-    HeightMap,
-    Joint,
-    JointPose,
-    Limit,
-    Link,
-    Mesh,
-    Output,
-    Pose,
-    Robot,
-    Shape,
-    Sphere,
-)
+from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
+from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
 from support.machines import BODY, overlapping, robot_of  # noqa: E402
 from support.paths import ROOT, ROSORIN  # noqa: E402

@@ -19,7 +19,8 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.page import data_of, html
 from rosorin_compile.formats.page.data import robot_data
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Joint, JointPose, Link, Output, Pose, Robot, Sensor
+from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Sensor
+from rosorin_compile.model.robot import JointPose
 from support.commands import Shown, ask, edit, write_files
 from support.meshes import box
 from support.moving import random_robot

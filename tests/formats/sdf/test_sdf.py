@@ -9,7 +9,8 @@ from pathlib import Path
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.sdf.facts import read as facts
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Joint, Link, Mimic, Output, Pose, Robot
+from rosorin_compile.model import Joint, Link, Output, Pose, Robot
+from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.simulation import Root
 from support.machines import BODY, chain
 from support.robots import compiled_text, sound

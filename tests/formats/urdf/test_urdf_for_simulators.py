@@ -30,7 +30,6 @@ from rosorin_compile.model import (
     Joint,
     Limit,
     Link,
-    Mimic,
     Output,
     Pose,
     Publisher,
@@ -38,6 +37,7 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.model import Robot as Model
+from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.looks import own_colours, with_visuals
 from support import sdformat
 from support.paths import ROOT

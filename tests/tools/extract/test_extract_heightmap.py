@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.formats.mesh_triangles import ExtractProblem
 from rosorin_compile.tools.extract.grid import DIVISIONS, Grid, divisions_needed, longest_edge, samples
 from rosorin_compile.tools.extract.heightmap import Wanted, below, grid_around, height_map, make_map, rounded_up
-from rosorin_compile.tools.extract.problems import ExtractProblem
 from support.meshes import box, box_heights, clipped_heights, dome, quad, random_points
 
 CELL = 0.01

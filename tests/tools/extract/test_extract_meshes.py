@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile.tools.extract.meshes import bounds, load_mesh, too_large
-from rosorin_compile.tools.extract.problems import ExtractProblem
+from rosorin_compile.formats.mesh_triangles import ExtractProblem, load_mesh
+from rosorin_compile.tools.extract.meshes import bounds, too_large
 from support.meshes import box
 from support.paths import DATA
 

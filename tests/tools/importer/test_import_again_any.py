@@ -18,7 +18,7 @@ from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.description import outputs, write
+from rosorin_compile.tools.importer.description import write
 from rosorin_compile.tools.importer.merging import record
 from rosorin_compile.tools.importer.merging.again import Wanted, imported_again, recorded
 from rosorin_compile.tools.importer.repeats import with_parts
@@ -108,7 +108,7 @@ def files_of(folder: Path, robot: Robot) -> dict[str, str]:
     source.write_text(urdf(robot))
     imported = read_robot(source)
     assert imported.tree is not None
-    return write(with_parts(imported), outputs(imported))
+    return write(with_parts(imported), imported.outputs())
 
 
 def facts(folder: Path) -> dict[tuple[str, ...], Any]:

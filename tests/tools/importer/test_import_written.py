@@ -16,7 +16,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.tree import Map, Seq
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.description import named, outputs, safe, write
+from rosorin_compile.tools.importer.description import named, safe, write
 from rosorin_compile.tools.importer.layout import ROTATING
 from rosorin_compile.tools.importer.round_trip import check_round_trip, compile_unrounded
 from support.engines import Pinocchio, Yourdfpy
@@ -57,7 +57,7 @@ def test_any_robot_is_written_as_it_was_read(text: str) -> None:
         source.write_text(text, "utf-8")
         imported = read_robot(source)
         assert imported.tree is not None, report(imported.diagnostics)
-        for file, written in write(imported, outputs(imported)).items():
+        for file, written in write(imported, imported.outputs()).items():
             Path(name, file).write_text(written, "utf-8")
         expanded = expand(Path(name, "robot.yaml"), {}, None)
     assert expanded.tree is not None, report(expanded.diagnostics)
@@ -219,7 +219,7 @@ def test_digits_beyond_a_double_are_left_out_and_nothing_is_said_twice(
     source = tmp_path / "printed.urdf"
     source.write_text(PRINTED.format(mass=digits), "utf-8")
     imported = read_robot(source)
-    (text,) = write(imported, outputs(imported)).values()
+    (text,) = write(imported, imported.outputs()).values()
     assert text.count("# and nothing else") == 1
     assert f"      mass: {written}\n" in text or f"mass: {written}," in text
     assert "xyz: [0.05, -0.1, 1.50]" in text

@@ -19,7 +19,8 @@ from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics.console import Console
-    from ...model import Joint, Robot, ServoGroup
+    from ...model import Joint, Robot
+    from ...model.robot import ServoGroup
 
 _HOW = "rosorin-compile pulses ROBOT ..."
 _HEADS = ("joint", "pulse", "position", "degrees", "asked for", "off by")

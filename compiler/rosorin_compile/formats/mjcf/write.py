@@ -47,7 +47,6 @@ from ...model import (
     Inertial,
     Joint,
     Link,
-    Material,
     Mesh,
     Output,
     Pose,
@@ -58,6 +57,7 @@ from ...model import (
 )
 from ...model.looks import colours_of
 from ...model.mass import principal_moments
+from ...model.shape import Material
 from ...model.simulated import Attribute
 from ...model.standing import home_of, stands_at, stands_free
 from ...numbers import NumberFormat, number_format, numbers, vector

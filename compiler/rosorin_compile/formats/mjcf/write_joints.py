@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from ...model import Dynamics, Joint, JointPose, Pose, Robot, Vector
+from ...model import Joint, Pose, Robot, Vector
 from ...model.geometry import pose_of
+from ...model.joint import Dynamics
 from ...model.motion import plane_axes
+from ...model.robot import JointPose
 from ...model.simulated import Attribute
 from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of

@@ -7,7 +7,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import replace
 from typing import NamedTuple
 
-from ...model import Material, Robot, Shape
+from ...model import Robot, Shape
+from ...model.shape import Material
 from ...model.simulated import Attribute
 from ...model.simulation import Contact, ContactPair, Entry, Marked, Tendon, Values
 from ...numbers import NumberFormat

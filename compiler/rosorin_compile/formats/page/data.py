@@ -8,26 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ...model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Inertial,
-    Joint,
-    JointPose,
-    Link,
-    Mesh,
-    Pose,
-    Robot,
-    Sensor,
-    ServoGroup,
-    Shape,
-    Sphere,
-)
+from ...model import Box, Capsule, Cylinder, Ellipsoid, Inertial, Joint, Link, Mesh, Pose, Robot, Sensor, Shape, Sphere
 from ...model.frame_tree import Row, publishers, rows
 from ...model.joint import MOVING_TYPES
 from ...model.looks import own_colours
+from ...model.robot import JointPose, ServoGroup
 from ...model.seen import Data, numbers, placed, seen_by
 from ...model.shape import Rgba
 from ..drawing.letters import colours

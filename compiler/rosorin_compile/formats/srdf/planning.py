@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 
-from ...model import Joint, JointPose, Output, Robot, Shape
+from ...model import Joint, Output, Robot, Shape
 from ...model.drive import SLIDING
 from ...model.moveit import FIXED, FLOATING, PLANAR, DisabledCollision, Group, Moveit, Pair, VirtualJoint
-from ...model.robot import of_robot
+from ...model.robot import JointPose, of_robot
 from ..urdf.masses import joints_of, links_of
 
 URDF = "urdf"

@@ -11,8 +11,9 @@ from typing import Any
 from ...diagnostics import NOTE, WARNING, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of
-from ...model import JointPose, Output, Pose, Robot
+from ...model import Output, Pose, Robot
 from ...model.moveit import FIXED, PLANAR, Ball, DisabledCollision, Group
+from ...model.robot import JointPose
 from ...numbers import NumberFormat, number_format, vector
 from ...xml.escaping import Markup
 from ..templating import Templates, attributes, comment

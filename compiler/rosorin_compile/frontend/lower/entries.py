@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ...diagnostics.registry import POSES, Rule
-from ...model import Dynamics, JointPose, Limit, Material, Mimic, Pose, Publisher, ServoGroup, Vector
+from ...model import Limit, Pose, Publisher, Vector
 from ...model.geometry import IDENTITY
-from ...model.joint import NODE, Calibration, SafetyController
+from ...model.joint import NODE, Calibration, Dynamics, Mimic, SafetyController
 from ...model.link import NO_SOURCE, Source
-from ...model.shape import Rgba
+from ...model.robot import JointPose, ServoGroup
+from ...model.shape import Material, Rgba
 from ...model.simulated import Attribute
 from ...model.simulation import POSITION, Actuator
 from ..tree import Map, Path

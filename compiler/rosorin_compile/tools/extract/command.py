@@ -139,10 +139,10 @@ def _output_options(way: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Do what is asked for; a problem is said and is exit code 1. Raises WrongUsage for a name of nothing."""
-    from .meshes import need_trimesh
+    from rosorin_compile.extending import ExtractProblem, NotThere, TriangleMesh
+
     from .options import say
     from .parts import SourceProblem
-    from .problems import ExtractProblem, NotThere
 
     ways: dict[str, Callable[[argparse.Namespace, Console], int]] = {
         "boxes": _boxes,
@@ -151,7 +151,7 @@ def run(options: argparse.Namespace) -> int:
     }
     console = console_of(options)
     try:
-        need_trimesh()
+        TriangleMesh.needed()
         return ways[options.what](options, console)
     except SourceProblem as problem:
         say(console, problem.diagnostics)

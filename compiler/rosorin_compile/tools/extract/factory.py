@@ -12,16 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, did_you_mean, step
-from rosorin_compile.extending import FORMATS, Map, world
+from rosorin_compile.extending import FORMATS, ExtractProblem, Map, NotThere, TriangleMesh, world
 from rosorin_compile.model import Box, HeightMap
 
 from ...frontend.packages import package_name
 from . import turning, writing
 from .fits import axis_aligned
 from .heightmap import Wanted, make_map
-from .meshes import placed
 from .parts import AUTO, RobotSource, part_of_link
-from .problems import ExtractProblem, fail, missing
 from .writing import MARK
 
 RULES = (Rule("factory-robot", "A package has no file of a robot, or several.", "`--robot FILE`.", Heading.MESHES),)
@@ -75,19 +73,19 @@ def robot_file(package: Path, asked: str | None) -> Path:
     Raises NotThere if there is no such package or file, else ExtractProblem.
     """
     if world.kind(package) != world.FOLDER:
-        raise missing("factory-robot", f"{package} is not a folder", "name the folder of a description package")
+        raise NotThere.of("factory-robot", f"{package} is not a folder", "name the folder of a description package")
     if asked is not None:
         path = next((path for path in (package / asked, Path(asked)) if world.kind(path) == world.FILE), None)
         if path is None:
             help = did_you_mean(asked, [str(path.relative_to(package)) for path in _candidates(package)])
-            raise missing("factory-robot", f'{package} has no file "{asked}"', help)
+            raise NotThere.of("factory-robot", f'{package} has no file "{asked}"', help)
         return path
     files = _candidates(package)
     if len(files) == 1:
         return files[0]
     names = ", ".join(str(path.relative_to(package)) for path in files[:20])
     message = f"{package} has {len(files)} files of robots: {names}" if files else f"{package} has no file of a robot"
-    raise fail("factory-robot", message, "say which: --robot FILE")
+    raise ExtractProblem.of("factory-robot", message, "say which: --robot FILE")
 
 
 def _candidates(package: Path) -> list[Path]:
@@ -135,11 +133,11 @@ def _add_map(source: RobotSource, package: str, asked: Asked, made: Factory) -> 
     frame = asked.frame or link
     part = part_of_link(source, link, asked.section)
     if part is None:
-        problem = fail("height-map-empty", f"{link} has no mesh that can be read: no height map", "")
+        problem = ExtractProblem.of("height-map-empty", f"{link} has no mesh that can be read: no height map", "")
         made.diagnostics.append(problem.diagnostic)
         return
     transform = source.robot.transform(frame, link, {})
-    triangles = placed(part.triangles, transform.rows, transform.xyz)
+    triangles = TriangleMesh.placed(part.triangles, transform.rows, transform.xyz)
     try:
         made.height_map, diagnostics = make_map(triangles, asked.wanted, frame)
     except ExtractProblem as problem:

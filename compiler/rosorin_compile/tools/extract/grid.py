@@ -20,8 +20,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import Heading, Rule
-
-from .problems import fail
+from rosorin_compile.extending import ExtractProblem
 
 if TYPE_CHECKING:
     import numpy as np
@@ -56,10 +55,10 @@ class Grid:
     def __post_init__(self) -> None:
         """Raise ExtractProblem for a grid that cannot be."""
         if not (self.cell > 0 and math.isfinite(self.cell)):
-            raise fail("height-map-grid", f"a cell of {self.cell:g} m is none", "such as --cell 10mm")
+            raise ExtractProblem.of("height-map-grid", f"a cell of {self.cell:g} m is none", "such as --cell 10mm")
         if min(self.cells) < 1 or self.cells[0] * self.cells[1] > MAX_CELLS:
             message = f"{self.cells[0]:,} x {self.cells[1]:,} cells are none, or more than {MAX_CELLS:,}"
-            raise fail("height-map-grid", message, "use a larger --cell, or a smaller grid: --cells 30x23")
+            raise ExtractProblem.of("height-map-grid", message, "use a larger --cell, or a smaller grid: --cells 30x23")
 
     def in_cells(self, triangles: Floats) -> Floats:
         """Return triangles (n, 3, 3) in metres with x and y in cells."""

@@ -17,12 +17,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, step
+from rosorin_compile.extending import ExtractProblem
 from rosorin_compile.model import HeightMap
 
 from ...numbers import exact
 from .grid import DIVISIONS, Grid, Surface, divisions_needed, put_exactly, samples
 from .meshes import bounds
-from .problems import fail
 from .turning import down, up
 
 if TYPE_CHECKING:
@@ -174,13 +174,13 @@ def make_map(triangles: Floats, wanted: Wanted, frame: str) -> tuple[HeightMap, 
         triangles = below(triangles, wanted.below)
         if not len(triangles):
             message = f"nothing of the mesh is below {wanted.below:g} m in {frame}"
-            raise fail("height-map-empty", message, "correct --below, --xyz or --scale")
+            raise ExtractProblem.of("height-map-empty", message, "correct --below, --xyz or --scale")
     lower, upper = bounds(triangles)
     grid = _grid(wanted, lower, upper)
     heights = height_map(triangles, grid, wanted.spacing, wanted.exact, partial(step, "sampling"))
     if not heights.any():
         message = f"the mesh has no surface above z = 0 of {frame} over the grid"
-        raise fail("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
+        raise ExtractProblem.of("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
     rows = tuple(map(tuple, rounded_up(heights, wanted.digits).tolist()))
     made = HeightMap(grid.origin, grid.cell, rows, wanted.step or grid.cell, _method(wanted))
     if wanted.bottom:
@@ -212,7 +212,7 @@ def _check(wanted: Wanted) -> None:
     spacing = wanted.spacing
     if spacing is not None and not 0 < spacing <= wanted.cell / 3 * (1 + 1e-9):
         message = f"samples {spacing:g} m apart are too far for cells of {wanted.cell:g} m"
-        raise fail("height-map-grid", message, "at most a third of a cell, and above zero")
+        raise ExtractProblem.of("height-map-grid", message, "at most a third of a cell, and above zero")
 
 
 def _grid(wanted: Wanted, lower: Floats, upper: Floats) -> Grid:

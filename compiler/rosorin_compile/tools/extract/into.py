@@ -14,12 +14,11 @@ from typing import Any
 import yaml
 
 from rosorin_compile.diagnostics import Heading, Rule, Source
-from rosorin_compile.extending import LoadError, Map, Seq, parse_yaml, read_utf8
+from rosorin_compile.extending import ExtractProblem, LoadError, Map, Seq, parse_yaml, read_utf8
 from rosorin_compile.model import HeightMap
 
 from ...frontend.yaml_text import quoted
 from . import writing
-from .problems import ExtractProblem, fail
 
 RULES = (
     Rule(
@@ -78,7 +77,7 @@ def find_block(source: Source, link: str | None) -> Block:
     what = f'of the link "{link}"' if link is not None else "that could be meant"
     count = "no height map" if not wanted else f"{len(wanted)} height maps"
     message = f"{source.path} has {count} {what} under links: (there: {there})"
-    raise fail("extract-into", message, "name its link: --frame LINK; or write a file: -o FILE")
+    raise ExtractProblem.of("extract-into", message, "name its link: --frame LINK; or write a file: -o FILE")
 
 
 def _blocks(tree: Any) -> Iterator[Block]:
@@ -98,7 +97,7 @@ def grid_of(block: Block) -> tuple[float, tuple[float, float], tuple[int, int]]:
     known = len(numbers) == 3 and all(isinstance(value, int | float) for value in numbers)
     if not known or not isinstance(rows, Seq) or not all(isinstance(row, Seq) and row for row in rows) or not rows:
         message = f"the grid of the height map of {block.link} is not written in numbers"
-        raise fail("extract-into", message, "give --cell, --origin and --cells")
+        raise ExtractProblem.of("extract-into", message, "give --cell, --origin and --cells")
     cell, x, y = map(float, numbers)
     return cell, (x, y), (len(rows), len(rows[0]))
 
@@ -225,12 +224,12 @@ def _check(source: Source, text: str, block: Block, made: HeightMap, status: str
 def _unsafe(source: Source, block: Block) -> ExtractProblem:
     message = f"the height map of {block.link} in {source.path} is written in a way that cannot be edited safely"
     help = "write it without anchors and aliases; or write a file with -o FILE, and paste it"
-    return fail("extract-into", message, help, block.entry.key_spans["height_map"])
+    return ExtractProblem.of("extract-into", message, help, block.entry.key_spans["height_map"])
 
 
 def _cannot(problem: LoadError) -> ExtractProblem:
     diagnostic = problem.diagnostic
-    return fail(diagnostic.rule, diagnostic.message, diagnostic.help, diagnostic.span)
+    return ExtractProblem.of(diagnostic.rule, diagnostic.message, diagnostic.help, diagnostic.span)
 
 
 def changes(block: Block, made: HeightMap, status: str) -> list[str]:

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rosorin_compile.diagnostics import Diagnostic
+    from rosorin_compile.extending import ReadOptions
 
-    from ...formats.imported import ReadOptions
     from .heightmap import Wanted
     from .into import Block
     from .parts import Part
@@ -136,9 +136,8 @@ def _number(value: object) -> float | None:
 
 def reading(options: argparse.Namespace, console: Console) -> tuple[ReadOptions, dict[str, Path], list[str]]:
     """Return how robots are read, the packages by name, and the words that are no arguments. Raises WrongUsage."""
-    from rosorin_compile.extending import LoadError
+    from rosorin_compile.extending import LoadError, ReadOptions
 
-    from ...formats.imported import ReadOptions
     from ...frontend.expression.functions import FUNCTIONS
 
     given, words = given_arguments(options, options.words)
@@ -155,8 +154,9 @@ def reading(options: argparse.Namespace, console: Console) -> tuple[ReadOptions,
 
 def parts(options: argparse.Namespace, console: Console) -> list[Part]:
     """Return the parts that get a shape: one a mesh file, or one a link of a robot that has meshes."""
+    from rosorin_compile.extending import ExtractProblem
+
     from .parts import part_of_link, read_source
-    from .problems import fail
 
     read, _, words = reading(options, console)
     if _are_meshes(words):
@@ -167,7 +167,8 @@ def parts(options: argparse.Namespace, console: Console) -> list[Part]:
     found = [part for link in links if (part := part_of_link(source, link, options.section)) is not None]
     say(console, source.diagnostics)
     if not found:
-        raise fail("mesh-empty", f"{words[0]} has no link with a mesh that can be read", "see above, or --from")
+        message = f"{words[0]} has no link with a mesh that can be read"
+        raise ExtractProblem.of("mesh-empty", message, "see above, or --from")
     return found
 
 
@@ -175,11 +176,10 @@ def surface(options: argparse.Namespace, console: Console, frame: str | None) ->
     """Return the triangles (n, 3, 3) for a height map in its frame, the names of the meshes, and that of the frame."""
     import numpy as np
 
+    from rosorin_compile.extending import ExtractProblem, TriangleMesh
     from rosorin_compile.model import Pose
 
-    from .meshes import placed
     from .parts import part_of_link, read_source
-    from .problems import fail
 
     read, _, words = reading(options, console)
     x, y, z = quantities(options.xyz, "--xyz", 3)
@@ -190,7 +190,7 @@ def surface(options: argparse.Namespace, console: Console, frame: str | None) ->
         found = _mesh_parts(options, words, console)
         triangles = found[0].triangles if len(found) == 1 else np.concatenate([part.triangles for part in found])
         meshes = tuple(name for part in found for name in part.meshes)
-        return placed(triangles, transform.rows, transform.xyz), meshes, frame or found[0].name
+        return TriangleMesh.placed(triangles, transform.rows, transform.xyz), meshes, frame or found[0].name
     if options.link is None:
         raise WrongUsage("of which link of the robot? --link LINK")
     source = read_source(_only(words), read)
@@ -199,13 +199,15 @@ def surface(options: argparse.Namespace, console: Console, frame: str | None) ->
     part = part_of_link(source, link, options.section)
     say(console, source.diagnostics)
     if part is None:
-        raise fail("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
+        raise ExtractProblem.of("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
     transform = transform.then(source.robot.transform(frame, link, {}))
-    return placed(part.triangles, transform.rows, transform.xyz), part.meshes, frame
+    return TriangleMesh.placed(part.triangles, transform.rows, transform.xyz), part.meshes, frame
 
 
 def _mesh_parts(options: argparse.Namespace, words: list[str], console: Console) -> list[Part]:
-    from .meshes import load_mesh, too_large
+    from rosorin_compile.extending import load_mesh
+
+    from .meshes import too_large
     from .parts import Part
 
     found: list[Part] = []
@@ -222,9 +224,9 @@ def _mesh_parts(options: argparse.Namespace, words: list[str], console: Console)
 
 def _are_meshes(words: list[str]) -> bool:
     """Whether the words name mesh files; else they name a robot. Raises WrongUsage for none and for a mixture."""
-    from .meshes import FORMATS
+    from rosorin_compile.extending import TriangleMesh
 
-    kinds = {Path(word).suffix.lower().removeprefix(".") in FORMATS for word in words}
+    kinds = {Path(word).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for word in words}
     if len(kinds) != 1:
         raise WrongUsage("name mesh files, or one robot")
     return kinds == {True}

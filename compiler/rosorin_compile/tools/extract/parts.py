@@ -8,16 +8,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Span, did_you_mean, has_errors
-from rosorin_compile.extending import Map, NoDescription, locate, world
+from rosorin_compile.extending import (
+    ExtractProblem,
+    Map,
+    NoDescription,
+    NotThere,
+    ReadOptions,
+    TriangleMesh,
+    load_mesh,
+    locate,
+    read_robot,
+    world,
+)
 from rosorin_compile.model import Mesh as MeshShape
 from rosorin_compile.model import Robot, Shape
 
-from ...formats.imported import ReadOptions
-from ...formats.reading import read_robot
 from ...frontend.packages import Packages
 from ...project import find, shown
-from .meshes import load_mesh, placed
-from .problems import ExtractProblem, missing
 
 if TYPE_CHECKING:
     import numpy as np
@@ -64,7 +71,7 @@ class RobotSource:
         """Return the name of a link. Raises NotThere if the robot has none of this name."""
         if name not in self.robot.link:
             help = did_you_mean(name, self.robot.link)
-            raise missing("unknown-link", f'the robot has no link "{name}"', help)
+            raise NotThere.of("unknown-link", f'the robot has no link "{name}"', help)
         return name
 
 
@@ -104,7 +111,7 @@ def _described(word: str, options: ReadOptions) -> RobotSource:
     try:
         (description,) = find([word], None)
     except NoDescription as problem:
-        raise missing("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
+        raise NotThere.of("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
     understood = understand(description.path, options.arguments, options.tell, options.packages)
     if understood.lowered is None or understood.lowered.robot is None or has_errors(understood.diagnostics):
         raise SourceProblem(understood.diagnostics)
@@ -140,7 +147,7 @@ def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | 
             source.diagnostics.append(diagnostic._replace(severity=WARNING, span=span))
             continue
         transform = shape.pose.transform()
-        pieces.append(placed(mesh.triangles, transform.rows, transform.xyz))
+        pieces.append(TriangleMesh.placed(mesh.triangles, transform.rows, transform.xyz))
         names.append(mesh.name)
     return Part(link, np.concatenate(pieces), tuple(dict.fromkeys(names))) if pieces else None
 

@@ -11,15 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.diagnostics import Heading, Rule
-from rosorin_compile.extending import scalar, world
+from rosorin_compile.extending import ExtractProblem, OutputError, scalar, world
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
+from rosorin_compile.output.one_file import replace_text
 
 from ...frontend.yaml_text import escaped, quoted
 from ...numbers import exact
-from ...output import cleared
 from ...output.ours import FOREIGN
-from ...output.staging import staged_file, write_staged
-from .problems import fail
 
 RULES = (
     Rule(
@@ -141,7 +139,7 @@ def save(path: Path, text: str, force: bool = False) -> None:
     """Write a file; one that extract did not make is overwritten only with ``force``. Raises ExtractProblem."""
     if not force and world.stands(path) and not _is_ours(path):
         message = f"{path} is there, and extract did not make it"
-        raise fail("extract-file", message, "name another file, or add --force")
+        raise ExtractProblem.of("extract-file", message, "name another file, or add --force")
     replace(path, text)
 
 
@@ -150,19 +148,10 @@ def replace(path: Path, text: str) -> None:
 
     A link stays a link, and permissions stay as they are.
     """
-    target = world.real(path)
-    if world.kind(target) and world.kind(target) != world.FILE:  # a device would be gone
-        raise fail("extract-file", f"cannot write {path}: it is no regular file", "name another file")
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with cleared(target.parent), staged_file(target.parent) as (stage, handle):
-            mode = world.mode(target) & 0o7777 if world.kind(target) else None
-            write_staged(stage, handle, text.encode("utf-8"), mode, sync=True)
-            stage.replace(target)
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or str(problem)
-        help = "check the name and the permissions"
-        raise fail("extract-file", f"cannot write {path}: {reason}", help) from None
+        replace_text(path, text, "extract-file")
+    except OutputError as problem:
+        raise ExtractProblem(problem.diagnostic) from None
 
 
 def whose(_: str, old: bytes, __: bytes) -> str:

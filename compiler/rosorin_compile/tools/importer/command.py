@@ -35,9 +35,8 @@ from ...project import ON_STDIN, STDIN, around, nearest_file
 if TYPE_CHECKING:
     from rosorin_compile import Format
     from rosorin_compile.diagnostics import Diagnostic
-    from rosorin_compile.extending import Map
+    from rosorin_compile.extending import Imported, Map, ReadOptions
 
-    from ...formats.imported import Imported, ReadOptions
     from ...output import Written
     from .into import Package
     from .merging.again import Wanted
@@ -98,8 +97,9 @@ def _companions() -> list[Format]:
 
 def run(options: argparse.Namespace) -> int:
     """Read the source, check the description that is made of it, and write it."""
-    from ...formats.imported import ReadOptions
-    from ...formats.reading import join, read_robot
+    from rosorin_compile.extending import ReadOptions, read_robot
+
+    from ...formats.reading import join
 
     source, arguments = _source(options)
     packages = packages_of(options)
@@ -228,7 +228,7 @@ def _describe(
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from rosorin_compile.diagnostics import ERROR
 
-    from .description import safe, tree_of
+    from .description import tree_of
     from .merging.again import Wanted, recorded
     from .merging.record import of as record_of
     from .round_trip import check_round_trip
@@ -241,7 +241,8 @@ def _describe(
         return _refused(console, source, errors)
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
     base = target.package.folder if target else around()
-    folder = Path(options.output) if options.output else Path(base, DESCRIPTIONS, safe(tree["robot"]))
+    called = imported._replace(tree=tree).file_name
+    folder = Path(options.output) if options.output else Path(base, DESCRIPTIONS, called)
     give_result(options, {"source": str(source), "robot": tree["robot"], "folder": str(folder)}, str)
     wanted = Wanted(_words(options, source, how), options.ours, how.arguments, how.packages)
     record = recorded(folder, wanted.words) if target is None and not options.force else None

@@ -1,6 +1,6 @@
 """Description: the plain tree of a robot as the files of a description, as a person would have written them.
 
-``outputs`` says what the description asks for, ``write`` which file holds what, and ``named`` which values get a name
+``write`` says which file holds what, and ``named`` which values get a name
 because they repeat.
 """
 
@@ -11,11 +11,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import FORMATS, ROOT_FILE, Map, Path, Seq
+from rosorin_compile.extending import ROOT_FILE, Imported, Map, Path, Seq
+from rosorin_compile.formats.imported import Outputs
 
-from ...formats.imported import Imported
 from ...frontend.expression.functions import functions
-from ...frontend.load import plain_scalar
 from ...units import UNITS
 from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
 
@@ -87,46 +86,11 @@ _DEFAULTS: dict[tuple[str, str], Any] = {
 _POSED = ("links", "joints")  # where xyz and rpy are zero by default
 
 
-class Outputs(NamedTuple):
-    """The artifacts that a description asks for: entries of its section, and by format what is not usual in it.
-
-    ``left_out`` are the formats that it does not ask for, each with the reason.
-    """
-
-    entries: dict[str, Mapping[str, Any]]
-    remarks: dict[str, str]
-    left_out: dict[str, str]
-
-    @property
-    def lines(self) -> list[str]:
-        """The remarks as comments of the section."""
-        return [*self.remarks.values(), *(f"no {name}: {reason}" for name, reason in self.left_out.items())]
-
-
 def tree_of(imported: Imported) -> Map:
     """Return the tree of a source. Raises ValueError for a broken one, which has none."""
     if imported.tree is None:
         raise ValueError("a broken source has no tree")
     return imported.tree
-
-
-def outputs(imported: Imported, why: str = "") -> Outputs:
-    """Return what the description of a robot asks for; ``why`` it is to go without optional formats."""
-    tree = tree_of(imported)
-    made = Outputs({}, {}, {})
-    for format in FORMATS.values():
-        if format.asked is None:
-            continue
-        asked = format.asked(tree, imported.version, safe(tree["robot"]))
-        if asked is None:
-            continue
-        if format.optional and why:
-            made.left_out[format.name] = why
-            continue
-        made.entries[format.name] = asked.entry
-        if asked.remark:
-            made.remarks[format.name] = asked.remark
-    return made
 
 
 def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
@@ -275,18 +239,6 @@ class Named(NamedTuple):
             if rest != name and (isinstance(name, Expression) or not _needs_escape(rest)):
                 return f"${{{key}}}/{rest}"
         return None
-
-
-def safe(name: str) -> str:
-    """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and ".".
-
-    >>> safe("My Robot (v2)"), safe("../x"), safe("机器人")
-    ('My_Robot_v2', 'x', 'robot')
-    """
-    made = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:MAX_NAME].strip("._-")
-    if not made or not isinstance(plain_scalar(made), str):
-        made = f"robot_{made}".strip("_")
-    return made
 
 
 def named(tree: Map) -> Named:

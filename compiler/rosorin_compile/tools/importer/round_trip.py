@@ -26,19 +26,30 @@ from rosorin_compile.diagnostics import (
     listed,
     step,
 )
-from rosorin_compile.extending import FORMATS, ROOT_FILE, Map, Places, compile_robot, world
+from rosorin_compile.extending import (
+    FORMATS,
+    ROOT_FILE,
+    Imported,
+    Map,
+    Places,
+    ReadOptions,
+    compile_robot,
+    read_robot,
+    world,
+)
+from rosorin_compile.formats.imported import Outputs
 from rosorin_compile.model import Joint, Output, Robot, Transform
 
 from ...commands.init import SCHEMA
 from ...commands.mesh_copies import brought
-from ...formats.imported import Imported, Proof, ReadOptions
+from ...formats.imported import Proof
 from ...formats.mesh_files import search
-from ...formats.reading import join, read_robot
+from ...formats.reading import join
 from ...frontend.lower import lower
 from ...meaning.sameness import different, differently_said
 from ...pipeline import emitted, understand
 from ...project import described_at
-from .description import Outputs, outputs, tree_of, write
+from .description import tree_of, write
 from .repeats import with_parts
 from .telling import seen_from
 
@@ -118,11 +129,11 @@ def _round_trip(
     schema = schema_beside(folder)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name)
-        wanted = outputs(imported)
+        wanted = imported.outputs()
         files, compiled = _compiled(shown, stage, schema, wanted)
         if has_errors(compiled.diagnostics):
             # Most often only MuJoCo asks for more than the source says, a mass for instance.
-            wanted = outputs(imported, _first_error(compiled.diagnostics))
+            wanted = imported.outputs(_first_error(compiled.diagnostics))
             files, compiled = _compiled(shown, stage, schema, wanted)
         trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), shown, word=FORMATS.published().word)
         if not trip.diagnostics:

@@ -17,11 +17,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, Map, Seq, world
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, Imported, Map, Seq, world
 
 from ...formats.checked import copied
 from ...formats.described import as_tree
-from ...formats.imported import Imported
 from ...formats.mesh_files import files_named
 from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
 from ...frontend.packages import Packages, package_name

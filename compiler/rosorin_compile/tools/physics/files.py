@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Case
 from rosorin_compile.diagnostics import WARNING, Diagnostic
-from rosorin_compile.model import Mesh, Shape
-
-from ..extract.meshes import Colour, load_mesh
-from ..extract.problems import ExtractProblem
+from rosorin_compile.extending import ExtractProblem, load_mesh
+from rosorin_compile.model import Mesh, Shape, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,7 +38,7 @@ class Loaded:
 
     file: str
     triangles: Floats
-    colours: tuple[tuple[int, Colour | None], ...] = ()
+    colours: tuple[tuple[int, Vector | None], ...] = ()
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:

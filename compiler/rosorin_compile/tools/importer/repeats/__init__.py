@@ -7,7 +7,8 @@ differs), ``finding`` (which subtrees are alike, and whether that is worth a par
 
 from __future__ import annotations
 
-from ....formats.imported import Imported
+from rosorin_compile.extending import Imported
+
 from ..description import lines_of, tree_of
 from .finding import MAX_SHARE, MIN_SAVED, SAVED_BY_USE, Body, Finder, Instance, Part, Use
 from .forms import nodes_of

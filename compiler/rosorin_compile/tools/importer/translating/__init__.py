@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Element, Map, MarkupError
+from rosorin_compile.extending import Element, Imported, Map, MarkupError, ReadOptions
+from rosorin_compile.formats.imported import Outputs
 
-from ....formats.imported import Imported, ReadOptions
-from ..description import Outputs, tree_of
+from ..description import tree_of
 from .attempting import Attempt, Changed, How, accepted, attempt
 from .fixing import MOST_SWITCHES, reached, switches_of, undecided, value_of
 from .flattened import Place, place_of

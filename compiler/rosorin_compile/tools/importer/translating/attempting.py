@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.extending import ROOT_FILE, Map
+from rosorin_compile.extending import ROOT_FILE, Imported, Map, ReadOptions
+from rosorin_compile.formats.imported import Outputs
 
-from ....formats.imported import Imported, ReadOptions
-from ..description import Outputs, tree_of
+from ..description import tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .chosen import said_by_uses
 from .data import Data

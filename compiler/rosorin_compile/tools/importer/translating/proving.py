@@ -18,11 +18,20 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, step
-from rosorin_compile.extending import DESCRIPTIONS, FORMATS, ROOT_FILE, LoadError, Map, parse_yaml, world
+from rosorin_compile.extending import (
+    DESCRIPTIONS,
+    FORMATS,
+    ROOT_FILE,
+    Imported,
+    LoadError,
+    Map,
+    ReadOptions,
+    parse_yaml,
+    read_robot,
+    world,
+)
 from rosorin_compile.model import Robot
 
-from ....formats.imported import Imported, ReadOptions
-from ....formats.reading import read_robot
 from ....frontend.expand.prefixing import moved
 from ....frontend.lower import lower
 from ....meaning.elements import asks_for_humble, context_of, differently_meant

@@ -15,12 +15,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.extending import Map, Seq, Text
+from rosorin_compile.extending import Imported, Map, Seq, Text
+from rosorin_compile.formats.imported import Outputs
 
-from ....formats.imported import Imported
 from ....frontend.lower import lower
 from ....xml.elements import canonical, tree_of
-from ..description import Outputs, _Document
+from ..description import _Document
 from ..layout import Expression, Verbatim
 from ..words import Worded, worded
 from ..words.blocks import Unsayable, block

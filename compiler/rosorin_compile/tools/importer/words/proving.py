@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 
 from rosorin_compile import Templates
 from rosorin_compile.diagnostics import ERROR
-from rosorin_compile.extending import FORMATS, Map, Seq, data_folder
+from rosorin_compile.extending import FORMATS, Imported, Map, Seq, data_folder
 from rosorin_compile.model import Output, Robot
 
 from ....formats.gazebo_sensors import DISTRIBUTIONS
-from ....formats.imported import Imported
 from ....frontend.expand.ledger import Ledger
 from ....frontend.expand.scope import Scope
 from ....frontend.expand.sensor_types import apply_types

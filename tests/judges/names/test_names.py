@@ -12,6 +12,7 @@ import yaml
 
 from rosorin_compile.commands.completion import known
 from rosorin_compile.diagnostics import has_errors
+from rosorin_compile.extending import Outputs
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.lower import lower
@@ -20,7 +21,7 @@ from rosorin_compile.meaning.difference import YAML, Side
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.model import Robot
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.description import Outputs, write
+from rosorin_compile.tools.importer.description import write
 from rosorin_compile.tools.importer.repeats import with_parts
 from support import naming
 from support.naming import FOLDER, Place, dumped, marked, places, plain, swapped, twice, with_name, with_words

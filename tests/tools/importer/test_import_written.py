@@ -12,11 +12,12 @@ from hypothesis import given, settings
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.formats.imported import file_name as safe
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.tree import Map, Seq
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.description import named, safe, write
+from rosorin_compile.tools.importer.description import named, write
 from rosorin_compile.tools.importer.layout import ROTATING
 from rosorin_compile.tools.importer.round_trip import check_round_trip, compile_unrounded
 from support.engines import Pinocchio, Yourdfpy

@@ -123,7 +123,7 @@ def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.M
     for name, old, new in (("robot.yaml", "[0.1, cal.", "[0.2, cal."), ("calibration.yaml", "120 mm", "130 mm")):
         edit(first.with_name(name), old, new)
         again = compile_robot(first, {}, kept=kept)
-        assert again[:5] == compile_robot(first, {})[:5]
+        assert again == compile_robot(first, {})
         assert again.artifacts != made[0].artifacts
     edit(first, "robot: handy", "robot: [")
     assert compile_robot(first, {}, kept=kept).robot is None

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from .commands.answer import Answer, begun
 from .commands.calling import CHECK, called
+from .commands.older import instead
 from .commands.parser import Refused
 from .commands.registry import commands, names
 from .commands.usage import (
@@ -38,18 +39,6 @@ if TYPE_CHECKING:
 
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
 ASKED_BY_SHELLS = "complete"
-
-# Words that people type for a command, and what it is called here.
-INSTEAD = {
-    "build": "all",
-    "convert": "import",
-    "create": "init",
-    "generate": "all",
-    "lint": "check",
-    "new": "init",
-    "show": "view",
-    "validate": "check",
-}
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # what writing to a stream can end in
 
@@ -216,7 +205,7 @@ def _parser(line: Called) -> Parser:
     if line.name and line.found is None:
         known = [name for one in commands(of_plugins=False).values() for name in (one.name, *one.also)]
         near = _near(line.name, [*known, *names("commands")])
-        top.error(f'there is no command "{line.name}"; {_instead(line.name) or near}')
+        top.error(f'there is no command "{line.name}"; {instead(line.name) or near}')
     _add(within, line)
     return top
 
@@ -238,14 +227,6 @@ def _add(within: argparse._SubParsersAction[Parser], line: Called) -> None:
         one.set_defaults(called=asked if one is added else f"{asked} {one.prog.split()[-1]}")
         one.epilog = "\n\n".join(filter(None, [one.epilog, f"Exit codes: {record.exits}, 2 wrong usage."]))
     added.set_defaults(run=found.run, known=added.long_options())
-
-
-def _instead(word: str) -> str:
-    """Return what to say for a word that people type and that is no command; empty for all others."""
-    from .formats import FORMATS
-
-    said = INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    return f'say "{said}"' if said else ""
 
 
 def _near(word: str, known: Iterable[str]) -> str:

@@ -18,6 +18,26 @@ from .usage import old_spelling
 if TYPE_CHECKING:
     from .parser import Options
 
+# Words that people type for a command, and what it is called here.
+INSTEAD = {
+    "build": "all",
+    "convert": "import",
+    "create": "init",
+    "generate": "all",
+    "lint": "check",
+    "new": "init",
+    "show": "view",
+    "validate": "check",
+}
+
+
+def instead(word: str) -> str:
+    """Return what to say for a word that people type and that is no command; empty for all others."""
+    from ..formats import FORMATS
+
+    said = INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
+    return f'say "{said}"' if said else ""
+
 
 def say_new(new: str, old: str) -> None:
     """Say how a line is written now, and until when ``old`` works."""

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile import world
 from rosorin_compile.cli import main
 from rosorin_compile.commands.given import Given
 from rosorin_compile.commands.understanding import understood
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.registry import PHYSICS, every_rule
+from rosorin_compile.extending import world
 from rosorin_compile.formats.mesh_triangles import load_mesh
 from rosorin_compile.project import Description
 from rosorin_compile.tools.physics import checking

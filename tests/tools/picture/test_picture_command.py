@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from rosorin_compile import world
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.installing import pip_install
+from rosorin_compile.extending import world
 from rosorin_compile.tools.picture.frames import AXES, HIGH, drawn
 from support.drawings import hue_name, pixels, rgba
 from support.paths import IMPORTED, OUTPUTS, ROSORIN

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import world
 from rosorin_compile.cli import main
 from rosorin_compile.commands.given import Given
 from rosorin_compile.commands.understanding import Known, understood
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.installing import pip_install
+from rosorin_compile.extending import world
 from rosorin_compile.project import Description
 from rosorin_compile.tools.simulate import command
 from rosorin_compile.tools.simulate.judging import LIMITS, RULES, Judge

@@ -20,7 +20,8 @@ PROJECT = {**HANDY, "my robots/a b.yaml": "robot: a\n", "my robots/it's.urdf": "
 LINES = [
     ("chec", "check "),
     ("tf map od", "tf map odom "),
-    ("tf map odom ha", "tf map odom handy "),
+    ("tf ha", "tf handy "),
+    ("tf handy map od", "tf handy map odom "),
     ("frames --mode=map", "frames --mode=mapping"),
     ("all sc", "all scale:="),
     ("all scale:", "all scale:="),

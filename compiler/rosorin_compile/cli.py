@@ -203,8 +203,8 @@ def _parser(line: Called) -> Parser:
     top.add_argument("--version", action=Version, nargs=0, help="show the version, and the plug-ins with theirs")
     within = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
     if line.name and line.found is None:
-        known = [name for one in commands(of_plugins=False).values() for name in (one.name, *one.also)]
-        near = _near(line.name, [*known, *names("commands")])
+        also = [name for one in commands(of_plugins=False).values() for name in one.also]
+        near = _near(line.name, [*names("commands"), *also])
         top.error(f'there is no command "{line.name}"; {instead(line.name) or near}')
     _add(within, line)
     return top

@@ -64,6 +64,15 @@ def test_help_lists_every_command_in_its_group(capsys: Shown) -> None:
     assert max(map(len, shown.splitlines())) <= 100
 
 
+def test_a_word_that_is_no_command_is_told_each_command_once(capsys: Shown) -> None:
+    with pytest.raises(SystemExit):
+        main(["xyzzy"])
+    _, _, known = capsys.readouterr().err.partition("known: ")
+    told = known.strip().split(" and ")[0].split(", ")
+    assert len(told) == len(set(told)) > 20
+    assert {"all", "compile"} <= set(told)
+
+
 def test_every_module_of_a_command_has_a_record() -> None:
     """And the functions that a record names are there."""
     every = [path for folder in FOLDERS for path in folder.rglob("*.py")]

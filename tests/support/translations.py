@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rosorin_compile.extending import Outputs
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.tools.importer.translating import Changed, Translation, translate
 

@@ -12,8 +12,7 @@ import yaml
 
 from rosorin_compile.commands.completion import known
 from rosorin_compile.diagnostics import has_errors
-from rosorin_compile.extending import Outputs
-from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.tree import Map

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.extending import Outputs
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.tools.importer.translating import Changed, translate
 from rosorin_compile.tools.importer.translating.telling import told

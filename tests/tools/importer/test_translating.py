@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.extending import Outputs
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.tools.importer.translating import Changed, Translation, expressions, proving, rendering, translate
 from rosorin_compile.tools.importer.translating.scopes import Scope

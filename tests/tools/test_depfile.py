@@ -249,11 +249,11 @@ def test_make_with_names_that_need_escapes(home: Path) -> None:
     (home / "Makefile").write_text(
         f"made.stamp:\n\t{command} --depfile-target made.stamp && touch $@\n-include made.d\n"
     )
-    assert "print urdf" in run("make")
+    assert "made.d" in run("make")
     assert "up to date" in run("make")
     for name in ("left.yaml", "common.yaml", "own.yaml"):
         touched(home / "my robot $x #1" / name)
-        assert "print urdf" in run("make")
+        assert "made.d" in run("make")
         assert "up to date" in run("make")
     touched(home / "my robot $x #1" / "right.yaml")
     assert "up to date" in run("make")

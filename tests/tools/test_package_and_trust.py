@@ -34,7 +34,7 @@ COMMANDS = (
     "explain cell tip",
     "frames cell",
     "package cell -o made --maintainer A<a@b.de> --license MIT",
-    "tf gripper tip cell",
+    "tf cell gripper tip",
 )
 
 

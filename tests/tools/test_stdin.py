@@ -158,7 +158,7 @@ def test_a_urdf_before_the_pipe(monkeypatch: pytest.MonkeyPatch, capsys: Shown) 
         (["all", "handy", "-", "-o", "x"], "name a file, or print one artifact: rosorin-compile print - OUTPUT"),
         (["watch", "-"], "name a file to watch"),
         (["package", "-", "-o", "x"], "name a file"),
-        (["deploy", "-", "--to", "."], "name a file"),
+        (["deploy", "-", "-o", "."], "name a file"),
         (["extract", "boxes", "-"], "name a file"),
     ],
 )

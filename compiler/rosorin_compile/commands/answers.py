@@ -9,7 +9,12 @@ from typing import Annotated, Any, Literal, TypedDict
 
 from .explain.explanation import Answer, Explanation
 
-Position = float | tuple[float, float, float] | tuple[float, float, float, float, float, float]
+Position = (
+    float
+    | tuple[float, float, float]
+    | tuple[float, float, float, float, float, float]
+    | tuple[float, float, float, float, float, float, float]
+)
 
 
 class Place(TypedDict):
@@ -134,7 +139,7 @@ class FrameTransform(TypedDict):
     positions: Annotated[
         dict[str, Position],
         "the positions of joints that are not at zero: radians or metres; of planar joints x, y, yaw, of floating ones "
-        "x, y, z, roll, pitch, yaw",
+        "x, y, z, roll, pitch, yaw, or x, y, z and a quaternion x, y, z, w, as they were given",
     ]
     translation: Annotated[tuple[float, float, float], "metres"]
     quaternion: Annotated[tuple[float, float, float, float], "x, y, z, w"]

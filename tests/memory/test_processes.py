@@ -66,13 +66,28 @@ def test_what_a_sweep_asked_the_kernel_for_stands_in_its_notes(tmp_path: Path) -
 
 
 def sweep_and_change(tmp_path: Path, steps: int) -> None:
-    """Change what the kernel was asked for, and sweep into the folder of before and into a new one."""
+    """Change what the kernel was asked for, and sweep again, and once more from there as another tool, which makes all.
+
+    Both begin with the folder of before: a mesh that stands beside the artifacts is found there.
+    """
     chance, project = random.Random(37), Project(tmp_path)  # noqa: S311 - the same steps each time
+    out, before = project.folder / "out", project.folder / "before"
     for number in range(steps):
         change(chance, Path(chance.choice(sweep(project))), number)
+        shutil.copytree(out, before)
         sweep(project, traced=False)
-        sweep(project, f"out{number}", traced=False)
-        assert project.variants("out") == project.variants(f"out{number}"), f"step {number}"
+        made = project.variants("out")
+        shutil.rmtree(out)
+        before.rename(out)
+        project.environment["PYTHONPATH"] = str(tmp_path / f"another{number}")
+        said = sweep_words(project)
+        assert "unchanged 0" in said, said
+        assert made == project.variants("out"), f"step {number}"
+
+
+def sweep_words(project: Project) -> str:
+    """Sweep, and return what is said, blanks and line feeds as one blank."""
+    return " ".join(project.run(*SWEEP, "out")[1].split())
 
 
 def test_a_change_of_what_a_sweep_asked_for(tmp_path: Path) -> None:

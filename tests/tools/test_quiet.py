@@ -35,8 +35,9 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_only_stand_ins_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["all", "rover.yaml", "-q"]) == main(["all", "rover.yaml", "-q"]) == 0
     assert capsys.readouterr() == ("", OF_ALL * 2)
-    assert main(["check", "rover.yaml", "--quiet"]) == 0
-    assert capsys.readouterr() == ("", OF_OTHERS)
+    for words in (["check", "rover.yaml", "--quiet"], ["all", "rover.yaml", "-q", "--notes"]):
+        assert main(words) == 0
+        assert capsys.readouterr() == ("", OF_OTHERS)
 
 
 def test_all_counts_stand_ins_and_lists_them_with_notes(capsys: pytest.CaptureFixture[str]) -> None:

@@ -212,8 +212,8 @@ def console_of(options: argparse.Namespace) -> Console:
         check_summary(Path(summary))
     diagnostics = answer_of(options).diagnostics
     console = Console(options.format, options.quiet, options.verbose, summary is not None, diagnostics)
-    if hasattr(options, "notes"):
-        console.counts, console.listing = not options.notes, "--notes lists them"
+    if hasattr(options, "notes") and not options.notes:
+        console.counts, console.listing = True, "--notes lists them"
     return console
 
 

@@ -59,6 +59,16 @@ class Compiled:
     meshes: Searched | None = None
     variant: Variant | None = None
 
+    @property
+    def packages(self) -> dict[str, Path]:
+        """The folders of the ROS packages that were found, by name."""
+        return {one.name: Path(one.answer) for one in self.resolved if one.is_ros_package}
+
+    @property
+    def python_packages(self) -> list[Path]:
+        """The folders of the packages of Python that were found."""
+        return [Path(one.answer) for one in self.resolved if one.is_python_package]
+
     def __repr__(self) -> str:
         """Return what there is, without the texts of the artifacts."""
         return f"<Compiled {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"

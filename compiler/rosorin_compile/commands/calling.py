@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ..project import ROOT_FILE, Description, NoDescription, all_here, find
+from ..project import ROOT_FILE, Description, NoDescription, all_here
 from . import registry
 from .parser import Parser
 from .record import Check, Command
@@ -111,7 +111,7 @@ def _near(plain: Called, at: int | None) -> Called:
 def _robot(name: str) -> Description | None:
     """Return the robot of a name."""
     try:
-        return find([name], None)[0]
+        return Description.find([name])[0]
     except NoDescription:
         return None
 

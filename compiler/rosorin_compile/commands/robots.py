@@ -10,6 +10,7 @@ import shlex
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,7 +24,6 @@ from ..project import (
     Description,
     NoDescription,
     all_with,
-    find,
     first_file,
     give_stdin,
     here,
@@ -105,7 +105,7 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
     """Return the descriptions that are asked for. Raises WrongUsage."""
     take_stdin(names)
     try:
-        return find(names, outputs)
+        return Description.find(names, outputs)
     except NoDescription as problem:
         no_half_mark(names)
         raise WrongUsage(str(problem)) from None
@@ -194,7 +194,8 @@ def _key(run: Run, description: Description) -> list[str]:
     """Return what tells one call from another: the options, the arguments, what is seen and how it is shown."""
     options = {name: value for name, value in vars(run.options).items() if name not in _NOT_ASKED}
     told = [options, sorted(run.given.texts.items()), list(map(str, run.given.files))]
-    told += [[str(part) for part in description], sorted((n, str(f)) for n, f in run.given.packages.items())]
+    told += [[description.name, str(description.path), str(description.outputs)]]
+    told += [sorted((n, str(f)) for n, f in run.given.packages.items())]
     return ["robot", run.options.called, *map(repr, told), *memory.surroundings()]
 
 
@@ -221,7 +222,7 @@ def described(options: argparse.Namespace, names: list[str]) -> list[Description
         where = outputs if many or not found else str(found[0].outputs)
         say_new(f"{options.called} -o {shlex.quote(where)}", "--outputs")
     elif output is not None and not many:
-        found = [one._replace(outputs=Path(output)) for one in found]
+        found = [replace(one, outputs=Path(output)) for one in found]
     return found
 
 

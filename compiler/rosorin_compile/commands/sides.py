@@ -19,7 +19,7 @@ from ..meaning.tolerance import printing_of
 from ..meaning.wording import several
 from ..model import Robot
 from ..plugins import PluginFailed
-from ..project import STDIN, NoDescription, find, first_file, stdin_of
+from ..project import STDIN, Description, NoDescription, first_file, stdin_of
 
 # What a person is to know before a foreign file is opened.
 _TOLD = ("xacro-runs-code",)
@@ -123,7 +123,7 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
         return _foreign(path, word, arguments, packages, trust)
     if path.suffix.lower() in FORMATS.endings():
         raise NoDescription(f'there is no file "{word}"')
-    return _description(find([word], None)[0].path, word, arguments, packages, trust)
+    return _description(Description.find([word])[0].path, word, arguments, packages, trust)
 
 
 def _description(

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..diagnostics.console import Console
 from ..diagnostics.registry import WRITING, Rule
-from ..project import tool_folders
+from ..project import no_file, tool_folders
 from ..startup.cache import cache_refused
 from ..startup.system import missed
 from ..world import tool_is
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 RULES = (
     Rule(
@@ -45,10 +50,15 @@ def old_spelling(old: str, *new: str) -> str:
 class WrongUsage(Exception):
     """The command line cannot be followed; the message says why."""
 
+    @classmethod
+    def no_file(cls, path: Path, of: str = "") -> WrongUsage:
+        """Return that a path is no file that can be read, such as one ``of`` arguments, and why."""
+        return cls(no_file(path, of))
+
 
 def tell_which_tool() -> None:
     """Say in which folders the files of the tool are, for the notes of the run."""
-    tool_is(tool_folders())
+    tool_is(list(map(str, tool_folders().values())))
 
 
 def tell_of_system(console: Console) -> None:

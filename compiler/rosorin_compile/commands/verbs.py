@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic, error, has_errors
 from ..frontend.asked import ask
-from ..project import Description, NoDescription, find
+from ..project import Description, NoDescription
 from .given import Given
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ def _asked(
     if asked.diagnostics:
         return None, given, asked.diagnostics
     try:
-        return find([asked.name], None if outputs is None else os.fsdecode(outputs))[0], given, []
+        return Description.find([asked.name], None if outputs is None else os.fsdecode(outputs))[0], given, []
     except NoDescription as problem:
         return None, given, [error("file-unreadable", str(problem), None)]
 

@@ -14,7 +14,7 @@ from ..diagnostics.console import Console
 from ..diagnostics.progress import begin
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs, Said
-from ..project import Description, NoDescription, find
+from ..project import Description, NoDescription
 from .compiling import compile_proven, count, mesh_files
 from .given import Given, given_arguments
 from .options import output_options, quiet_option, robot_options
@@ -75,7 +75,7 @@ class _Stop:
 def _notice_new(watched: dict[Path, _Robot], given: Given, options: argparse.Namespace) -> None:
     """Compile descriptions that were not there before."""
     try:
-        found = find([], options.output or options.outputs)
+        found = Description.find([], options.output or options.outputs)
     except NoDescription:
         return
     for description in found:

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from ..output.ours import Held
     from ..output.placing import Holding, holding
     from ..pipeline import compile_robot
-    from ..project import DESCRIPTIONS, ROOT_FILE, Description, NoDescription, data_folder
+    from ..project import DESCRIPTIONS, ROOT_FILE, Description, NoDescription, tool_folders
     from ..units import Quantity, parse_quantity
     from ..world import world
     from ..xml.markup import Element, MarkupError
@@ -98,7 +98,6 @@ _HOMES = {
     "compile_one": "commands.compiling",
     "compile_robot": "pipeline",
     "console_of": "commands.options",
-    "data_folder": "project",
     "declared": "frontend.arguments",
     "evaluate": "frontend.expression",
     "for_each": "commands.robots",
@@ -128,6 +127,7 @@ _HOMES = {
     "scalar": "frontend.yaml_text",
     "search_meshes": "commands.compiling",
     "static_transforms": "formats.static_tf",
+    "tool_folders": "project",
     "world": "world",
     "write_file": "output.one_file",
     "yaml_of": "diagnostics.bounded",
@@ -173,7 +173,6 @@ __all__ = [
     "compile_one",
     "compile_robot",
     "console_of",
-    "data_folder",
     "declared",
     "evaluate",
     "for_each",
@@ -203,6 +202,7 @@ __all__ = [
     "scalar",
     "search_meshes",
     "static_transforms",
+    "tool_folders",
     "world",
     "write_file",
     "yaml_of",

@@ -9,9 +9,10 @@ import errno
 import os
 import stat
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from .. import world
 from ..startup import cache
@@ -40,38 +41,87 @@ def stdin_of(path: Path) -> bytes | None:
     return _on_stdin[0]
 
 
-class Description(NamedTuple):
-    """A description that was asked for: its name, its first file, and the folder of its artifacts."""
+@dataclass(frozen=True)
+class Description:
+    """A description that was asked for: its name, its first file, and the folder of its artifacts.
+
+    ``STDIN`` is the word for one on standard input, and ``ON_STDIN`` stands for its file. ``ENDINGS`` are those of the
+    files of descriptions; ``OUTPUTS`` is the name of the folder with those of artifacts, beside that of descriptions.
+    """
 
     name: str
     path: Path
     outputs: Path
+
+    STDIN: ClassVar[str] = STDIN
+    ON_STDIN: ClassVar[Path] = ON_STDIN
+    ENDINGS: ClassVar[tuple[str, ...]] = ENDINGS
+    OUTPUTS: ClassVar[str] = OUTPUTS
+
+    @classmethod
+    def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
+        """Return the descriptions asked for by name, folder or file; without names all in ``descriptions/``.
+
+        The project is that of this folder or of one above it. ``outputs`` is the folder that gets a folder a robot; by
+        default ``outputs`` beside ``descriptions``.
+        Raises NoDescription.
+        """
+        paths = [first_file(name) for name in names] or all_here()
+        if not paths:
+            where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
+            imported = "rosorin-compile import FILE makes one of a URDF, xacro, SDF or MJCF"
+            new = f"rosorin-compile init NAME begins one, {imported}"
+            raise NoDescription(f"{where}; name a description, or go to its project; {new}")
+        return [cls.at(path, outputs) for path in paths]
+
+    @classmethod
+    def at(cls, path: Path, outputs: str | None = None) -> Description:
+        """Return the description whose first file is at a path; ``outputs`` as in ``find``."""
+        folder = Path(os.path.abspath(path)).parent
+        name = folder.name if path.name == ROOT_FILE else path.stem
+        if outputs is not None:
+            base = Path(outputs)
+        elif folder.parent.name == DESCRIPTIONS:
+            base = _from_here(folder.parent.parent / OUTPUTS, absolute=path.is_absolute())
+        else:
+            base = Path(OUTPUTS)
+        return cls(name, path, base / name)
+
+    @classmethod
+    def around(cls) -> Path:
+        """Return the folder of the project that this folder is in, as seen from here; this folder if there is none."""
+        return next((folder for folder in _upwards() if _is_project(folder)), Path())
+
+    @staticmethod
+    def nearest_file(path: Path) -> Path | None:
+        """Return the file of the same folder that is called nearly so, whatever its ending; None if none is."""
+        from ..diagnostics import nearest
+
+        try:
+            # Files of one kind end alike: that is no likeness.
+            inside = world.names(path.parent)
+            stems = {Path(name).stem: path.parent / name for name, kind in inside.items() if kind == world.FILE}
+        except (OSError, ValueError):  # no folder, or a name that no file can have
+            return None
+        close = nearest(path.stem, stems)
+        return None if close is None else stems[close]
+
+    @property
+    def projects(self) -> tuple[Path, ...]:
+        """The folders of the projects that it is in, by ``homes``; without one its own folder."""
+        return tuple(
+            next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
+            for folder in homes(self.path)
+        )
 
 
 class NoDescription(Exception):
     """There is no description of that name; the message says what there is."""
 
 
-def find(names: list[str], outputs: str | None) -> list[Description]:
-    """Return the descriptions asked for by name, folder or file; without names all in ``descriptions/``.
-
-    The project is that of this folder or of one above it. ``outputs`` is the folder that gets a folder a robot; by
-    default ``outputs`` beside ``descriptions``.
-    Raises NoDescription.
-    """
-    paths = [first_file(name) for name in names] or all_here()
-    if not paths:
-        where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
-        new = (
-            "rosorin-compile init NAME begins one, rosorin-compile import FILE makes one of a URDF, xacro, SDF or MJCF"
-        )
-        raise NoDescription(f"{where}; name a description, or go to its project; {new}")
-    return [described_at(path, outputs) for path in paths]
-
-
 def all_here() -> list[Path]:
     """Return the first files of all descriptions of the project around this folder, sorted by name."""
-    return all_in(around())
+    return all_in(Description.around())
 
 
 def all_in(project: Path) -> list[Path]:
@@ -94,11 +144,6 @@ def all_with(files: Iterable[str]) -> list[Path]:
         else:
             found |= dict.fromkeys(all_here())
     return sorted(found)
-
-
-def around() -> Path:
-    """Return the folder of the project that this folder is in, as seen from here; this folder if there is none."""
-    return next((folder for folder in _upwards() if _is_project(folder)), Path())
 
 
 def _upwards() -> Iterator[Path]:
@@ -131,13 +176,13 @@ def here() -> list[Description]:
         if _is_project(folder):
             break
         if world.kind(folder / ROOT_FILE) == world.FILE:
-            return [described_at(folder / ROOT_FILE, None)]
-    return find([], None)
+            return [Description.at(folder / ROOT_FILE)]
+    return Description.find([])
 
 
 def looked_in() -> list[Path]:
     """Return the folders that decide which descriptions there are, seen from here."""
-    top = around()
+    top = Description.around()
     above = [Path(*[os.pardir] * number) for number in range(len(top.parts) + 1)]
     inside = Path(top, DESCRIPTIONS)
     return [*above, inside, *(path for path in world.matching(inside, "*") if world.kind(path) == world.FOLDER)]
@@ -156,21 +201,13 @@ def homes(path: Path) -> tuple[Path, ...]:
     return (here,) if here == there else (here, there)
 
 
-def projects_of(path: Path) -> tuple[Path, ...]:
-    """Return the folders of the projects that a description is in, by ``homes``; without one its own folder."""
-    return tuple(
-        next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
-        for folder in homes(path)
-    )
-
-
 def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
     if name == STDIN and _on_stdin:
         return ON_STDIN
     if Path(name).suffix in ENDINGS and world.kind(name) == world.FILE:  # no folder above is looked at
         return Path(name)
-    for path in (Path(name), Path(DESCRIPTIONS, name), Path(around(), DESCRIPTIONS, name)):
+    for path in (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name)):
         if world.kind(path / ROOT_FILE) == world.FILE:
             return path / ROOT_FILE
     if world.kind(name) == world.FILE:
@@ -212,42 +249,18 @@ def is_file(path: Path) -> bool:
     return world.kind(path) == world.FILE
 
 
-def described_at(path: Path, outputs: str | None = None) -> Description:
-    """Return the description whose first file is at a path; ``outputs`` as in ``find``."""
-    folder = Path(os.path.abspath(path)).parent
-    name = folder.name if path.name == ROOT_FILE else path.stem
-    if outputs is not None:
-        base = Path(outputs)
-    elif folder.parent.name == DESCRIPTIONS:
-        base = _from_here(folder.parent.parent / OUTPUTS, absolute=path.is_absolute())
-    else:
-        base = Path(OUTPUTS)
-    return Description(name, path, base / name)
-
-
 def _from_here(path: Path, absolute: bool) -> Path:
     """Return an absolute path relative to here, as a person would name it; not if it is above, and ``absolute``."""
     here = os.path.relpath(path)
     return path if absolute and here.startswith("..") else Path(here)
 
 
-def nearest_file(path: Path) -> Path | None:
-    """Return the file of the same folder that is called nearly so, whatever its ending; None if none is."""
-    from ..diagnostics import nearest
-
-    try:
-        # Files of one kind end alike: that is no likeness.
-        inside = world.names(path.parent)
-        stems = {Path(name).stem: path.parent / name for name, kind in inside.items() if kind == world.FILE}
-    except (OSError, ValueError):  # no folder, or a name that no file can have
-        return None
-    close = nearest(path.stem, stems)
-    return None if close is None else stems[close]
-
-
 def shown(path: Path) -> str:
     """Return a path as a person would name it: relative to here if it is below."""
-    return cache.shown(str(path))
+    return cache.shown(path)
+
+
+ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
 
 
 class Resolved(NamedTuple):
@@ -262,8 +275,15 @@ class Resolved(NamedTuple):
     by: str
     answer: str
 
+    @property
+    def is_ros_package(self) -> bool:
+        """Whether this is a ROS package that is there."""
+        return self.kind == ROS_PACKAGE and bool(self.answer)
 
-ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
+    @property
+    def is_python_package(self) -> bool:
+        """Whether this is a package of Python that is there."""
+        return self.kind == PYTHON_PACKAGE and bool(self.answer)
 
 
 def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:
@@ -278,7 +298,7 @@ def python_folder(package: str) -> Path | None:
 
 
 # The data packages, each a folder of the same name at the top of the project (parts_library is ``parts``).
-DATA = ("parts_library", "schemas", "templates", "viewer")
+_DATA = ("parts_library", "schemas", "templates", "viewer")
 
 
 def data_folder(name: str) -> Path:
@@ -286,6 +306,7 @@ def data_folder(name: str) -> Path:
     return Path(import_module(f"{__package__.rpartition('.')[0]}.{name}").__path__[0])
 
 
-def tool_folders() -> list[str]:
-    """Return the folders of the tool: that of its modules, then those of what ships with it."""
-    return [str(Path(__file__).parent.parent), *(str(data_folder(name)) for name in DATA)]
+def tool_folders() -> dict[str, Path]:
+    """Return the folders of the tool by name: that of its modules, then those of what ships with it."""
+    own = Path(__file__).parent.parent
+    return {own.name: own, **{name: data_folder(name) for name in _DATA}}

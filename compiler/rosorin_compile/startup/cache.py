@@ -122,8 +122,9 @@ def _told(place: str, foreign: bool) -> tuple[str, str]:
     return f"{named} can be written by others", f"chmod go-w {named}; or {_ELSEWHERE}"
 
 
-def shown(path: str) -> str:
+def shown(path: str | os.PathLike[str]) -> str:
     """Return a path as a person would name it: relative to here if it is below."""
+    path = os.fspath(path)
     try:
         here = os.path.relpath(path)
     except (OSError, ValueError):  # the folder of this process is gone, or on another drive

@@ -39,6 +39,7 @@ file of somebody else, an answer that has changed meanwhile) goes to ``spoil``: 
 
 from __future__ import annotations
 
+from ..startup.cache import shown
 from .asking import (
     ending,
     environment,
@@ -100,6 +101,7 @@ __all__ = [
     "package",
     "read",
     "real",
+    "shown",
     "size",
     "spoil",
     "stands",
@@ -130,6 +132,7 @@ class World:
     package = staticmethod(package)
     read = staticmethod(read)
     real = staticmethod(real)
+    shown = staticmethod(shown)
     size = staticmethod(size)
     stands = staticmethod(stands)
     stream = staticmethod(stream)

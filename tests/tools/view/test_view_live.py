@@ -20,7 +20,7 @@ import pytest
 from rosorin_compile.commands.given import Given
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.formats.page import data_of
-from rosorin_compile.project import find
+from rosorin_compile.project import Description
 from rosorin_compile.tools.view import command
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
@@ -280,7 +280,7 @@ def test_a_browser_that_goes_away_says_nothing_here(project: Path) -> None:
 
 @pytest.mark.usefixtures("project")
 def test_memory_stays_flat_over_many_saves() -> None:
-    (description,) = find([], None)
+    (description,) = Description.find([])
     followed = command._Followed(Given({}, ()), description, quiet=False)
     followed.console = Console("text")
     counts = []

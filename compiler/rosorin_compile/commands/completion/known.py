@@ -15,7 +15,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ... import world
-from ...project import ENDINGS, all_here, find, here
+from ...project import ENDINGS, Description, all_here, here
 from ..robots import is_foreign
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def _paths(asked: Subject) -> list[Path]:
     found = []
     for name in asked.robots:
         with suppress(Exception):
-            found.append(find([name], None)[0].path)
+            found.append(Description.find([name])[0].path)
     if not found:
         with suppress(Exception):
             found = [one.path for one in here()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from ...project import Description, NoDescription, all_here, find, here
+from ...project import Description, NoDescription, all_here, here
 from ..answer import give_result
 from ..compiling import telling
 from ..given import Given, given_arguments
@@ -58,7 +58,7 @@ def _asked(words: list[str], robot: str) -> tuple[Description, list[str]]:
         return descriptions([robot])[0], words
     if len(words) > 1:
         try:
-            return find(words[:1], None)[0], words[1:]
+            return Description.find(words[:1])[0], words[1:]
         except NoDescription as problem:
             if not all_here():
                 raise WrongUsage(str(problem)) from None

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ... import world
-from ...project import Description, no_file
+from ...project import Description
 from ..answer import give_result
 from ..given import given_arguments
 from ..older import later_robot, named_robot
@@ -271,7 +271,7 @@ def _same_model(robot: Robot, options: argparse.Namespace, console: Console) -> 
     name = options.model
     path = Path(name)
     if world.kind(path) != world.FILE:
-        raise WrongUsage(no_file(path))
+        raise WrongUsage.no_file(path)
     try:
         compared = against_model(robot, world.read(path))
     except NoModel as problem:

@@ -18,9 +18,9 @@ from ...project import (
     ENDINGS,
     PYTHON_PACKAGE,
     ROS_PACKAGE,
+    Description,
     Resolved,
     data_folder,
-    projects_of,
     python_folder,
     resolved,
     shown,
@@ -153,7 +153,7 @@ class Reader:
         # Without a reader whatever is no YAML is another one's robot.
         self.foreign_endings = robots.endings if robots else lambda: ("",)
         self.folder = real(root.parent)
-        self.projects = projects_of(root)
+        self.projects = Description.at(root).projects
         self.project = self.projects[0]
         self.root = root
         self.packages = dict(packages or {})

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from ...diagnostics import Diagnostic
-from ...project import DESCRIPTIONS, nearest_file
+from ...project import DESCRIPTIONS, Description
 from ...world import FOLDER, kind, real
 
 ADDRESS = "package://"
@@ -34,7 +34,7 @@ def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
     """Return what is said of a file; of one that is not there, with the file beside it that is nearly called so."""
     if diagnostic.rule != "file-unreadable":
         return diagnostic
-    close = None if kind(target) else nearest_file(target)
+    close = None if kind(target) else Description.nearest_file(target)
     if close is None:
         return diagnostic
     folder = name.rpartition("/")[0]

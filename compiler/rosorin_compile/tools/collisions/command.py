@@ -33,7 +33,6 @@ from ...diagnostics.console import log_progress
 from ...formats.srdf.matrix import Parts, digest, digests, meshes_of, parts, same_pairs
 from ...formats.srdf.planning import Planning, ordered, urdf_of
 from ...model.moveit import NEVER, REASONS, DisabledCollision, Pair
-from ...project import ON_STDIN
 
 RULES = (
     Rule(
@@ -230,7 +229,7 @@ def _write(
     reasons = listed(f"{counts[reason]} {reason}" for reason in REASONS if counts[reason]) or "none"
     console.say(f"{path}: {counted(every, 'pair')} of links, need no check: {reasons}; {every - len(pairs)} to check")
     console.say(f"tried: {counted(tried, 'random state')}, seed {planning.said.search.seed}")
-    if description.path != ON_STDIN and planning.said.matrix is None:
+    if description.path != description.ON_STDIN and planning.said.matrix is None:
         console.say(f"next: include: [{path.name}] in {description.path}, then rosorin-compile all")
     else:
         console.say("next: rosorin-compile all")

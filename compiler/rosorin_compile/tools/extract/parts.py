@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Span, did_you_mean, has_errors
 from rosorin_compile.extending import (
+    Description,
     ExtractProblem,
     Map,
     NoDescription,
@@ -24,7 +25,6 @@ from rosorin_compile.model import Mesh as MeshShape
 from rosorin_compile.model import Robot, Shape
 
 from ...frontend.packages import Packages
-from ...project import find, shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -109,7 +109,7 @@ def _described(word: str, options: ReadOptions) -> RobotSource:
     from ...pipeline import understand
 
     try:
-        (description,) = find([word], None)
+        (description,) = Description.find([word])
     except NoDescription as problem:
         raise NotThere.of("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
     understood = understand(description.path, options.arguments, options.tell, options.packages)
@@ -141,7 +141,7 @@ def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | 
             source.diagnostics.append(_missing(link, place[0], geometry.file, path, span))
             continue
         try:
-            mesh = load_mesh(Path(shown(path)), geometry.scale)
+            mesh = load_mesh(Path(world.shown(path)), geometry.scale)
         except ExtractProblem as problem:
             diagnostic = problem.diagnostic
             source.diagnostics.append(diagnostic._replace(severity=WARNING, span=span))

@@ -16,6 +16,7 @@ from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
     ROOT_FILE,
+    Description,
     WrongUsage,
     argument_options,
     console_of,
@@ -30,7 +31,6 @@ from rosorin_compile.extending import (
 from ...commands.given import packages_of
 from ...commands.robots import take_stdin
 from ...diagnostics.wording import plural
-from ...project import ON_STDIN, STDIN, around, nearest_file
 
 if TYPE_CHECKING:
     from rosorin_compile import Format
@@ -152,7 +152,7 @@ def _target(options: argparse.Namespace, source: Path, arguments: dict[str, str]
     if options.output is not None or options.force:
         word = "-o" if options.output is not None else "--force"
         raise WrongUsage(f"--into names the place, and what is there stays: leave {word} out")
-    if source is ON_STDIN:
+    if source is Description.ON_STDIN:
         raise WrongUsage("--into holds the description against a file: name it, not -")
     package = package_at(Path(options.into))
     return _Target(package, inside(source, package), arguments)
@@ -168,8 +168,8 @@ def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
     if len(names) != 1:
         raise WrongUsage(f"import takes one SOURCE, not {len(names) or 'none'}")
     take_stdin(names)
-    path = Path(names[0]) if names[0] != STDIN else ON_STDIN
-    kind = _kind(path) if path is not ON_STDIN else "file"
+    path = Path(names[0]) if names[0] != Description.STDIN else Description.ON_STDIN
+    kind = _kind(path) if path is not Description.ON_STDIN else "file"
     if kind == "folder":
         raise WrongUsage(f"{path} is a folder; name the file of the robot in it")
     if not kind:
@@ -194,7 +194,7 @@ def _kind(path: Path) -> str:
 
 def _alike(path: Path) -> str:
     """Return a file of the same folder whose name is nearly that, in words."""
-    close = nearest_file(path)
+    close = Description.nearest_file(path)
     return f'; did you mean "{close}"?' if close else ""
 
 
@@ -240,7 +240,7 @@ def _describe(
     if imported.tree is None or errors:
         return _refused(console, source, errors)
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
-    base = target.package.folder if target else around()
+    base = target.package.folder if target else Description.around()
     called = imported._replace(tree=tree).file_name
     folder = Path(options.output) if options.output else Path(base, DESCRIPTIONS, called)
     give_result(options, {"source": str(source), "robot": tree["robot"], "folder": str(folder)}, str)
@@ -397,9 +397,7 @@ def _translated(
     target: _Target | None,
 ) -> Translation | None:
     """Return what a xacro says with its macros and arguments; None for what is none, or is asked for flat."""
-    from ...project import ON_STDIN
-
-    if options.flat or not imported.takes_arguments or source is ON_STDIN:
+    if options.flat or not imported.takes_arguments or source is Description.ON_STDIN:
         return None
     from .round_trip import schema_beside
     from .translating import Changed, translate

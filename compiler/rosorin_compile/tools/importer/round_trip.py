@@ -29,6 +29,7 @@ from rosorin_compile.diagnostics import (
 from rosorin_compile.extending import (
     FORMATS,
     ROOT_FILE,
+    Description,
     Imported,
     Map,
     Places,
@@ -48,7 +49,6 @@ from ...formats.reading import join
 from ...frontend.lower import lower
 from ...meaning.sameness import different, differently_said
 from ...pipeline import emitted, understand
-from ...project import described_at
 from .description import tree_of, write
 from .repeats import with_parts
 from .telling import seen_from
@@ -236,7 +236,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     if format is None or format.prove is None or format.name not in wanted.entries:
         return Proof()
     step("proving the import in its engine")
-    outputs = described_at(folder / ROOT_FILE).outputs.absolute()
+    outputs = Description.at(folder / ROOT_FILE).outputs.absolute()
     places = Places(folder / ROOT_FILE, outputs, packages, world.environment())
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         for file, text in write(seen_from(shown, folder), wanted).items():

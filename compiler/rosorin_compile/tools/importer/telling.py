@@ -17,14 +17,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, Imported, Map, Seq, world
+from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, Description, Imported, Map, Seq, world
 
 from ...formats.checked import copied
 from ...formats.described import as_tree
 from ...formats.mesh_files import files_named
 from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
 from ...frontend.packages import Packages, package_name
-from ...project import OUTPUTS
 
 RULES = (
     Rule(
@@ -93,7 +92,7 @@ def renamed(
 def _artifacts(folder: Path) -> Path:
     """Return where the artifacts of a description stand unless somebody says so (see ``project``)."""
     base = folder.parent.parent if Path(os.path.abspath(folder)).parent.name == DESCRIPTIONS else Path()
-    return base / OUTPUTS / folder.name
+    return base / Description.OUTPUTS / folder.name
 
 
 def _is_of_package(name: str) -> bool:

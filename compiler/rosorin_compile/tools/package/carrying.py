@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact
 from rosorin_compile.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
-from rosorin_compile.extending import DESCRIPTIONS, Description, data_folder, world, yaml_of
+from rosorin_compile.extending import DESCRIPTIONS, Description, tool_folders, world, yaml_of
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from ...formats.launching import free_names
-from ...project import ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE
 from .meshes import named
 from .naming import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
@@ -107,7 +106,7 @@ def carry(
         return None, []  # a package without a URDF is refused anyway
     statics = next((one.output for one in compiled.artifacts if one.backend == STATICS), STATICS)
     values = given.values()
-    packages = {one.name: Path(one.answer) for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
+    packages = compiled.packages
     packages |= given.packages
     places, problems = _places(compiled, path, packages)
     problems += _unfindable(main, package, places)
@@ -131,8 +130,8 @@ def _spelled(path: Path) -> Path:
 
 def _places(compiled: Compiled, path: Path, packages: Mapping[str, Path]) -> tuple[dict[Path, str], list[Diagnostic]]:
     """Return where in a package the files of a description stand, and what cannot stand in one."""
-    python = [Path(one.answer) for one in compiled.resolved if one.kind == PYTHON_PACKAGE and one.answer]
-    elsewhere = [data_folder("parts_library"), *python, *map(_spelled, packages.values())]
+    python = compiled.python_packages
+    elsewhere = [tool_folders()["parts_library"], *python, *map(_spelled, packages.values())]
     inputs = [_spelled(one) for one in compiled.inputs]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
     top, prefix = _top(_spelled(path), own)
@@ -164,7 +163,7 @@ def _top(first: Path, files: Sequence[Path]) -> tuple[Path, str]:
 def _named_in(name: str, files: Iterable[Path]) -> Span | None:
     """Return where one of the YAML files names something; None if none does in so many words."""
     for file in files:
-        if file.suffix in ENDINGS:
+        if file.suffix in Description.ENDINGS:
             source = Source(str(file), world.read(file).decode("utf-8", "replace"))
             for number, line in enumerate(source.text.splitlines(), 1):
                 if name in line:
@@ -231,10 +230,10 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
     from rosorin_compile.diagnostics import has_errors
     from rosorin_compile.extending import compile_one
 
-    packages = {one.name: Path(one.answer) for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
+    packages = compiled.packages
     packages |= {**given.packages, package: there}
     alike = given._replace(packages=packages, trust=True)
-    copy = Description(package, there / carried.description, there / OUTPUTS)
+    copy = Description(package, there / carried.description, there / Description.OUTPUTS)
     again = compile_one(alike, copy, Console("json"), meshes=True, wanted=(carried.urdf,))
     wrong = [one for one in again.diagnostics if one.severity == "error"]
     if has_errors(again.diagnostics):
@@ -244,8 +243,8 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
     if any(one.text != before[one.output] for one in again.artifacts):
         message = f"the description says something else from the package: {carried.urdf} is another one"
         return [error("package-not-carried", message, None, "what it reads may depend on where it stands")]
-    python = [Path(one.answer) for one in again.resolved if one.kind == PYTHON_PACKAGE and one.answer]
-    allowed = [world.real(one) for one in (data_folder("parts_library"), *packages.values(), *python)]
+    python = again.python_packages
+    allowed = [world.real(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
     strays = [one for one in again.inputs if not any(map(world.real(one).is_relative_to, allowed))]
     if strays:
         message = f"from the package the description still reads {first_of([str(one) for one in strays], 3)}"

@@ -33,7 +33,6 @@ from ...formats.controllers.known import known
 from ...formats.controllers.topics import is_of_nobody, odometry_of
 from ...formats.controllers.types import full, of_type
 from ...formats.parameters.tables import MANAGER
-from ...project import no_file
 from . import frames, owners, values
 from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, Setting, found
@@ -88,7 +87,7 @@ def asked(options: argparse.Namespace) -> Asked:
         remaps.append(remap)
     for path in (*options.parameters, *options.controllers, *options.launch):
         if world.kind(path) != world.FILE:
-            raise WrongUsage(no_file(Path(path)))
+            raise WrongUsage.no_file(Path(path))
     own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
     return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")
 

@@ -20,13 +20,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, pip_install
-from rosorin_compile.extending import data_folder, world
+from rosorin_compile.extending import Description, tool_folders, world
 
 from ...frontend.asked import Asked
 from ...frontend.variants import Variant
 from ...output.ours import digest
 from ...output.variants import VariantsFolder
-from ...project import DATA, ROS_PACKAGE, projects_of
 from ...world import noting
 from ...world.asking import BYTES, note_tool
 from .engines import Result, death, died
@@ -73,7 +72,7 @@ def connect(address: str) -> Any:
 
 def bundle(first: Path, compiled: Compiled, packages: Mapping[str, Path]) -> Bundle:
     """Return what the workers need for a description of which one variant was compiled here."""
-    own = [data_folder(name) for name in DATA] + [Path(__file__).parents[2]]
+    own = list(tool_folders().values())
     wanted = {Path(os.path.abspath(path)): None for path in (first, *compiled.inputs)}
     wanted |= dict.fromkeys(_below(Path(os.path.abspath(first)).parent))
     files: dict[str, bytes] = {}
@@ -81,7 +80,7 @@ def bundle(first: Path, compiled: Compiled, packages: Mapping[str, Path]) -> Bun
         if not any(map(path.is_relative_to, own)):
             with suppress(OSError):
                 files[str(path)] = world.read(path)
-    folders = {one.name: one.answer for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
+    folders = {name: str(folder) for name, folder in compiled.packages.items()}
     folders |= {name: os.path.abspath(folder) for name, folder in packages.items()}
     here = os.path.abspath(first.parent)
     named = ((f"{here}/", f"{first.parent}/" if str(first.parent) != "." else ""), (f"{world.here()}/", ""))
@@ -114,7 +113,7 @@ class _Flight:
         self.client, self.task, self.total = client, task, total
         self.bundle = client.submit(_same, bundle, key=f"rosorin-compile-{bundle.key}", pure=True)
         self.files = bundle.files
-        self.home, self.projects = Path(bundle.first).parent, projects_of(Path(bundle.first))
+        self.home, self.projects = Path(bundle.first).parent, Description.at(Path(bundle.first)).projects
         self.batch: Batch = []
         self.each = _BATCH_SECONDS  # seconds a variant
         self.flying: dict[str, tuple[Any, Batch]] = {}

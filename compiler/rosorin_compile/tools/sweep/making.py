@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.diagnostics import Diagnostic, Related, has_errors
-from rosorin_compile.extending import Description, Map, OutputError, Quantity, Seq, Text
+from rosorin_compile.extending import Description, Map, OutputError, Quantity, Seq, Text, tool_folders, world
 
 from ...diagnostics import progress
 from ...diagnostics.report import as_object
@@ -30,7 +30,6 @@ from ...output import check_names, encoded
 from ...output.ours import digest
 from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
-from ...project import shown, tool_folders
 from ...world import Notes, noting
 from ...world.asking import answer, note_tool
 from ...world.notes import rows
@@ -73,7 +72,7 @@ class Made(NamedTuple):
 def job(description: Description, shared: dict[str, Any], packages: Mapping[str, Path], trust: bool, out: Path) -> Job:
     """Return what is the same for all variants of a sweep into the folder ``out``."""
     told = {
-        "description": [os.path.relpath(description.path, out), shown(description.path)],
+        "description": [os.path.relpath(description.path, out), world.shown(description.path)],
         "arguments": typed(shared),
         "packages": {name: os.path.abspath(folder) for name, folder in packages.items()},
         "trust": trust,
@@ -131,7 +130,7 @@ class Maker:
         Its own folder is held against what was written there, and the tool is known as a whole: who was first in a
         process to need a file of it would have other notes than the others.
         """
-        own = (os.path.abspath(self.folder.place(variant.name)), *tool_folders())
+        own = (os.path.abspath(self.folder.place(variant.name)), *map(str, tool_folders().values()))
         inside = tuple(folder + os.sep for folder in own)
         return [row for row in rows(notes) if row[1] not in own and not row[1].startswith(inside)]
 
@@ -162,8 +161,9 @@ class Maker:
         if has_errors(variant.diagnostics):
             return Compiled(None, (), [], ())
         given = Given({}, (), self.job.packages, self.job.trust)
-        name, path, _ = self.job.description
-        search = partial(search_meshes, given, Description(name, path, self.folder.place(variant.name)))
+        path = self.job.description.path
+        placed = replace(self.job.description, outputs=self.folder.place(variant.name))
+        search = partial(search_meshes, given, placed)
         tell = _silent if self.job.trust else None
         arguments = merged(self.job.shared, variant)
         return proven(compile_robot(path, arguments, tell, given.packages, search, kept=self.kept))

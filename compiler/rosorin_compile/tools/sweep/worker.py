@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import __version__
 from rosorin_compile.diagnostics import Diagnostic, has_errors
-from rosorin_compile.extending import Description, OutputError, data_folder, world
+from rosorin_compile.extending import Description, OutputError, tool_folders, world
 
 from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
@@ -33,7 +33,6 @@ from ...frontend.variants import Variant
 from ...output.ours import digest
 from ...output.remote import folder_of
 from ...output.variants import VariantsFolder
-from ...project import DATA, Resolved
 from ...startup.cache import digest as digest_of_bytes
 from ...world.asking import BYTES
 from .making import Folder, Job, Made, Maker, compiled_here, files_of, line_of
@@ -187,7 +186,7 @@ def _packed(data: bytes) -> bytes:
 def tool() -> str:
     """Return what tells this tool from another: its version and the contents of its sources."""
     known = hashlib.sha256()
-    for top in (Path(__file__).parents[2], *map(data_folder, DATA)):
+    for top in tool_folders().values():
         for path in world.matching(top, "**/*"):
             if world.kind(path) == world.FILE and "__pycache__" not in path.parts:
                 known.update(path.name.encode() + hashlib.sha256(world.read(path)).digest())
@@ -235,7 +234,14 @@ def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer
     lacking = _lacking(root, compiled, compiled.diagnostics)
     inputs = tuple(Path(_shown(str(path), root, bundle)) for path in compiled.inputs)
     said = [_moved(one, root, bundle) for one in compiled.diagnostics]
-    resolved = tuple(Resolved(*(_shown(text, root, bundle) for text in one)) for one in compiled.resolved)
+    resolved = tuple(
+        one._replace(
+            name=_shown(one.name, root, bundle),
+            by=_shown(one.by, root, bundle),
+            answer=_shown(one.answer, root, bundle),
+        )
+        for one in compiled.resolved
+    )
     moved = replace(compiled, inputs=inputs, diagnostics=said, resolved=resolved)
     return Answer("", {}, {}, lacking, compiled=moved)
 

@@ -37,7 +37,6 @@ from rosorin_compile.extending import (
 from ...commands.given import texts
 from ...commands.robots import meant
 from ...commands.understanding import read
-from ...project import STDIN, find
 
 if TYPE_CHECKING:
     from rosorin_compile import Compiled
@@ -146,7 +145,7 @@ def _asked(words: list[str]) -> tuple[str, Description]:
     """Return the source and the robot that are meant. Raises WrongUsage."""
     if not words or len(words) > 2:
         raise WrongUsage("write verify [ROBOT] SOURCE: one robot, and one recording")
-    if words.count(STDIN) > 1:
+    if words.count(Description.STDIN) > 1:
         raise WrongUsage("standard input is the recording or the robot, not both")
     robot, source = "", words[-1]
     if len(words) > 1:
@@ -164,14 +163,14 @@ def _asked(words: list[str]) -> tuple[str, Description]:
 
 def _may_be_robot(words: list[str], word: str) -> bool:
     """Say whether one of two words may be the robot; standard input is one where the other word is none."""
-    if word == STDIN:
-        return not any(_may_be_robot(words, other) for other in words if other != STDIN)
-    named = Path(word).suffix.lower() in (".yaml", ".yml") or (word != STDIN and is_foreign(Path(word)))
+    if word == Description.STDIN:
+        return not any(_may_be_robot(words, other) for other in words if other != Description.STDIN)
+    named = Path(word).suffix.lower() in (".yaml", ".yml") or (word != Description.STDIN and is_foreign(Path(word)))
     return _is_robot(word) or (named and world.kind(word) == world.FILE)
 
 
 def _may_be_source(word: str) -> bool:
-    return word == STDIN or (_is_there(word) and not _is_robot(word))
+    return word == Description.STDIN or (_is_there(word) and not _is_robot(word))
 
 
 def _is_there(source: str) -> bool:
@@ -192,7 +191,7 @@ def _is_robot(source: str) -> bool:
         if world.kind(path) == world.FOLDER:
             files = world.names(path)
             return ROOT_FILE in files and not any(_RECORDED.search(file) for file in files)
-        found = path if world.kind(path) == world.FILE else find([source], None)[0].path
+        found = path if world.kind(path) == world.FILE else Description.find([source])[0].path
     except (NoDescription, OSError, ValueError):
         return False
     # Messages may be pasted as JSON or as YAML of any name.

@@ -29,7 +29,7 @@ from .commands.usage import (
     tell_which_tool,
 )
 from .diagnostics.console import guarded, show_progress
-from .diagnostics.progress import hide
+from .diagnostics.progress import Progress
 from .world import spoil
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def _run(words: list[str]) -> int:
         # Python 3.11 wraps what comes while a class is made.
         return 130 if isinstance(problem.__cause__, KeyboardInterrupt) else _stopped(problem, answer)
     finally:
-        hide()
+        Progress.hide()
     return code
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
-from .diagnostics.progress import step
+from .diagnostics.progress import Progress
 from .diagnostics.wording import and_more, counted
 from .formats import FORMATS, Artifact, plugged_diagnostics
 from .frontend.accepting import Entry, settled, unknown, unused
@@ -138,7 +138,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
     expanded = expanded._replace(tree=tree)
     diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs]
-    step("validating")
+    Progress.step("validating")
     diagnostics += validate(tree, FORMATS, expanded.scope)
     lowered = None if has_errors(diagnostics) else lower(tree, expanded.scope)
     diagnostics += [*_plugged_rules(), *unknown(tree, acceptable())]
@@ -350,7 +350,7 @@ def _made(
 
     templates, artifacts, told = Templates(path.parent, first=path), list[Artifact](), list[Diagnostic]()
     for number, output in enumerate(outputs):
-        step(f"making {output.file},", number, len(outputs))
+        Progress.step(f"making {output.file},", number, len(outputs))
         format, place = FORMATS[output.backend], locate(tree, ("outputs", output.name), key=True)
         try:
             text, said = format.written(robot, output, templates)

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import progress
+from rosorin_compile.diagnostics import Progress
 
 CHAIN = """robot: chain
 parts:
@@ -64,7 +64,7 @@ class Clock:
 def clock() -> Iterator[Clock]:
     """A clock for what is shown on ``stream``."""
     yield Clock()
-    progress.hide()
+    Progress.hide()
 
 
 def sit_down(monkeypatch: pytest.MonkeyPatch) -> Terminal:
@@ -80,68 +80,68 @@ def sit_down(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 
 def test_nothing_is_shown_before_two_seconds(clock: Clock) -> None:
     shown = Terminal()
-    progress.show(shown, clock)
+    Progress.show(shown, clock)
     for moment in (100.0, 101.0, 101.99):
         clock.now = moment
-        progress.step("reading", 1, 10)
+        Progress.step("reading", 1, 10)
     assert shown.getvalue() == ""
     clock.now = 102.0
-    progress.step("reading", 2, 10)
+    Progress.step("reading", 2, 10)
     assert shown.getvalue() == "\rreading 2 of 10 [######........................]  20%\x1b[K"
-    progress.hide()
+    Progress.hide()
     assert shown.left() == ""
 
 
 def test_a_step_of_another_kind_is_shown_at_once_and_others_now_and_then(clock: Clock) -> None:
     shown = Terminal()
-    progress.show(shown, clock)
+    Progress.show(shown, clock)
     clock.now = 103.0
     for done in range(1000):
         clock.now += 0.001
-        progress.step("reading", done, 1000)
+        Progress.step("reading", done, 1000)
     assert 9 <= shown.getvalue().count("reading") <= 12
-    progress.step("checking")
+    Progress.step("checking")
     assert shown.getvalue().endswith("\rchecking\x1b[K")
-    progress.step("expanding parts", 1234)
+    Progress.step("expanding parts", 1234)
     assert shown.getvalue().endswith("\rexpanding parts 1,234\x1b[K")
-    progress.step("reading", 12, 10)  # a recording may hold more than it says
+    Progress.step("reading", 12, 10)  # a recording may hold more than it says
     assert "] 100%" in shown.getvalue()
-    progress.part("fitting", 1, 4)(0.5)
+    Progress.part("fitting", 1, 4)(0.5)
     assert shown.getvalue().endswith("\rfitting [###########...................]  37%\x1b[K")
 
 
 def test_it_begins_anew(clock: Clock) -> None:
     shown = Terminal()
-    progress.show(shown, clock)
+    Progress.show(shown, clock)
     clock.now += 10
-    progress.step("reading")
-    progress.begin()
+    Progress.step("reading")
+    Progress.begin()
     assert shown.left() == ""
     before = shown.getvalue()
-    progress.step("reading")
+    Progress.step("reading")
     assert shown.getvalue() == before
     clock.now += 2
-    progress.step("reading")
+    Progress.step("reading")
     assert shown.left() == "reading"
 
 
 def test_a_line_never_wraps_and_steers_nothing(clock: Clock) -> None:
     shown = Terminal()
-    progress.show(shown, clock)
+    Progress.show(shown, clock)
     clock.now += 10
-    progress.about("\x1b[2J" + "ロ" * 100)
-    progress.step("reading", 1, 2)
+    Progress.about("\x1b[2J" + "ロ" * 100)
+    Progress.step("reading", 1, 2)
     line = shown.left()
     assert line.startswith("\\x1b[2Jロ")
     assert len(line) + line.count("ロ") == 79
 
 
 def test_without_a_person_a_step_does_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    progress.step("reading", 1, 2)
-    progress.about("a")
-    progress.begin()
-    progress.wipe()
-    progress.hide()
+    Progress.step("reading", 1, 2)
+    Progress.about("a")
+    Progress.begin()
+    Progress.wipe()
+    Progress.hide()
     assert capsys.readouterr() == ("", "")
 
 

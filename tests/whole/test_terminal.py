@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import console, progress
+from rosorin_compile.diagnostics import Progress, console
 from rosorin_compile.world import memory
 
 # Escape sequences of 7 and 8 bits, what turns the order of letters round, what nobody sees, and a line that is wiped.
@@ -134,12 +134,12 @@ def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatc
     with console.guarded():
         console.Console("text").repeat([(memory.ERR, "\x1b[31merror\x1b[0m \x1b[2J\n")])
         console.show_progress()
-        monkeypatch.setattr(progress._line, "due", 0.0)
-        progress.step("measuring", 1, 2)
+        monkeypatch.setattr(Progress._line, "due", 0.0)
+        Progress.step("measuring", 1, 2)
         print("\x1b[31m", file=sys.stderr)
     shown = sys.stderr.getvalue()  # type: ignore[attr-defined]
     assert shown.startswith("\x1b[31merror\x1b[0m \\x1b[2J\n\rmeasuring 1 of 2 [")
-    progress.hide()
+    Progress.hide()
     assert shown.endswith("\r\x1b[K\\x1b[31m\n")
 
 

@@ -16,7 +16,7 @@ from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..diagnostics.progress import about
+from ..diagnostics.progress import Progress
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import ON_STDIN, Description
@@ -232,7 +232,7 @@ def check_every(run: Run, description: Description) -> int:
     tell: Tell = telling(run.given, run.console)
     search = partial(search_meshes, run.given, description)
     for number, combination in enumerate(tried, 1):
-        about(f"{description.name}, {number:,} of {len(tried):,}:")
+        Progress.about(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
         compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages, search)
         for diagnostic in proven(compiled).diagnostics:

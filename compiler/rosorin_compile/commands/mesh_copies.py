@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from .. import world
 from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
-from ..diagnostics.progress import step
+from ..diagnostics.progress import Progress
 from ..diagnostics.registry import FORMATS, Rule
 from ..formats.mesh_files import Found, Searched, told
 from ..formats.mesh_triangles import ExtractProblem, load_mesh
@@ -58,7 +58,7 @@ def brought(searched: Searched, outputs: Path) -> Searched:
     converted: list[Named] = []
     failed: dict[tuple[str, str, str], list[Named]] = {}
     for number, found in enumerate(searched.found):
-        step("reading meshes", number, len(searched.found))
+        Progress.step("reading meshes", number, len(searched.found))
         try:
             files |= dict.fromkeys(found.beside, _read(found.file)) if found.beside else {}
             made, is_new = _files(found, outputs)

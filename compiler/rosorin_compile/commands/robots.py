@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .. import world
 from ..diagnostics.console import Console
-from ..diagnostics.progress import about, begin
+from ..diagnostics.progress import Progress
 from ..plugins import aside
 from ..project import (
     ENDINGS,
@@ -92,7 +92,7 @@ def take_stdin(names: Sequence[str]) -> None:
     world.spoil("standard input is read")
     give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _taken[:] = [sys.stdin]
-    begin()  # who typed it did not wait for us
+    Progress.begin()  # who typed it did not wait for us
 
 
 def no_stdin(words: Sequence[str], help: str) -> None:
@@ -156,7 +156,7 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
         run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
     for description in found:
         run.console.begin(description.name)
-        about(f"{description.name}:" if len(found) > 1 else "")
+        Progress.about(f"{description.name}:" if len(found) > 1 else "")
         begin_robot(options, description)
         # A program reads one document on standard output, and nothing that a plug-in prints beside it.
         with nullcontext() if plugin is None or run.console.for_people else aside(plugin):

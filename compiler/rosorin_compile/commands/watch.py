@@ -11,7 +11,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console
-from ..diagnostics.progress import begin
+from ..diagnostics.progress import Progress
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs, Said
 from ..project import Description, NoDescription
@@ -96,7 +96,7 @@ class _Robot:
 
     def compile(self) -> None:
         """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
-        begin()
+        Progress.begin()
         self.inputs.read(self._compile)
 
     def _compile(self) -> None:

@@ -22,7 +22,7 @@ from .wording import and_more, counted, first_of, listed, masked, printable, quo
 if TYPE_CHECKING:
     from .console import Console
     from .installing import pip_install
-    from .progress import step
+    from .progress import Progress
     from .registry import Heading, Rule
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "Console",
     "Diagnostic",
     "Heading",
+    "Progress",
     "Related",
     "Rule",
     "Source",
@@ -49,7 +50,6 @@ __all__ = [
     "pip_install",
     "printable",
     "quoted",
-    "step",
 ]
 
 
@@ -352,7 +352,7 @@ _HOMES = {
     "Rule": "diagnostics.registry",
     "Heading": "diagnostics.registry",
     "pip_install": "diagnostics.installing",
-    "step": "diagnostics.progress",
+    "Progress": "diagnostics.progress",
 }
 
 __getattr__ = lazily(__name__, _HOMES, globals())

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from ..world import is_set, variable
 from ..world.memory import ERR, OUT, RAW, hear, otherwise
-from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered, progress
+from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
+from .progress import Progress
 from .wording import and_more, counted, printable
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class _Guard:
 
     def write(self, text: str) -> int:
         """Write a text; lines and tabs stay."""
-        progress.wipe()
+        Progress.wipe()
         shown = printable(text, _LAYOUT)
         self.stream.write(shown)
         hear(self.kind, shown)
@@ -80,19 +81,14 @@ def _unguarded(stream: TextIO) -> TextIO:
 def show_progress() -> None:
     """Show what takes long, if a person sees standard error: a terminal, and not that of a machine that builds."""
     if sys.stderr.isatty() and not is_set("CI") and variable("TERM") != "dumb":
-        progress.show(_unguarded(sys.stderr))
-
-
-def log_progress() -> None:
-    """Write a line of what takes long now and then into standard error, if no terminal shows it."""
-    progress.log(_unguarded(sys.stderr))
+        Progress.show(_unguarded(sys.stderr))
 
 
 def paint(text: str, stream: TextIO) -> None:
     """Print a text in which our own colours are."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
-    progress.wipe()
+    Progress.wipe()
     _unguarded(stream).write("".join(pieces))
     hear(ERR if stream is sys.stderr else OUT, "".join(pieces))
 
@@ -101,7 +97,7 @@ def give(text: str) -> None:
     """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
     if getattr(sys.stdout, "name", "") == os.devnull:
         raise OSError(errno.EBADF, "it is closed")
-    progress.wipe()
+    Progress.wipe()
     stream = sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)
     raw = getattr(stream, "buffer", None)
     if isinstance(stream, _Guard) or raw is None:
@@ -235,6 +231,10 @@ class Console:
             print(self._inert(line), file=stream)
         if self.keeps:
             self.section.said.append(line.removeprefix(f"{self.section.name}: "))
+
+    def log_progress(self) -> None:
+        """Write a line of what takes long now and then into standard error, if no terminal shows it."""
+        Progress.log(_unguarded(sys.stderr))
 
     def tell_read(self, files: Iterable[object]) -> None:
         """Say which files were read, for people who want to know."""

@@ -1,7 +1,8 @@
 """Progress: on the last line of a terminal, what is being done and how far it is, once that takes longer than a while.
 
-Whoever does something that may take long says so with ``step``; that costs next to nothing, and nothing is shown unless
-``show`` was called, as the command line does for a person at a terminal. Whatever is printed wipes the line off first.
+Whoever does something that may take long says so with ``Progress.step``; that costs next to nothing, and nothing is
+shown unless ``show`` was called, as the command line does for a person at a terminal. Whatever is printed wipes the
+line off first.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TextIO
+from typing import ClassVar, TextIO
 
 from .wording import printable
 
@@ -92,70 +93,73 @@ class _Log(_Line):
         """Leave the lines as they are."""
 
 
-_line: _Line | None = None
+class Progress:
+    """What takes long in this process: there is one line on which it is shown, and whoever does something says so.
 
-
-def show(stream: TextIO, clock: Callable[[], float] | None = None) -> None:
-    """Show from now on what takes long, on a stream that is a terminal; ``clock`` gives seconds."""
-    global _line
-    _line = _Line(stream, clock or (lambda: time.monotonic()))
-
-
-def log(stream: TextIO, clock: Callable[[], float] | None = None) -> None:
-    """Write from now on a line of what takes long every few seconds, unless it is shown on a terminal."""
-    global _line
-    _line = _line or _Log(stream, clock or (lambda: time.monotonic()))
-
-
-def hide() -> None:
-    """Wipe the line off, and show nothing any more."""
-    global _line
-    wipe()
-    _line = None
-
-
-def begin() -> None:
-    """Begin anew: what takes long is counted from here, as by ``watch`` for each change."""
-    if _line is not None:
-        _line.wipe()
-        _line.begin()
-
-
-def about(what: str) -> None:
-    """Say which of several things the steps are about from now on, such as the name of a robot."""
-    if _line is not None:
-        _line.about = what
-
-
-def step(what: str, done: int = 0, total: int = 0, counted: bool = True, more: str = "") -> None:
-    """Say what is being done now, and that ``done`` of ``total`` (0: nobody knows) are; not ``counted``: a share.
-
-    ``more`` stands behind it, such as a rate.
+    ``AFTER`` is after how long (s) it is shown.
     """
-    if _line is not None:
-        _line.step(what, done, total, counted, more)
 
+    AFTER = AFTER
+    _line: ClassVar[_Line | None] = None
 
-@contextmanager
-def within() -> Iterator[None]:
-    """Show nothing of the steps within a step that is shown already."""
-    global _line
-    line, _line = _line, None
-    try:
-        yield
-    finally:
-        _line = line
+    @classmethod
+    def show(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
+        """Show from now on what takes long, on a stream that is a terminal; ``clock`` gives seconds."""
+        cls._line = _Line(stream, clock or (lambda: time.monotonic()))
 
+    @classmethod
+    def log(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
+        """Write from now on a line of what takes long every few seconds, unless it is shown on a terminal."""
+        cls._line = cls._line or _Log(stream, clock or (lambda: time.monotonic()))
 
-def part(what: str, index: int, count: int) -> Callable[[float], None]:
-    """Return what is told the share (0 to 1) that is done of one part of several."""
-    return lambda share: step(what, int(1000 * (index + share)), 1000 * count, counted=False)
+    @classmethod
+    def hide(cls) -> None:
+        """Wipe the line off, and show nothing any more."""
+        cls.wipe()
+        cls._line = None
 
+    @classmethod
+    def begin(cls) -> None:
+        """Begin anew: what takes long is counted from here, as by ``watch`` for each change."""
+        if cls._line is not None:
+            cls._line.wipe()
+            cls._line.begin()
 
-def wipe() -> None:
-    """Wipe the line off, before something else is printed."""
-    if _line is not None:
-        _line.wipe()
+    @classmethod
+    def about(cls, what: str) -> None:
+        """Say which of several things the steps are about from now on, such as the name of a robot."""
+        if cls._line is not None:
+            cls._line.about = what
+
+    @classmethod
+    def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True, more: str = "") -> None:
+        """Say what is being done now, and that ``done`` of ``total`` (0: nobody knows) are; not ``counted``: a share.
+
+        ``more`` stands behind it, such as a rate.
+        """
+        if cls._line is not None:
+            cls._line.step(what, done, total, counted, more)
+
+    @classmethod
+    @contextmanager
+    def within(cls) -> Iterator[None]:
+        """Show nothing of the steps within a step that is shown already."""
+        line, cls._line = cls._line, None
+        try:
+            yield
+        finally:
+            cls._line = line
+
+    @classmethod
+    def part(cls, what: str, index: int, count: int) -> Callable[[float], None]:
+        """Return what is told the share (0 to 1) that is done of one part of several."""
+        return lambda share: cls.step(what, int(1000 * (index + share)), 1000 * count, counted=False)
+
+    @classmethod
+    def wipe(cls) -> None:
+        """Wipe the line off, before something else is printed."""
+        if cls._line is not None:
+            cls._line.wipe()
 
 
 def _cut(text: str, columns: int) -> str:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.bounded import json_of
-from ..diagnostics.progress import step
+from ..diagnostics.progress import Progress
 from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Format, Value
 from ..formats.facts import COLLISION, Solid
@@ -77,7 +77,7 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """
     model = Known(robot)
     for number, artifact in enumerate(artifacts):
-        step(f"proving {artifact.file},", number, len(artifacts))
+        Progress.step(f"proving {artifact.file},", number, len(artifacts))
         if not agrees(robot, artifact, model):
             return _disagreements(robot, artifacts)
     return []

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..diagnostics.progress import step
+from ..diagnostics.progress import Progress
 from ..diagnostics.wording import printable
 from ..formats import FORMATS, Artifact, Fact, Facts
 from ..model import Robot
@@ -72,7 +72,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     texts: list[TextDifference] = []
     pairs: list[Pair] = []
     for number, artifact in enumerate(arranged):
-        step(f"comparing {artifact.file},", number, len(arranged))
+        Progress.step(f"comparing {artifact.file},", number, len(arranged))
         old = _decoded(committed.get(artifact.file))
         if old is None:
             missing = artifact.file not in committed

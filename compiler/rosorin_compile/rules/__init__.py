@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from .. import world
 from ..diagnostics import ERROR, Diagnostic, Span
-from ..diagnostics.progress import step
+from ..diagnostics.progress import Progress
 from ..diagnostics.registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
 from ..frontend.accepting import accepted
 from ..frontend.expand.scope import Scope
@@ -116,7 +116,7 @@ def check(
     case = Case(robot, tree, places, collect(tree), formats, scope, wanted)
     diagnostics: list[Diagnostic] = []
     for number, one in enumerate(checks()):
-        step("checking", number, len(checks()))
+        Progress.step("checking", number, len(checks()))
         diagnostics += one(case)
     diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
     return _causes(tree, _joined(tree, diagnostics))

@@ -9,8 +9,7 @@ import pytest
 import yaml
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import progress
-from rosorin_compile.diagnostics.progress import hide, show
+from rosorin_compile.diagnostics import Progress, progress
 from rosorin_compile.tools.collisions import search as search_module
 from rosorin_compile.tools.collisions.search import Search
 from support.commands import Shown, ask
@@ -235,11 +234,11 @@ def test_a_terminal_shows_how_far_it_is(reach: Path, capsys: Shown) -> None:
 
     assert reach
     terminal, seconds = Terminal(), iter(range(10**9))
-    show(terminal, lambda: float(next(seconds)))  # type: ignore[arg-type]
+    Progress.show(terminal, lambda: float(next(seconds)))  # type: ignore[arg-type]
     try:
         assert main(["collisions", "reach"]) == 0
     finally:
-        hide()
+        Progress.hide()
     assert "trying states 5,0" in terminal.text
     assert "bringing links near each other" in terminal.text
     assert "trying" not in capsys.readouterr().out

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Source, Span, error
-from ...diagnostics.progress import step
+from ...diagnostics.progress import Progress
 from ...diagnostics.registry import FILES, Rule
 from ...project import (
     ENDINGS,
@@ -200,7 +200,7 @@ class Reader:
     ) -> Map | None:
         """Return a file joined with its includes; None if it cannot be read."""
         self.files.append(path)
-        step("reading files", len(self.files))
+        Progress.step("reading files", len(self.files))
         try:
             file = load_mapping(path, name, asked, via)
         except LoadError as problem:

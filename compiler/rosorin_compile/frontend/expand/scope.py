@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
-from ...diagnostics.progress import step
+from ...diagnostics.progress import Progress
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import first_of
 from ...units import UNITS
@@ -315,7 +315,7 @@ class Scope:
     def count(self, nodes: int, span: Span, via: Instance | None) -> None:
         """Count values that are made. Raises Failed when the description grows beyond all measure."""
         self.ledger.nodes += nodes
-        step("expanding parts" if self.ledger.parts else "expanding", self.ledger.parts)
+        Progress.step("expanding parts" if self.ledger.parts else "expanding", self.ledger.parts)
         if self.ledger.nodes > MAX_NODES:
             if not self.ledger.full:
                 self.ledger.full = True

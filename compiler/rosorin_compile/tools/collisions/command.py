@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from rosorin_compile.diagnostics import Console, Heading, Rule, counted, error, listed, step
+from rosorin_compile.diagnostics import Console, Heading, Progress, Rule, counted, error, listed
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -29,7 +29,6 @@ from rosorin_compile.extending import (
 
 from ...commands.robots import no_stdin, one
 from ...commands.understanding import Known, understood
-from ...diagnostics.console import log_progress
 from ...formats.srdf.matrix import Parts, digest, digests, meshes_of, parts, same_pairs
 from ...formats.srdf.planning import Planning, ordered, urdf_of
 from ...model.moveit import NEVER, REASONS, DisabledCollision, Pair
@@ -68,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
     description = one(words[0] if words else "", _HOW)
     console = console_of(options)
     if not options.quiet:
-        log_progress()
+        console.log_progress()
     known = understood(given, description, console)
     if known is None:
         return PROBLEMS
@@ -165,7 +164,7 @@ def _searched(
         console.show(meshes.told)
         _refused(console, "without all meshes nobody knows what never touches", "--package NAME=PATH names a package")
         return None, 0
-    search = Search(planning, meshes, step, same)
+    search = Search(planning, meshes, Progress.step, same)
     pairs = search.run()
     if search.by_hulls:
         names = listed([" and ".join(pair) for pair in sorted(search.by_hulls)], 3)

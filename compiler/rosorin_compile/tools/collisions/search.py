@@ -25,9 +25,9 @@ from itertools import combinations
 from random import Random
 from typing import Any
 
+from rosorin_compile.diagnostics import Progress
 from rosorin_compile.model import Joint
 
-from ...diagnostics.progress import hide
 from ...formats.srdf.planning import Planning, ordered
 from ...model.moveit import ADJACENT, ALWAYS, DEFAULT, NEVER, DisabledCollision, Pair
 from ...startup import system
@@ -286,7 +286,7 @@ class _Second:
         self.pipe, into = os.pipe()
         self.process = os.fork()
         if self.process == 0:
-            hide()  # its steps are those of a part
+            Progress.hide()  # its steps are those of a part
             try:
                 with open(into, "wb") as stream:  # noqa: PTH123 - a pipe
                     pickle.dump({pair: work(pair) for pair in pairs}, stream)

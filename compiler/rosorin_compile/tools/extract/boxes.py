@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import progress
+from rosorin_compile.diagnostics import Progress
+
 from . import writing
 from .fits import Fit, Tell, fits
 from .measure import Measured, Ruler
@@ -33,7 +34,7 @@ class Fitted(NamedTuple):
 
 def fit_parts(parts: Sequence[Part], digits: int, stack: int, axis: str) -> list[Fitted]:
     """Return shapes of every kind around each part, measured."""
-    tells = [progress.part("fitting", index, len(parts)) for index in range(len(parts))]
+    tells = [Progress.part("fitting", index, len(parts)) for index in range(len(parts))]
     return [_fit(part, digits, stack, axis, tell) for part, tell in zip(parts, tells, strict=True)]
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, did_you_mean, step
+from rosorin_compile.diagnostics import Diagnostic, Heading, Progress, Rule, did_you_mean
 from rosorin_compile.extending import FORMATS, ExtractProblem, Map, NotThere, TriangleMesh, world
 from rosorin_compile.model import Box, HeightMap
 
@@ -121,7 +121,7 @@ def extract(source: RobotSource, package: str, asked: Asked) -> Factory:
 def _add_boxes(source: RobotSource, asked: Asked, made: Factory) -> None:
     """Add the box around the meshes of each link but that of the height map."""
     for index, link in enumerate(source.robot.link):
-        step("measuring", index, len(source.robot.link))
+        Progress.step("measuring", index, len(source.robot.link))
         part = None if link == asked.map_link else part_of_link(source, link, asked.section)
         if part is not None:
             made.boxes[link] = axis_aligned(part.triangles, asked.digits)

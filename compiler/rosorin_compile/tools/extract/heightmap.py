@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, step
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Progress, Rule
 from rosorin_compile.extending import ExtractProblem
 from rosorin_compile.model import HeightMap
 
@@ -48,7 +48,7 @@ RULES = (
 )
 
 
-Progress = Callable[[int, int], None]
+Told = Callable[[int, int], None]
 
 CHUNK = 50_000
 
@@ -58,7 +58,7 @@ def height_map(
     grid: Grid,
     spacing: float | None = None,
     exact: bool = False,
-    progress: Progress = lambda _done, _all: None,
+    progress: Told = lambda _done, _all: None,
 ) -> Floats:
     """Return the height of the surface of triangles (n, 3, 3) in metres over each cell, (nx, ny); 0 where is none.
 
@@ -177,7 +177,7 @@ def make_map(triangles: Floats, wanted: Wanted, frame: str) -> tuple[HeightMap, 
             raise ExtractProblem.of("height-map-empty", message, "correct --below, --xyz or --scale")
     lower, upper = bounds(triangles)
     grid = _grid(wanted, lower, upper)
-    heights = height_map(triangles, grid, wanted.spacing, wanted.exact, partial(step, "sampling"))
+    heights = height_map(triangles, grid, wanted.spacing, wanted.exact, partial(Progress.step, "sampling"))
     if not heights.any():
         message = f"the mesh has no surface above z = 0 of {frame} over the grid"
         raise ExtractProblem.of("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
@@ -195,7 +195,7 @@ def _bottoms(
     ceiling = float(triangles[:, :, 2].max()) + 1.0  # so that no surface is at zero
     flipped = triangles.copy()
     flipped[:, :, 2] = ceiling - flipped[:, :, 2]
-    depths = height_map(flipped, grid, wanted.spacing, wanted.exact, partial(step, "sampling")).tolist()
+    depths = height_map(flipped, grid, wanted.spacing, wanted.exact, partial(Progress.step, "sampling")).tolist()
     least = 10.0**-wanted.digits  # the thickness of a sheet
     rows = tuple(
         tuple(

@@ -13,6 +13,7 @@ from rosorin_compile.diagnostics import (
     Console,
     Diagnostic,
     Heading,
+    Progress,
     Related,
     Rule,
     Span,
@@ -22,7 +23,6 @@ from rosorin_compile.diagnostics import (
     first_of,
     listed,
     printable,
-    step,
 )
 from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, console_of, format_options, page_options, place, world
 
@@ -171,7 +171,7 @@ class Fleet:
         texts = Texts()
         for variant in self.file.variants():
             self.total += 1
-            step(f"reading {variant.name},", self.total)
+            Progress.step(f"reading {variant.name},", self.total)
             if variant.name in self.names:
                 message = f'{self.file.path} has two variants "{printable(variant.name)}"'
                 self.problem = self.problem or error("fleet-file", message, variant.span(), "give each its own name")

@@ -15,6 +15,7 @@ from rosorin_compile.diagnostics import (
     ERROR,
     Diagnostic,
     Heading,
+    Progress,
     Related,
     Rule,
     Source,
@@ -24,7 +25,6 @@ from rosorin_compile.diagnostics import (
     error,
     has_errors,
     listed,
-    step,
 )
 from rosorin_compile.extending import (
     FORMATS,
@@ -235,7 +235,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     format = FORMATS.get(imported.format)
     if format is None or format.prove is None or format.name not in wanted.entries:
         return Proof()
-    step("proving the import in its engine")
+    Progress.step("proving the import in its engine")
     outputs = Description.at(folder / ROOT_FILE).outputs.absolute()
     places = Places(folder / ROOT_FILE, outputs, packages, world.environment())
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
@@ -274,7 +274,7 @@ def largest_difference(one: Robot, other: Robot) -> float:
     generator = random.Random(_SEED)  # noqa: S311 (the same states in every run)
     largest = 0.0
     for number in range(STATES + 1):
-        step("proving the import", number, STATES + 1)
+        Progress.step("proving the import", number, STATES + 1)
         state = {} if number == 0 else {joint.name: _somewhere(joint, generator) for joint in one.joints}
         first, second = one.poses_in_root(state), other.poses_in_root(_in_urdf(one, state))
         largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])

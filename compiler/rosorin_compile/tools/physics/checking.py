@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile import Case
-from rosorin_compile.diagnostics import Diagnostic, arrange, counted, listed, step
+from rosorin_compile.diagnostics import Diagnostic, Progress, arrange, counted, listed
 from rosorin_compile.extending import Description, Places, world
 
 from ...formats.mesh_files import files_of
@@ -56,7 +56,7 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
     def tick() -> None:
         nonlocal done
         done += 1
-        step("checking the physics", done, total)
+        Progress.step("checking the physics", done, total)
 
     places = Places(description.path, description.outputs, packages, world.environment())
     meshes = Meshes(case, files_of(case.tree, case.robot.outputs, places))

@@ -9,7 +9,7 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.diagnostics import WARNING, Console, error, pip_install, step
+from rosorin_compile.diagnostics import WARNING, Console, Progress, error, pip_install
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -183,7 +183,7 @@ def _draw(
 
 
 def _progress(done: int, total: int) -> None:
-    step("drawing", done, total, counted=False)
+    Progress.step("drawing", done, total, counted=False)
 
 
 def picture(

@@ -13,13 +13,13 @@ from rosorin_compile.diagnostics import (
     Console,
     Diagnostic,
     Heading,
+    Progress,
     Rule,
     arrange,
     counted,
     error,
     listed,
     pip_install,
-    step,
 )
 from rosorin_compile.extending import (
     FINE,
@@ -146,7 +146,7 @@ def _simulate(
             message = f"{known.robot.name} cannot be simulated: {problem}"
             console.show([*problem.diagnostics, error("simulation-refused", message, None, "check names the place")])
             return PROBLEMS
-        trials = all_trials(world, options.seconds, lambda done, total: step("simulating", done, total))
+        trials = all_trials(world, options.seconds, lambda done, total: Progress.step("simulating", done, total))
         found = _settled(known, Judge(known.case, world, limits).all(trials))
     _tell(world, trials, found, limits, options, console)
     if options.html is not None and not _written(world, trials, found, Path(options.html), known, console):

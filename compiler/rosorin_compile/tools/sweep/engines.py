@@ -15,9 +15,8 @@ from contextlib import suppress
 from multiprocessing import connection, get_context
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error
+from rosorin_compile.diagnostics import Diagnostic, Heading, Progress, Rule, error
 
-from ...diagnostics import progress
 from ...frontend.variants import Variant
 from ...output.remote import folder_of
 from ...startup import system
@@ -93,7 +92,7 @@ class _Worker:
     """A process, the pipe to it, and what it was given, the oldest first."""
 
     def __init__(self, context: Any, job: Job, folder: Folder) -> None:
-        progress.wipe()
+        Progress.wipe()
         self.pipe, theirs = context.Pipe()
         lock = folder.lock if context.get_start_method() == "fork" else None
         arguments = (theirs, job, folder.address, os.getpid(), lock)
@@ -228,7 +227,7 @@ def _work(pipe: Any, job: Job, address: str, parent: int, lock: int | None) -> N
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who presses Ctrl-C means the run, which ends us
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    progress.hide()
+    Progress.hide()
     if lock is not None:
         os.close(lock)  # it goes when the run does
     gc.freeze()

@@ -18,10 +18,9 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.diagnostics import Diagnostic, Related, has_errors
+from rosorin_compile.diagnostics import Diagnostic, Progress, Related, has_errors
 from rosorin_compile.extending import Description, Map, OutputError, Quantity, Seq, Text, tool_folders, world
 
-from ...diagnostics import progress
 from ...diagnostics.report import as_object
 from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
@@ -107,7 +106,7 @@ class Maker:
 
     def make(self, variant: Variant) -> Made:
         """Make a variant; what is wrong with it is told in its line."""
-        with progress.within(), noting() as notes:
+        with Progress.within(), noting() as notes:
             note_tool()
             compiled = self.compiled(variant)
         return self.finished(variant, compiled, notes)

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Container, Iterable, Iterator
 from typing import NamedTuple
 
-from rosorin_compile.diagnostics import Diagnostic, step
+from rosorin_compile.diagnostics import Diagnostic, Progress
 
 from ... import __version__
 from ...frontend.variants import Variant
@@ -77,7 +77,7 @@ class Counts:
         since, before = self.recent[0]
         rate = (worked - before) / (now - since) if now > since else 0.0
         more = f" {_rate(rate)}, {duration((self.total - self.done) / rate)} left" if rate else ""
-        step("variants", self.done, self.total, more=more)
+        Progress.step("variants", self.done, self.total, more=more)
 
 
 def _rate(rate: float) -> str:

@@ -13,10 +13,9 @@ from itertools import islice
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR as WRONG
-from rosorin_compile.diagnostics import Console, Diagnostic, Related, Source, Span, and_more, counted
+from rosorin_compile.diagnostics import Console, Diagnostic, Progress, Related, Source, Span, and_more, counted
 from rosorin_compile.extending import world
 
-from ...diagnostics.progress import AFTER
 from ...frontend.variants import Row
 from ...output.variants import Stored
 from .making import ERROR, MADE, UNCHANGED, Made
@@ -85,7 +84,7 @@ def table(counts: Counts, stored: Stored) -> Iterator[str]:
     yield f"errors    {counts.by_state[ERROR]:>10,}"
     if stored.objects:
         yield f"distinct artifacts {stored.objects:,}, {_size(stored.size)}"
-    if counts.worked and counts.seconds > AFTER:  # of less a person knows it, and a script reads no clock
+    if counts.worked and counts.seconds > Progress.AFTER:  # of less a person knows it, and a script reads no clock
         each = 1e3 * counts.seconds / counts.worked
         yield f"{duration(counts.seconds)}, {each:,.0f} ms a variant"
 

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import Console, Heading, Rule, pip_install, step
+from rosorin_compile.diagnostics import Console, Heading, Progress, Rule, pip_install
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -112,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
         needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
         raise WrongUsage(f"{needs}: {pip_install('verify')}") from None
     said = _options(options, compiled.robot)
-    told = partial(step, "reading messages")
+    told = partial(Progress.step, "reading messages")
     try:
         verdict = verify(compiled.robot, compiled.artifacts, source, said, told, sys.stdin.buffer.read)
     except Unreadable as problem:

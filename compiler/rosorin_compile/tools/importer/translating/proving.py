@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, step
+from rosorin_compile.diagnostics import ERROR, Diagnostic, Progress, Span
 from rosorin_compile.extending import (
     DESCRIPTIONS,
     FORMATS,
@@ -208,7 +208,7 @@ def faults(
             (stage / file).parent.mkdir(parents=True, exist_ok=True)
             (stage / file).write_text(text, "utf-8")
         for number, row in enumerate(rows):
-            step("proving the translation", number, len(rows))
+            Progress.step("proving the translation", number, len(rows))
             made = source.read(row)
             if made.tree is None or any(one.severity == ERROR for one in made.diagnostics):
                 if all(value != PROBE for _, value in row):

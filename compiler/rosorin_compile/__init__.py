@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .pipeline import (
         Compiled,
         Reading,
+        Variant,
         compile,  # noqa: A004 - re.compile is called so, too
         read,
     )
@@ -51,6 +52,7 @@ _HOMES = {
     "Rule": "diagnostics.registry",
     "Templates": "formats.templating",
     "Value": "formats.format",
+    "Variant": "pipeline",
     "Written": "commands.verbs",
     "check": "commands.verbs",
     "compile": "pipeline",
@@ -84,6 +86,7 @@ __all__ = [
     "Rule",
     "Templates",
     "Value",
+    "Variant",
     "Written",
     "__version__",
     "check",

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from .frontend.asked import Asked
     from .frontend.expand.files import Kept
     from .frontend.expand.included_robots import How, Tell
-    from .frontend.variants import Variant
     from .project import Resolved
 
 Search = Callable[[Map, Sequence[Output]], "Searched"]
@@ -40,6 +39,18 @@ Search = Callable[[Map, Sequence[Output]], "Searched"]
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200
 FILE = "file"  # begins the names of all attributes of MJCF that name one
+
+
+class Variant(NamedTuple):
+    """One robot of a list: its name, its arguments with their places, and the place of its name.
+
+    ``diagnostics`` say what is wrong with the entry itself.
+    """
+
+    name: str
+    arguments: Map
+    span: Span | None = None
+    diagnostics: tuple[Diagnostic, ...] = ()
 
 
 @dataclass(frozen=True)

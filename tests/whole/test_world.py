@@ -21,11 +21,11 @@ LISTED = {
     "output.one_file": "writes a file, and what it would write over is looked at with it",
     "output.ours": "writes the record of what was written, against which it holds what is there",
     "output.placing": "writes into folders of others, and takes back what it began",
-    "output.remote": "writes into a store by fsspec, whose methods are called as those of paths",
     "output.staging": "writes beside what is there, and moves it into place",
-    "output.variants": "writes the folder of a sweep, and keeps what several processes write apart",
     "tools.collisions.search": "reads what its own processes hand back, by a pipe",
     "tools.importer.translating.proving": "sets variables of the environment for what it compares",
+    "tools.sweep.folder": "writes the folder of a sweep, and keeps what several processes write apart",
+    "tools.sweep.remote": "writes into a store by fsspec, whose methods are called as those of paths",
     "tools.verify.bags": "rosbags opens recordings, which are read in pieces: such a run is spoiled",
     "tools.verify.sources": "reads what is pasted by a pipe, once: such a run is spoiled",
 }

@@ -20,6 +20,8 @@ from .letters import difference, look
 from .wording import and_more, counted, first_of, listed, masked, printable, quoted
 
 if TYPE_CHECKING:
+    import ast
+
     from .console import Console
     from .installing import pip_install
     from .progress import Progress
@@ -79,6 +81,28 @@ class Source(NamedTuple):
         lines = _lines(self.text)
         return lines[number - 1] if 0 < number <= len(lines) else ""
 
+    def start(self) -> Span:
+        """Return the place of its first character."""
+        return Span(self, 1, 1, 1)
+
+    def json(self) -> Any:
+        """Return what it says as JSON. Raises ValueError, with the place where there is one, also if it is too deep."""
+        from .bounded import json_of
+
+        return json_of(self.text)
+
+    def yaml(self) -> Any:
+        """Return what it says as YAML. Raises ValueError, with what is wrong, also if it is too deep."""
+        from .bounded import yaml_of
+
+        return yaml_of(self.text)
+
+    def python(self, expression: bool = False) -> ast.Module | ast.Expression:
+        """Return its syntax tree, as a program or an expression. Raises SyntaxError; ValueError if it is too deep."""
+        from .bounded import python_of
+
+        return python_of(self.text, expression)
+
 
 @lru_cache(maxsize=16)
 def _lines(text: str) -> list[str]:
@@ -136,9 +160,19 @@ class Diagnostic(NamedTuple):
 
     def __str__(self) -> str:
         """Return place, severity, rule and message in one line, as the command line begins with."""
+        return self.as_text().partition("\n")[0]
+
+    def as_text(self) -> str:
+        """Return it as a person reads it, in lines: place, message, the line of the file, the way out."""
         from .report import text
 
-        return text([self]).partition("\n")[0]
+        return text([self])
+
+    def as_object(self) -> dict[str, object]:
+        """Return it as JSON has it."""
+        from .report import as_object
+
+        return as_object(self)
 
 
 def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from ..commands.robots import Run, for_each, is_foreign
     from ..commands.understanding import mode_states
     from ..commands.usage import FINE, PROBLEMS, WrongUsage
-    from ..diagnostics.bounded import python_of, yaml_of
     from ..formats import FORMATS
     from ..formats.imported import Imported, ReadOptions
     from ..formats.mesh_files import Places
@@ -51,6 +50,7 @@ if TYPE_CHECKING:
     from ..output.one_file import write_file
     from ..output.ours import Held
     from ..output.placing import Holding, holding
+    from ..output.staging import Stage
     from ..pipeline import compile_robot
     from ..project import DESCRIPTIONS, ROOT_FILE, Description, NoDescription, tool_folders
     from ..units import Quantity, parse_quantity
@@ -87,6 +87,7 @@ _HOMES = {
     "ReadOptions": "formats.imported",
     "Run": "commands.robots",
     "Seq": "frontend.tree",
+    "Stage": "output.staging",
     "StaticTransform": "formats.static_tf",
     "Text": "frontend.tree",
     "TextDifference": "meaning.golden",
@@ -119,7 +120,6 @@ _HOMES = {
     "parse_quantity": "units",
     "parse_yaml": "frontend.load",
     "place": "commands.options",
-    "python_of": "diagnostics.bounded",
     "quiet_option": "commands.options",
     "read_robot": "formats.reading",
     "read_utf8": "frontend.load",
@@ -130,7 +130,6 @@ _HOMES = {
     "tool_folders": "project",
     "world": "world",
     "write_file": "output.one_file",
-    "yaml_of": "diagnostics.bounded",
 }
 
 __all__ = [
@@ -162,6 +161,7 @@ __all__ = [
     "ReadOptions",
     "Run",
     "Seq",
+    "Stage",
     "StaticTransform",
     "Text",
     "TextDifference",
@@ -194,7 +194,6 @@ __all__ = [
     "parse_quantity",
     "parse_yaml",
     "place",
-    "python_of",
     "quiet_option",
     "read_robot",
     "read_utf8",
@@ -205,7 +204,6 @@ __all__ = [
     "tool_folders",
     "world",
     "write_file",
-    "yaml_of",
 ]
 
 __getattr__ = lazily(__name__, _HOMES, globals())

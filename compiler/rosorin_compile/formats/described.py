@@ -14,7 +14,7 @@ from ..diagnostics import Span
 from ..diagnostics.registry import READING, Rule
 from ..frontend.load import MAX_DEPTH
 from ..frontend.schema import Steps, subject, unit_at
-from ..frontend.tree import Map, Seq, first_line
+from ..frontend.tree import Map, Seq
 from ..plugins import diagnostic_of
 from ..units import parse_quantity
 from ..xml.files import printable_name
@@ -47,7 +47,7 @@ def imported(made: object, opened: Opened) -> Imported:
     diagnostics = list(said)
     for one in diagnostics:
         diagnostic_of(one)
-    tree = as_tree(description, first_line(opened.source), [])
+    tree = as_tree(description, opened.source.start(), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
     name = printable_name(opened.path)

@@ -43,10 +43,9 @@ def read(files: Iterable[Path], texts: Mapping[str, str]) -> Map:
     made: Map | None = None
     for path in files:
         given = load_mapping(path, shown(path))
-        for name, value in given.items():
-            if has_expression(value):
-                message = f'the argument "{name}" is an expression; a file of arguments holds values'
-                raise LoadError(error("bad-argument", message, given.value_spans[name], "write its result"))
+        for name in given.calculated():
+            message = f'the argument "{name}" is an expression; a file of arguments holds values'
+            raise LoadError(error("bad-argument", message, given.value_spans[name], "write its result"))
         if made is None:
             made = Map(given.span)
         for name, value in given.items():
@@ -58,15 +57,6 @@ def read(files: Iterable[Path], texts: Mapping[str, str]) -> Map:
         made.key_spans.pop(name, None)
         made.value_spans.pop(name, None)
     return made
-
-
-def has_expression(value: Any) -> bool:
-    """Say whether a value of a file of arguments is to be calculated."""
-    if isinstance(value, Map):
-        return any(map(has_expression, value.values()))
-    if isinstance(value, Seq):
-        return any(map(has_expression, value))
-    return isinstance(value, str) and "${" in value
 
 
 def declared(

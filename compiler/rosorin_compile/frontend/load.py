@@ -23,7 +23,7 @@ from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
 from ..units import parse_quantity
 from ..world import FILE, OTHER, kind, read, size, spoil
-from .tree import Instance, Map, Seq, Text, first_line
+from .tree import Instance, Map, Seq, Text
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -196,13 +196,13 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
         return tree
     if source.text.lstrip().startswith("<"):
         kind, help = _markup(source.text)
-        raise LoadError(error("not-a-mapping", f"{source.path} is {kind}, not a description", first_line(source), help))
+        raise LoadError(error("not-a-mapping", f"{source.path} is {kind}, not a description", source.start(), help))
     kind = "empty" if tree is None else "not a mapping"
     kind = "a list" if isinstance(tree, Seq) else kind
     message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
     empty = tree is None and stdin_of(path) is not None
     help = "did the program before the pipe say why?" if empty else "start from docs/tutorial.md"
-    raise LoadError(error("not-a-mapping", message, first_line(source), help))
+    raise LoadError(error("not-a-mapping", message, source.start(), help))
 
 
 @cache

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ..diagnostics import Related, Source, Span, Use
+from ..diagnostics import Related, Span, Use
 from ..diagnostics.wording import and_more
 
 Path = tuple[str | int, ...]
@@ -56,6 +56,10 @@ class Map(dict[str, "Any"]):
         self[key] = value
         self.key_spans[key] = key_span
         self.value_spans[key] = value_span
+
+    def calculated(self) -> list[str]:
+        """Return the keys whose values are to be calculated: an expression stands somewhere in them."""
+        return [key for key, value in self.items() if _has_expression(value)]
 
     def copied(self) -> Map:
         """Return a mapping of the same entries, which may grow."""
@@ -128,6 +132,14 @@ class Place(NamedTuple):
         while via is not None and not via.made and via.span != self.span and via.span.source == self.span.source:
             via = via.parent
         return tuple(via.stack()) if via else ()
+
+
+def _has_expression(value: Any) -> bool:
+    if isinstance(value, Map):
+        return any(map(_has_expression, value.values()))
+    if isinstance(value, Seq):
+        return any(map(_has_expression, value))
+    return isinstance(value, str) and "${" in value
 
 
 def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Place:
@@ -250,8 +262,3 @@ def has(node: Any, step: str | int) -> bool:
     if isinstance(node, Map):
         return step in node
     return isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node)
-
-
-def first_line(source: Source) -> Span:
-    """Return the span of the first character of a file."""
-    return Span(source, 1, 1, 1)

@@ -99,6 +99,27 @@ class OutputError(Exception):
         spoil("what stands in the way of a file is looked at by who writes it")
         self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
+    @classmethod
+    def of(cls, problem: OSError, folder: Path, verb: str, what: str = "output folder") -> OutputError:
+        """Return the error for a user: what cannot be done, why, and the way out; ``what`` cannot be written."""
+        place = problem.filename if isinstance(problem.filename, str) else str(folder)
+        # The folder in which the new set is prepared has a name by chance, and is gone already.
+        place = str(folder.parent) if any(is_stage(part) for part in Path(place).parts) else place
+        reason = problem.strerror or type(problem).__name__
+        message = f"cannot {verb} {folder}: {reason} ({place})"
+        if problem.errno in _READ_ONLY:
+            rule = "output-read-only" if verb == "write" else "output-unreadable"
+            return cls(rule, message, f"give yourself the right to {verb} there, or name another {what}")
+        if problem.errno in _FULL:
+            return cls("output-full", message, f"make room on the disk, or name an {what} on another one")
+        if problem.errno in _NOT_A_FOLDER:
+            message = f"cannot {verb} {folder}: {place} is not a folder"
+            return cls("output-folder", message, f"name another {what}, or move that file away")
+        if problem.errno in _MOUNTED:
+            message = f"cannot replace {folder} as a whole: a file system is mounted at {place}"
+            return cls("output-mounted", message, "name a folder below the mount point as the output folder")
+        return cls("output-failed", message, f"name another {what}")
+
 
 def write_outputs(folder: Path, files: Mapping[str, str | bytes], prune: bool = False, whole: bool = True) -> Written:
     """Make ``files`` the set of artifacts in ``folder``, as ``write_set``; a file of somebody else is not lost.
@@ -132,7 +153,7 @@ def write_set(
                 tidy(folder.parent)
             return _update(folder, contents, prune, judge)
     except OSError as problem:
-        raise explained(problem, folder, "write") from None
+        raise OutputError.of(problem, folder, "write") from None
 
 
 def read_set(folder: Path) -> dict[str, bytes]:
@@ -150,7 +171,7 @@ def read_set(folder: Path) -> dict[str, bytes]:
             entries = [(n, entry.path) for n, entry in staging.below(folder) if entry.is_file(follow_symlinks=False)]
             return {printable(name): Path(path).read_bytes() for name, path in sorted(entries)}
     except OSError as problem:
-        raise explained(problem, folder, "read") from None
+        raise OutputError.of(problem, folder, "read") from None
 
 
 @contextmanager
@@ -342,24 +363,3 @@ def _check_writable(folder: Path, status: os.stat_result | None) -> None:
         if Path.cwd().is_relative_to(folder.resolve()):
             message = f"{folder} is replaced as a whole, and cannot be while the command runs inside it"
             raise OutputError("output-folder", message, "run the command from another folder")
-
-
-def explained(problem: OSError, folder: Path, verb: str, what: str = "output folder") -> OutputError:
-    """Return the error for a user: what cannot be done, why, and the way out; ``what`` is it that cannot be written."""
-    place = problem.filename if isinstance(problem.filename, str) else str(folder)
-    # The folder in which the new set is prepared has a name by chance, and is gone already.
-    place = str(folder.parent) if any(is_stage(part) for part in Path(place).parts) else place
-    reason = problem.strerror or type(problem).__name__
-    message = f"cannot {verb} {folder}: {reason} ({place})"
-    if problem.errno in _READ_ONLY:
-        rule = "output-read-only" if verb == "write" else "output-unreadable"
-        return OutputError(rule, message, f"give yourself the right to {verb} there, or name another {what}")
-    if problem.errno in _FULL:
-        return OutputError("output-full", message, f"make room on the disk, or name an {what} on another one")
-    if problem.errno in _NOT_A_FOLDER:
-        message = f"cannot {verb} {folder}: {place} is not a folder"
-        return OutputError("output-folder", message, f"name another {what}, or move that file away")
-    if problem.errno in _MOUNTED:
-        message = f"cannot replace {folder} as a whole: a file system is mounted at {place}"
-        return OutputError("output-mounted", message, "name a folder below the mount point as the output folder")
-    return OutputError("output-failed", message, f"name another {what}")

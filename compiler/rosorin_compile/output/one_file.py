@@ -16,7 +16,7 @@ from pathlib import Path
 from .. import world
 from ..diagnostics.registry import WRITING, Rule
 from ..world import spoil
-from . import OutputError, cleared, explained
+from . import OutputError, cleared
 from .ours import wrote
 from .staging import staged_file, tidy, write_staged
 
@@ -73,7 +73,7 @@ def write_file(
         place.parent.mkdir(parents=True, exist_ok=True)
         _replace(place, data, status)
     except OSError as problem:
-        raise explained(problem, path, "write", "output file") from None
+        raise OutputError.of(problem, path, "write", "output file") from None
 
 
 def replace_text(path: Path, text: str, rule: str) -> None:
@@ -102,7 +102,7 @@ def touch(files: Iterable[Path]) -> None:
         try:
             os.utime(file)
         except OSError as problem:
-            raise explained(problem, file, "write", "output file") from None
+            raise OutputError.of(problem, file, "write", "output file") from None
 
 
 def write_depfile(path: Path, target: str, inputs: Sequence[Path], made: Iterable[Path]) -> None:

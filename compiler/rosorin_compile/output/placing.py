@@ -120,8 +120,18 @@ class Holding(NamedTuple):
 
     @staticmethod
     def digest(data: bytes) -> str:
-        """Return by what a file is known in the note."""
+        """Return by what a file is known in the note: its SHA-256."""
         return digest(data)
+
+    @staticmethod
+    def is_marked(data: bytes) -> bool:
+        """Say whether a file says that this tool has generated it."""
+        return ours.is_marked(data)
+
+    @staticmethod
+    def wrote(path: Path) -> bool:
+        """Say whether a file says that this tool wrote it, or has nothing that could be lost. Raises OSError."""
+        return ours.wrote(path)
 
     def check_way(self, name: str) -> None:
         """Raise OutputError for a name that is not below the folder, or to which a link leads."""

@@ -75,6 +75,45 @@ def staged(parent: Path) -> Iterator[Path]:
             discard(stage)
 
 
+class Stage:
+    """The folder of a run beside what it is to replace: what is prepared in it is put into its place in one step.
+
+    ``path`` is where it stands. All of it raises OSError.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @classmethod
+    @contextmanager
+    def within(cls, parent: Path) -> Iterator[Stage]:
+        """Make one in ``parent``, which is discarded in the end."""
+        with staged(parent) as path:
+            yield cls(path)
+
+    @staticmethod
+    def tidy(parent: Path) -> None:
+        """Repair and remove what killed runs left in ``parent``; what a living run holds stays."""
+        tidy(parent)
+
+    @staticmethod
+    def below(folder: Path) -> Iterator[tuple[str, os.DirEntry[str]]]:
+        """Yield the relative POSIX name and the entry of all that is below a folder, in no order, links as links."""
+        return below(folder)
+
+    def carry(self, source: Path, name: str) -> None:
+        """Let a file stand under a name here, too: the same file where links can be made, else a copy."""
+        (self.path / name).parent.mkdir(parents=True, exist_ok=True)
+        carry(source, self.path / name)
+
+    def put(self, name: str, folder: Path, fresh: list[str], gone: list[str]) -> None:
+        """Put the folder ``name`` that was made here into the place of ``folder``; if it fails, that is as before.
+
+        ``fresh`` are its files that are new or differ, ``gone`` those of the old folder that are to go.
+        """
+        put(self.path / name, folder, self.path / _ASIDE, Change(fresh, gone))
+
+
 @contextmanager
 def staged_file(parent: Path) -> Iterator[tuple[Path, int]]:
     """Make the file of a run in ``parent``, gone in the end; yield it, and a handle to write. Raises OSError."""

@@ -19,7 +19,6 @@ HAS_FORK = hasattr(os, "fork")
 HAS_OWNERS = hasattr(os, "geteuid")
 HAS_FOLDER_HANDLES = AS_FOLDER != 0  # and what is open can be moved: Windows has neither
 
-NO_LOCKS = "this system has no locks (fcntl): nothing keeps another run from writing into the same folder"
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
 _missed: list[str] = []
 

@@ -39,8 +39,10 @@ file of somebody else, an answer that has changed meanwhile) goes to ``spoil``: 
 
 from __future__ import annotations
 
+from ..startup import system
 from ..startup.cache import shown
 from .asking import (
+    answer,
     ending,
     environment,
     head,
@@ -54,6 +56,7 @@ from .asking import (
     names,
     note_contents,
     note_read,
+    note_tool,
     note_written,
     now,
     own_text,
@@ -115,7 +118,11 @@ __all__ = [
 
 
 class World:
-    """Files, the environment and what is installed, as whoever stands beside the core asks for them: see the table."""
+    """Files, the environment and what is installed, as whoever stands beside the core asks for them: see the table.
+
+    Beside them what this system can do: how many ``cores`` there are, whether a process ``can_fork``, ``lock`` and
+    ``hard_link`` of files, whose one is (``is_own``), and what a run ``needs`` and goes on without.
+    """
 
     ABSENT, FILE, FOLDER, OTHER = ABSENT, FILE, FOLDER, OTHER
     ending = staticmethod(ending)
@@ -140,7 +147,15 @@ class World:
     variable = staticmethod(variable)
     version = staticmethod(version)
     noting = noting
+    note_tool = staticmethod(note_tool)
+    answer = staticmethod(answer)
     spoil = staticmethod(spoil)
+    can_fork = system.HAS_FORK
+    cores = staticmethod(system.cores)
+    hard_link = staticmethod(system.link)
+    is_own = staticmethod(system.is_own)
+    lock = staticmethod(system.lock)
+    needs = staticmethod(system.needs)
 
 
 world = World()

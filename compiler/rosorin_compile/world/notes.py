@@ -34,6 +34,10 @@ class Notes:
         if self.answers.setdefault(question, answer) != answer and not self.spoiled:
             self.spoiled = f"{question[0]} of {question[1]} has changed while it was read"
 
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Return what was asked, of what, and the answer, in plain rows; none of notes that are good for no answer."""
+        return [] if self.spoiled else [(*question, said) for question, said in self.answers.items()]
+
     def take_all(self, other: Notes) -> None:
         """Note what others have noted."""
         for question, answer in other.answers.items():
@@ -112,8 +116,3 @@ def spoil(why: str) -> None:
 def are_open() -> bool:
     """Say whether somebody is noting."""
     return bool(_open)
-
-
-def rows(notes: Notes) -> list[tuple[str, str, str]]:
-    """Return what was asked, of what, and the answer, in plain rows; none of notes that are good for no answer."""
-    return [] if notes.spoiled else [(*question, said) for question, said in notes.answers.items()]

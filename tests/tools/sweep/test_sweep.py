@@ -17,11 +17,11 @@ from typing import Any
 
 import pytest
 
+from rosorin_compile import Variant
 from rosorin_compile.cli import main
 from rosorin_compile.frontend.expand import files as reading
-from rosorin_compile.frontend.variants import Variant
-from rosorin_compile.output import variants as output
 from rosorin_compile.startup.remembering import forget
+from rosorin_compile.tools.sweep import folder as output
 from rosorin_compile.tools.sweep.making import Made, Maker
 from rosorin_compile.world import now
 from support.commands import Shown, edit

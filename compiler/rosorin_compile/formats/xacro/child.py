@@ -25,7 +25,6 @@ from ...frontend.packages import Packages, package_name
 from ...world import environment, matching, noting
 from ...world import text as text_of
 from ...world.listening import listening
-from ...world.notes import rows
 from ...xml.files import read_source
 from ...xml.markup import MarkupError, parse
 from .tracing import Traces, elements, places, where
@@ -98,7 +97,7 @@ def main() -> None:
         os.environ.update(request["environment"])
     with noting() as notes, listening():
         answer = expand(request)
-    answer["asked"] = rows(notes)
+    answer["asked"] = notes.rows()
     answer["spoiled"] = notes.spoiled
     with answer_to:
         json.dump(answer, answer_to)

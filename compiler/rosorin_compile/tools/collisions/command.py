@@ -13,6 +13,7 @@ from rosorin_compile.extending import (
     PROBLEMS,
     Description,
     Given,
+    Holding,
     WrongUsage,
     argument_options,
     console_of,
@@ -90,10 +91,8 @@ def _refused(console: Console, message: str, help: str) -> int:
 
 def _is_ours(path: Path) -> bool:
     """Say whether a file may be replaced."""
-    from ...output.ours import wrote
-
     try:
-        return wrote(path)
+        return Holding.wrote(path)
     except (OSError, ValueError):
         return True  # it is not there, or writing says why not
 

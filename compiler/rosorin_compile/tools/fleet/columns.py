@@ -24,7 +24,6 @@ from rosorin_compile.extending import FORMATS, parse_quantity, world
 from rosorin_compile.model import Pose, Transform
 
 from ...formats.facts import ANGLES
-from ...world.disk import status_of
 from .spread import is_same
 from .sweep_file import Variant
 
@@ -413,7 +412,7 @@ class Texts:
     """The artifacts of a sweep on disk, each held against its sum; what several robots share is read once."""
 
     def __init__(self) -> None:
-        self._sums: dict[str, bytes] = {}
+        self._sums: dict[tuple[int, ...], bytes] = {}
         self._bad: set[str] = set()
 
     def look(self, variant: Variant) -> tuple[list[str], list[str]]:
@@ -445,7 +444,7 @@ class Texts:
         try:
             with world.stream(path) as file:
                 status = os.fstat(file.fileno())
-                key = status_of(status).signature
+                key = (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
                 if key in self._sums:
                     return self._sums[key]
                 sums = hashlib.sha256()

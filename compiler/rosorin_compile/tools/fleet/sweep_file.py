@@ -12,8 +12,6 @@ from typing import Any, NamedTuple
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, Source, Span, error, printable
 from rosorin_compile.extending import WrongUsage, world
 
-from ...diagnostics.bounded import json_of
-
 RULES = (
     Rule(
         "fleet-file",
@@ -129,7 +127,7 @@ class SweepFile:
         if not text.startswith("{") or not text.endswith("["):
             raise _NotByLine(False, "", line, number, 1)
         try:
-            said = json_of(f"{text}]}}")
+            said = Source(str(self.path), f"{text}]}}").json()
         except ValueError:
             raise _NotByLine(False, "", line, number, 1) from None
         return _head(said, line, number)
@@ -138,7 +136,7 @@ class SweepFile:
         """Yield the variants of a file that another program has laid out otherwise."""
         text = world.text(self.path)
         try:
-            said = json_of(text)
+            said = Source(str(self.path), text).json()
         except ValueError as problem:
             line, column = getattr(problem, "lineno", 1), getattr(problem, "colno", 1)
             lines = text.splitlines() or [""]
@@ -209,7 +207,7 @@ def _name(said: Any, index: int) -> str:
 
 def _object(text: str, line: str, number: int) -> Any:
     try:
-        return json_of(text)
+        return Source("", text).json()
     except ValueError as problem:
         reason = getattr(problem, "msg", problem)
         message = f"ends in the middle, after {number - 2:,} variants, or is damaged: {reason}"

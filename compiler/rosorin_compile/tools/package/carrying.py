@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact
 from rosorin_compile.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
-from rosorin_compile.extending import DESCRIPTIONS, Description, tool_folders, world, yaml_of
+from rosorin_compile.extending import DESCRIPTIONS, Description, tool_folders, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from ...formats.launching import free_names
@@ -211,7 +211,7 @@ def _plain(written: str) -> str:
     if written[:1] not in ("'", '"'):
         return written
     try:
-        value = yaml_of(written)
+        value = Source("", written).yaml()
     except ValueError:  # it is shown shortened
         return written
     return value if isinstance(value, str) else written

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.extending import world, yaml_of
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.extending import world
 from rosorin_compile.model import Robot
 
 # What shows the messages of a sensor of a type: a class of rviz_default_plugins and the type of its messages.
@@ -77,7 +78,7 @@ def topics_of(target: Path, sensors: set[str]) -> dict[str, str]:
     topics: dict[str, str] = {}
     for path in world.matching(target, "rviz/*.rviz"):
         try:
-            view = yaml_of(world.read(path).decode("utf-8", "replace"))
+            view = Source(str(path), world.read(path).decode("utf-8", "replace")).yaml()
             for display in view["Visualization Manager"]["Displays"]:
                 topic = display.get("Topic", {}).get("Value")
                 if display.get("Name") in sensors and isinstance(topic, str) and topic:

@@ -91,10 +91,9 @@ class _Unreadable(Exception):
 
 
 def _python(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
-    from rosorin_compile.extending import python_of
 
     try:
-        tree = python_of(source.text)
+        tree = source.python()
     except (SyntaxError, ValueError) as problem:
         raise _Unreadable(f"not a Python file: {problem}") from None
     names = constants(tree)

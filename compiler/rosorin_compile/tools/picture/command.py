@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from ..view.showing import Shown
     from .camera import Box, Camera
-    from .painting import Progress
+    from .painting import Told
     from .soup import Piece, Surface, Surfaces
 
 _HOW = "rosorin-compile picture ROBOT -o FILE"
@@ -142,11 +142,10 @@ def _draw(
     shown: Shown, asked: Asked, options: argparse.Namespace, target: Path, inputs: Sequence[Path], console: Console
 ) -> int:
     """Draw a robot and write the picture."""
-    from rosorin_compile.extending import OutputError, write_file
+    from rosorin_compile.extending import Holding, OutputError, write_file
 
     from ...commands.transforms.states import NoState, beyond, beyond_limit, given
     from ...model.pulses import NoPulse, NoServo
-    from ...output.ours import wrote
 
     lacking = _lacking(shown.robot)
     if lacking:
@@ -172,7 +171,7 @@ def _draw(
         console.warn(f"{shown.robot.name} cannot be drawn: {why}; --collision draws simpler shapes")
         return PROBLEMS
     try:
-        write_file(target, made, inputs, None if options.force else wrote)
+        write_file(target, made, inputs, None if options.force else Holding.wrote)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
@@ -187,7 +186,7 @@ def _progress(done: int, total: int) -> None:
 
 
 def picture(
-    shown: Shown, places: Mapping[str, Transform], asked: Asked, suffix: str, console: Console, progress: Progress
+    shown: Shown, places: Mapping[str, Transform], asked: Asked, suffix: str, console: Console, progress: Told
 ) -> bytes:
     """Return the picture of a robot whose links are at ``places``, as the file that ``suffix`` says."""
     from . import soup
@@ -210,7 +209,7 @@ def _png(
     frames: Mapping[str, Transform],
     asked: Asked,
     robot: Robot,
-    progress: Progress,
+    progress: Told,
 ) -> bytes:
     from .frames import drawn, paint
     from .light import THEMES
@@ -231,7 +230,7 @@ def _svg(
     frames: Mapping[str, Transform],
     asked: Asked,
     robot: Robot,
-    progress: Progress,
+    progress: Told,
 ) -> bytes:
     from .frames import drawn
     from .light import THEMES

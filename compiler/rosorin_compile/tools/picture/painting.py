@@ -19,7 +19,7 @@ from .raster import Layer, Scene, Whole, first_seen, next_seen, scene, turns_lef
 from .soup import Piece
 
 Floats = NDArray[np.float64]
-Progress = Callable[[int, int], None]
+Told = Callable[[int, int], None]
 
 FINE = 3  # samples along the side of a pixel
 _BAND = 3_000_000  # samples that are looked at together
@@ -231,7 +231,7 @@ def _outlined(model: Model, camera: Camera, seen: Fragments) -> Floats:
     return left
 
 
-def painted(model: Model, camera: Camera, transparent: bool, progress: Progress) -> NDArray[np.uint8]:
+def painted(model: Model, camera: Camera, transparent: bool, progress: Told) -> NDArray[np.uint8]:
     """Return the picture of a model: (rows, columns, 3), or 4 where it is transparent."""
     drawn, chosen = in_view(model, camera, FINE)
     opacity = model.opacity[model.surfaces.piece]

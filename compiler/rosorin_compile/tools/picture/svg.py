@@ -33,7 +33,7 @@ from .raster import Layer, Whole, first_seen, next_seen
 from .soup import Piece
 
 Floats = NDArray[np.float64]
-Progress = Callable[[int, int], None]
+Told = Callable[[int, int], None]
 Point = tuple[float, float]
 
 _SAMPLES = 800_000  # of the grid on which it is looked up what is seen
@@ -63,7 +63,7 @@ def svg(
     transparent: bool,
     theme: Theme,
     title: str,
-    progress: Progress,
+    progress: Told,
 ) -> str:
     """Return the drawing of pieces and frames."""
     model = modelled(pieces, box, theme)
@@ -85,7 +85,7 @@ def svg(
     return "\n".join(lines) + "\n"
 
 
-def _faces(model: Model, camera: Camera, progress: Progress) -> list[_Drawn]:
+def _faces(model: Model, camera: Camera, progress: Told) -> list[_Drawn]:
     """Return the faces that are seen, the farthest first."""
     factor = math.sqrt(_SAMPLES / (camera.width * camera.height))
     width, height = math.ceil(camera.width * factor), math.ceil(camera.height * factor)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -187,7 +186,6 @@ def _tell(
     console: Console,
 ) -> None:
     """Print what came of the trials."""
-    from ...diagnostics.report import as_json
     from . import telling
 
     timing = not options.no_timing
@@ -196,7 +194,7 @@ def _tell(
         if options.format == "json":
             console.show(found)
         else:
-            made["findings"] = json.loads(as_json(found))
+            made["findings"] = [one.as_object() for one in found]
         give_result(options, made, str)
         return
     name = world.robot.name

@@ -19,17 +19,14 @@ from operator import length_hint
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile import Variant
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, pip_install
-from rosorin_compile.extending import Description, tool_folders, world
+from rosorin_compile.extending import Description, Holding, tool_folders, world
 
 from ...frontend.asked import Asked
-from ...frontend.variants import Variant
-from ...output.ours import digest
-from ...output.variants import VariantsFolder
-from ...world import noting
-from ...world.asking import BYTES, note_tool
 from .engines import Result, death, died
-from .making import Folder, Job, Made, Maker, compiled_here
+from .folder import VariantsFolder
+from .making import Folder, Job, Made, Maker, Row, compiled_here
 from .running import Stopped
 from .worker import Answer, Answers, Batch, Bundle, Task, tool, work
 
@@ -84,8 +81,8 @@ def bundle(first: Path, compiled: Compiled, packages: Mapping[str, Path]) -> Bun
     folders |= {name: os.path.abspath(folder) for name, folder in packages.items()}
     here = os.path.abspath(first.parent)
     named = ((f"{here}/", f"{first.parent}/" if str(first.parent) != "." else ""), (f"{world.here()}/", ""))
-    told = json.dumps([{name: digest(data) for name, data in files.items()}, folders, named], sort_keys=True)
-    return Bundle(files, os.path.abspath(first), folders, named, digest(told.encode()))
+    told = json.dumps([{name: Holding.digest(data) for name, data in files.items()}, folders, named], sort_keys=True)
+    return Bundle(files, os.path.abspath(first), folders, named, Holding.digest(told.encode()))
 
 
 def _below(folder: Path) -> Iterator[Path]:
@@ -253,7 +250,7 @@ class Cluster:
         self.maker = Maker(job, folder)
         self.client, self.total = client, total
         self.flight: _Flight | None = None
-        self.asked: list[tuple[str, str, str]] = []
+        self.asked: list[Row] = []
         self.done: list[Result] = []
 
     @property
@@ -267,16 +264,17 @@ class Cluster:
             self.flight.submit(index, variant)
             return
         job, folder = self.maker.job, self.maker.folder
-        with noting() as notes:
-            note_tool()
+        with world.noting() as notes:
+            world.note_tool()
             compiled = self.maker.compiled(variant)
         made = bundle(job.description.path, compiled, job.packages)
-        self.asked = self.maker.asked(variant, notes)
+        rows = notes.rows()
+        self.asked = self.maker.asked(variant, rows)
         task = Task(job.shared, job.trust, tool(), out=folder.address, key=job.key, asked=tuple(self.asked))
         if isinstance(folder, VariantsFolder):
             task = task._replace(out=os.path.abspath(folder.path), run=folder.announced())
         self.flight = _Flight(self.client, made, task, self.total)
-        self.done.append((index, self.maker.finished(variant, compiled, notes)))
+        self.done.append((index, self.maker.finished(variant, compiled, rows)))
 
     def results(self) -> list[Result]:
         """Return what became of some variants. Raises Stopped."""
@@ -293,8 +291,8 @@ class Cluster:
         if answer.made is not None:
             return answer.made
         artifacts = {name: zlib.decompress(data) for name, data in answer.files.items()}
-        read = [(BYTES, path, known) for path, known in answer.read.items()]
-        return self.maker.take(variant, answer.line, artifacts, [*self.asked, *read] if read and self.asked else [])
+        asked = [*self.asked, *answer.read] if answer.read and self.asked else []
+        return self.maker.take(variant, answer.line, artifacts, asked)
 
     def close(self) -> None:
         """Ask for nothing more, and leave the cluster."""

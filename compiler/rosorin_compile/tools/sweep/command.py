@@ -30,15 +30,14 @@ from rosorin_compile.extending import (
 )
 
 from ...commands.robots import no_stdin, one
-from ...frontend.variants import Variants
-from ...output.remote import RemoteIndex, folder_of
-from ...output.variants import Index
-from ...startup import system
 from .engines import Engine, InProcess, Processes
+from .folder import Index
 from .making import Folder, Job, Maker, job, plain
+from .remote import RemoteIndex, folder_of
 from .running import Asked, Counts, Stopped, forgotten
 from .running import run as run_all
 from .telling import Teller
+from .variants import Variants
 
 RULES = (
     Rule(
@@ -56,6 +55,7 @@ RULES = (
 )
 
 _HOW = "rosorin-compile sweep ROBOT --over FILE -o FOLDER"
+_NO_LOCKS = "this system has no locks (fcntl): nothing keeps another run from writing into the same folder"
 _TOLD = 5  # names of variants in a message
 
 
@@ -205,7 +205,7 @@ def _made(sweep: Sweep, made: Job) -> int:
     """Make all variants; return the exit code. Raises OutputError, LoadError, Stopped."""
     counts, teller = Counts(len(sweep.variants)), Teller(sweep.console)
     maker = Maker(made, sweep.folder)
-    system.needs("fcntl", system.NO_LOCKS)
+    world.needs("fcntl", _NO_LOCKS)
     try:
         with sweep.folder.held(), _engine(sweep, made) as engine:
             index = sweep.folder.index()
@@ -236,7 +236,7 @@ def _made(sweep: Sweep, made: Job) -> int:
 
 @contextmanager
 def _engine(sweep: Sweep, made: Job) -> Iterator[Engine]:
-    count = min(sweep.options.jobs or system.cores(), len(sweep.variants))
+    count = min(sweep.options.jobs or world.cores(), len(sweep.variants))
     if sweep.options.dask:
         from .cluster import Cluster, connect
 

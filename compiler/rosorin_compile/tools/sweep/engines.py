@@ -15,12 +15,12 @@ from contextlib import suppress
 from multiprocessing import connection, get_context
 from typing import TYPE_CHECKING, Any, Protocol
 
+from rosorin_compile import Variant
 from rosorin_compile.diagnostics import Diagnostic, Heading, Progress, Rule, error
+from rosorin_compile.extending import world
 
-from ...frontend.variants import Variant
-from ...output.remote import folder_of
-from ...startup import system
 from .making import ERROR, Folder, Job, Made, Maker, line_of
+from .remote import folder_of
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
@@ -127,7 +127,7 @@ class Processes:
     def __init__(self, job: Job, folder: Folder, count: int) -> None:
         self.job, self.folder = job, folder
         # Forking takes along what is imported; with threads around it is not safe.
-        safe = sys.platform == "linux" and system.HAS_FORK and threading.active_count() == 1
+        safe = sys.platform == "linux" and world.can_fork and threading.active_count() == 1
         self.context = get_context("fork" if safe else "spawn")
         self.count = count
         self.workers: list[_Worker] = []

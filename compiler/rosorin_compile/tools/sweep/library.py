@@ -7,14 +7,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile import Compiled
+from rosorin_compile import Compiled, Variant
 from rosorin_compile.diagnostics import Diagnostic, error
 from rosorin_compile.extending import declared
 
 from ...frontend.asked import ask, description_of
 from ...frontend.expand.files import Kept
-from ...frontend.variants import NAME, Variant, Variants, given, wrong_name
 from .making import compiled_here
+from .variants import NAME, Variants, given, wrong_name
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -18,25 +18,21 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile import Variant
 from rosorin_compile.diagnostics import Diagnostic, Progress, Related, has_errors
-from rosorin_compile.extending import Description, Map, OutputError, Quantity, Seq, Text, tool_folders, world
+from rosorin_compile.extending import Description, Holding, Map, OutputError, Quantity, Seq, Text, tool_folders, world
 
-from ...diagnostics.report import as_object
 from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
-from ...frontend.variants import Variant
 from ...output import check_names, encoded
-from ...output.ours import digest
-from ...output.remote import RemoteFolder
-from ...output.variants import Record, VariantsFolder
-from ...world import Notes, noting
-from ...world.asking import answer, note_tool
-from ...world.notes import rows
+from .folder import Record, VariantsFolder
+from .remote import RemoteFolder
 
 if TYPE_CHECKING:
     from rosorin_compile import Compiled
 
 Folder = VariantsFolder | RemoteFolder
+Row = tuple[str, str, str]  # what was asked, of what, and the answer
 MADE, UNCHANGED, ERROR = "made", "unchanged", "error"
 
 
@@ -76,7 +72,7 @@ def job(description: Description, shared: dict[str, Any], packages: Mapping[str,
         "packages": {name: os.path.abspath(folder) for name, folder in packages.items()},
         "trust": trust,
     }
-    key = digest(json.dumps(told, sort_keys=True).encode())
+    key = Holding.digest(json.dumps(told, sort_keys=True).encode())
     return Job(description, shared, dict(packages), trust, key)
 
 
@@ -88,7 +84,7 @@ class Maker:
         self.folder = folder
         self.kept = Kept()
         self.fresh = lru_cache(maxsize=10_000)(self._fresh)
-        self.answer = lru_cache(maxsize=100_000)(answer)  # what is asked for many variants is asked once
+        self.answer = lru_cache(maxsize=100_000)(world.answer)  # what is asked for many variants is asked once
 
     def known(self, variant: Variant) -> Made | None:
         """Return what is known of a variant that is made already, by this job, and whole; else None."""
@@ -106,13 +102,13 @@ class Maker:
 
     def make(self, variant: Variant) -> Made:
         """Make a variant; what is wrong with it is told in its line."""
-        with Progress.within(), noting() as notes:
-            note_tool()
+        with Progress.within(), world.noting() as notes:
+            world.note_tool()
             compiled = self.compiled(variant)
-        return self.finished(variant, compiled, notes)
+        return self.finished(variant, compiled, notes.rows())
 
-    def finished(self, variant: Variant, compiled: Compiled, notes: Notes) -> Made:
-        """Write what became of a variant; ``notes`` are what was asked for it."""
+    def finished(self, variant: Variant, compiled: Compiled, rows: Sequence[Row]) -> Made:
+        """Write what became of a variant; ``rows`` are what was asked for it, and answered."""
         files: dict[str, bytes] = {}
         said = [*variant.diagnostics, *compiled.diagnostics]
         try:
@@ -120,10 +116,10 @@ class Maker:
                 files = files_of(compiled)
         except OutputError as problem:
             said.append(problem.diagnostic)
-        line = line_of(variant, {name: digest(data) for name, data in files.items()}, said)
-        return self.take(variant, line, files, self.asked(variant, notes) if files else [])
+        line = line_of(variant, {name: Holding.digest(data) for name, data in files.items()}, said)
+        return self.take(variant, line, files, self.asked(variant, rows) if files else [])
 
-    def asked(self, variant: Variant, notes: Notes) -> list[tuple[str, str, str]]:
+    def asked(self, variant: Variant, rows: Sequence[Row]) -> list[Row]:
         """Return what was asked for a variant.
 
         Its own folder is held against what was written there, and the tool is known as a whole: who was first in a
@@ -131,21 +127,21 @@ class Maker:
         """
         own = (os.path.abspath(self.folder.place(variant.name)), *map(str, tool_folders().values()))
         inside = tuple(folder + os.sep for folder in own)
-        return [row for row in rows(notes) if row[1] not in own and not row[1].startswith(inside)]
+        return [row for row in rows if row[1] not in own and not row[1].startswith(inside)]
 
     def take(
         self,
         variant: Variant,
         line: str,
         files: Mapping[str, bytes],
-        asked: Sequence[Sequence[str]],
+        asked: Sequence[Row],
     ) -> Made:
         """Write the artifacts of a variant. ``asked`` is what was asked for it, and answered; none if nobody knows."""
         try:
             return self._put(variant, line, files, asked)
         except OutputError as problem:
             entry = {**json.loads(line), "status": ERROR, "artifacts": {}}
-            entry["diagnostics"].append(as_object(problem.diagnostic))
+            entry["diagnostics"].append(problem.diagnostic.as_object())
             return Made(json.dumps(entry), ERROR)
         except OSError as problem:
             return Made(line, ERROR, fatal=self.folder.explained(problem).diagnostic)
@@ -172,7 +168,7 @@ class Maker:
         variant: Variant,
         line: str,
         files: Mapping[str, bytes],
-        asked: Sequence[Sequence[str]],
+        asked: Sequence[Row],
     ) -> Made:
         """Write the artifacts of a variant, as ``take``. Raises OutputError, OSError."""
         entry, before = json.loads(line), self.folder.record(variant.name)
@@ -194,7 +190,7 @@ class Maker:
 
     def _key(self, variant: Variant) -> str:
         told = json.dumps([self.job.key, variant.name, typed(variant.arguments)], sort_keys=True)
-        return digest(told.encode("utf-8", "surrogatepass"))
+        return Holding.digest(told.encode("utf-8", "surrogatepass"))
 
     def _fresh(self, made_of: str) -> bool:
         """Say whether what was asked for a variant is answered as it was."""
@@ -245,7 +241,7 @@ def line_of(variant: Variant, artifacts: Mapping[str, str], said: list[Diagnosti
         "arguments": plain(variant.arguments),
         "status": ERROR if has_errors(said) else MADE,
         "artifacts": dict(sorted(artifacts.items())),
-        "diagnostics": [as_object(one) for one in _placed(variant, said)],
+        "diagnostics": [one.as_object() for one in _placed(variant, said)],
     }
     return json.dumps(entry)
 

@@ -20,10 +20,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile import Variant
 from rosorin_compile.diagnostics import Heading, Rule
 from rosorin_compile.extending import Description, Given, Map, OutputError, Quantity, Seq, Text, world, write_file
 
-from ...frontend.variants import TABLES, Variant, Variants
+from .variants import TABLES, Variants
 
 RULES = (
     Rule(

@@ -11,14 +11,14 @@ from collections import deque
 from collections.abc import Callable, Container, Iterable, Iterator
 from typing import NamedTuple
 
+from rosorin_compile import Variant
 from rosorin_compile.diagnostics import Diagnostic, Progress
 
 from ... import __version__
-from ...frontend.variants import Variant
-from ...output.remote import RemoteIndex
-from ...output.variants import Index
 from .engines import Engine
+from .folder import Index
 from .making import ERROR, MADE, UNCHANGED, Folder, Made
+from .remote import RemoteIndex
 
 WAITING = 1_000  # variants between the first that is not done and the last that is begun
 _RECENT = 20.0  # seconds that the rate is of

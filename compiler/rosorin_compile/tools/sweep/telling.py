@@ -16,10 +16,10 @@ from rosorin_compile.diagnostics import ERROR as WRONG
 from rosorin_compile.diagnostics import Console, Diagnostic, Progress, Related, Source, Span, and_more, counted
 from rosorin_compile.extending import world
 
-from ...frontend.variants import Row
-from ...output.variants import Stored
+from .folder import Stored
 from .making import ERROR, MADE, UNCHANGED, Made
 from .running import Counts, duration
+from .variants import Row
 
 MAX_FAILED = 20  # variants whose errors are shown
 MAX_KINDS = 500  # different remarks that are kept

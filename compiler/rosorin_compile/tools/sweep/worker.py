@@ -23,19 +23,15 @@ from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile import __version__
+from rosorin_compile import Variant, __version__
 from rosorin_compile.diagnostics import Diagnostic, has_errors
-from rosorin_compile.extending import Description, OutputError, tool_folders, world
+from rosorin_compile.extending import Description, Holding, OutputError, tool_folders, world
 
 from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
-from ...frontend.variants import Variant
-from ...output.ours import digest
-from ...output.remote import folder_of
-from ...output.variants import VariantsFolder
-from ...startup.cache import digest as digest_of_bytes
-from ...world.asking import BYTES
-from .making import Folder, Job, Made, Maker, compiled_here, files_of, line_of
+from .folder import VariantsFolder
+from .making import Folder, Job, Made, Maker, Row, compiled_here, files_of, line_of
+from .remote import folder_of
 
 if TYPE_CHECKING:
     from rosorin_compile import Compiled
@@ -56,7 +52,7 @@ class Bundle(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What a worker made: the line of the index, the artifacts (compressed), and the digests of what was read.
+    """What a worker made: the line of the index, the artifacts (compressed), and the rows of what was read.
 
     ``lacking`` says that a file was looked for that may be here. Instead of files there is what became of the variant,
     where the worker has written them, or ``compiled`` for the library.
@@ -64,7 +60,7 @@ class Answer(NamedTuple):
 
     line: str
     files: dict[str, bytes]
-    read: dict[str, str]
+    read: list[Row]
     lacking: bool
     made: Made | None = None
     compiled: Compiled | None = None
@@ -93,7 +89,7 @@ class Task(NamedTuple):
     out: str = ""
     run: str = ""
     key: str = ""
-    asked: tuple[tuple[str, str, str], ...] = ()
+    asked: tuple[Row, ...] = ()
 
 
 _lock = threading.Lock()
@@ -165,14 +161,14 @@ def _answer(root: Path, bundle: Bundle, task: Task, folder: Folder | None, varia
             files = files_of(compiled)
     except OutputError as problem:
         said.append(problem.diagnostic)
-    line = _named(line_of(variant, {name: digest(data) for name, data in files.items()}, said), root, bundle)
-    read = _read(root, compiled) if files else {}
+    line = _named(line_of(variant, {name: Holding.digest(data) for name, data in files.items()}, said), root, bundle)
+    read = _read(root, compiled) if files else []
     lacking = _lacking(root, compiled, said)
     if folder is not None and not lacking:
-        asked = [*task.asked, *((BYTES, path, known) for path, known in read.items())]
-        made = Maker(maker.job, folder).take(variant, line, files, asked if read and task.asked else [])
+        asked = [*task.asked, *read] if read and task.asked else []
+        made = Maker(maker.job, folder).take(variant, line, files, asked)
         if made.line == line and made.fatal is None:  # else it is tried where the sweep was asked for
-            return Answer(line, {}, {}, False, made)
+            return Answer(line, {}, [], False, made)
     return Answer(line, {name: _packed(data) for name, data in files.items()}, read, lacking)
 
 
@@ -219,12 +215,15 @@ def _within(root: Path, name: str) -> Path:
     return root / name.lstrip("/")
 
 
-def _read(root: Path, compiled: Compiled) -> dict[str, str]:
-    """Return the digests of the files that a variant was made of, by their paths where the sweep was asked for."""
+def _read(root: Path, compiled: Compiled) -> list[Row]:
+    """Return what the files hold that a variant was made of, as answers where the sweep was asked for."""
     inputs = [
         path for path in dict.fromkeys(compiled.inputs) if path.is_relative_to(root) and world.kind(path) == world.FILE
     ]
-    return {f"/{path.relative_to(root)}": digest_of_bytes(world.read(path)) for path in inputs}
+    with world.noting() as notes:
+        for path in inputs:
+            world.read(path)
+    return [(question, f"/{Path(path).relative_to(root)}", said) for question, path, said in notes.rows()]
 
 
 def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer:
@@ -243,7 +242,7 @@ def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer
         for one in compiled.resolved
     )
     moved = replace(compiled, inputs=inputs, diagnostics=said, resolved=resolved)
-    return Answer("", {}, {}, lacking, compiled=moved)
+    return Answer("", {}, [], lacking, compiled=moved)
 
 
 def _lacking(root: Path, compiled: Compiled, said: Iterable[Diagnostic]) -> bool:

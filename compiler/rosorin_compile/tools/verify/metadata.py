@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from rosorin_compile.diagnostics import printable
-from rosorin_compile.extending import world, yaml_of
+from rosorin_compile.diagnostics import Source, printable
+from rosorin_compile.extending import world
 
 FILE = "metadata.yaml"
 MAX_BYTES = 16 << 20
@@ -45,7 +45,7 @@ def read_metadata(folder: Path) -> Metadata:
         raise _wrong(path, f"it is larger than any ({MAX_BYTES >> 20} MiB)")
     try:
         text = data.decode()
-        tree = yaml_of(text)
+        tree = Source("", text).yaml()
     except UnicodeDecodeError:
         raise _wrong(path, "it is no text in UTF-8") from None
     except ValueError as wrong:
@@ -99,7 +99,7 @@ class _Checked:
         key = "offered_qos_profiles"
         profiles = inner.get(key)
         try:
-            profiles = yaml_of(profiles) if isinstance(profiles, str) else profiles
+            profiles = Source("", profiles).yaml() if isinstance(profiles, str) else profiles
         except ValueError as wrong:
             raise _wrong(self.path, f"{self.line((*way, key))}{key}: {wrong}") from None
         if profiles is not None and not (

@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from rosorin_compile.diagnostics import Heading, Rule
-from rosorin_compile.extending import python_of, yaml_of
+from rosorin_compile.diagnostics import Heading, Rule, Source
 from rosorin_compile.model import Pose, Transform, Vector
 
 from .arrays import SECOND, Samples
@@ -391,7 +390,7 @@ def _leading(text: str) -> float:
 def yaml_rows(text: str, name: Name) -> list[FrameRow] | None:
     """Return the frames of the YAML of a listener; None if it cannot be read."""
     try:
-        loaded = yaml_of(text)
+        loaded = Source("", text).yaml()
     except ValueError:
         return None
     if not isinstance(loaded, dict):
@@ -413,7 +412,7 @@ def literal_rows(text: str, name: Name) -> list[FrameRow] | None:
     if not literal:
         return None
     try:
-        value = ast.literal_eval(python_of(literal[1], expression=True))
+        value = ast.literal_eval(Source("", literal[1]).python(expression=True))
     except (ValueError, SyntaxError):
         return None
     return yaml_rows(str(value), name)
@@ -441,7 +440,7 @@ class TopicText:
     def take(self, topic: str, text: str) -> str:
         """Take one message of a topic (empty if it is not known); return why it cannot be read, or nothing."""
         try:
-            message = yaml_of(text)
+            message = Source("", text).yaml()
         except ValueError as wrong:
             return str(wrong)
         if not isinstance(message, dict):

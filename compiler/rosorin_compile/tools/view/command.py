@@ -34,7 +34,6 @@ from rosorin_compile.model import SEVERAL_COORDINATES, Joint
 
 from ...commands.options import page_options
 from ...commands.robots import one
-from ...diagnostics.report import text as as_text
 from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
 from ...output.watch import Inputs
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
@@ -183,7 +182,7 @@ class _Followed:
     def _failed(self, errors: list[Diagnostic]) -> None:
         if not self.page.text:
             self._serve({"robot": None}, {})
-        self.page.problem = as_text(errors)
+        self.page.problem = "".join(one.as_text() for one in errors)
         self.page.changed()
 
     def _serve(self, data: Data, files: Mapping[str, tuple[Path, str]]) -> None:

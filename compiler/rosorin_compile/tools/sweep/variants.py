@@ -21,52 +21,49 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from io import TextIOWrapper
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, TextIO
+from typing import Any, TextIO
 
-from .. import world
-from ..diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
-from ..diagnostics.registry import ARGUMENTS, Rule
-from ..diagnostics.wording import counted, quoted
-from ..project import ENDINGS, shown
-from .arguments import has_expression
-from .load import LoadError, each_entry, load_mapping, read_utf8
-from .tree import Map, Text, first_line
+from rosorin_compile import Variant
+from rosorin_compile.diagnostics import (
+    Diagnostic,
+    Heading,
+    Related,
+    Rule,
+    Source,
+    Span,
+    counted,
+    did_you_mean,
+    error,
+    nearest,
+    quoted,
+)
+from rosorin_compile.extending import Description, LoadError, Map, Text, load_mapping, read_utf8, world
+
+from ...frontend.load import each_entry
 
 RULES = (
     Rule(
         "variants-list",
         "A list of variants is not one: no CSV, no column `name`, a row of another length than the header, no entry.",
         "[How a list looks](sweep.md#the-list).",
-        ARGUMENTS,
+        Heading.ARGUMENTS,
     ),
     Rule(
         "variant-name",
         "A variant has no name, one that no folder can have, or that of another variant.",
         "Give each variant a name of its own, such as r0007.",
-        ARGUMENTS,
+        Heading.ARGUMENTS,
     ),
 )
 
 NAME = "name"
 TABLES = (".csv", ".tsv")
-TREES = (*ENDINGS, ".json")
+TREES = (*Description.ENDINGS, ".json")
 MAX_TOLD = 20  # mistakes of a list
 MAX_NAME = 200  # bytes
 _MAX_LINE = 1_000_000  # characters
 _DELIMITERS = ",;\t|"
 _RESERVED = ("sweep.json",)
-
-
-class Variant(NamedTuple):
-    """One robot of a list: its name, its arguments with their places, and the place of its name.
-
-    ``diagnostics`` say what is wrong with the entry itself.
-    """
-
-    name: str
-    arguments: Map
-    span: Span | None = None
-    diagnostics: tuple[Diagnostic, ...] = ()
 
 
 class Row(Source):
@@ -158,13 +155,13 @@ class Variants:
         except LoadError as problem:
             wrong.append(problem.diagnostic)
         if not wrong and not self.names.count:
-            message, help = f"{shown(self.path)} has no variant", "write one row, entry or file for each"
+            message, help = f"{world.shown(self.path)} has no variant", "write one row, entry or file for each"
             wrong.append(error("variants-list", message, None, help))
         return wrong
 
     def _check_kind(self) -> None:
         """Raise LoadError for what is no list by its name or its kind."""
-        path, there = shown(self.path), world.kind(self.path)
+        path, there = world.shown(self.path), world.kind(self.path)
         if there == world.FOLDER or (there == world.FILE and self.path.suffix.lower() in (*TABLES, *TREES)):
             return
         if not world.stands(self.path):
@@ -191,7 +188,7 @@ class Variants:
 
     def _rows(self) -> Iterator[tuple[Row, list[str], str]]:
         """Yield each row of a table that is not empty: its lines, its cells, and the letter between them."""
-        path = shown(self.path)
+        path = world.shown(self.path)
         try:
             with TextIOWrapper(world.stream(self.path), "utf-8-sig", newline="") as file:
                 yield from _table(file, path)
@@ -230,7 +227,7 @@ class Variants:
         head = next(rows, None)
         rows.close()  # type: ignore[attr-defined]
         if head is None:
-            message = f"{shown(self.path)} is empty"
+            message = f"{world.shown(self.path)} is empty"
             yield error("variants-list", message, None, "write a header: name, and a column for each argument")
             return
         header, cells, delimiter = head
@@ -239,7 +236,7 @@ class Variants:
         near = nearest(NAME, names) if NAME not in names else None
         if NAME not in names:
             help = "each variant needs a name" + (f'; call "{near}" so?' if near else "")
-            message = f'{shown(self.path)} has no column "{NAME}"'
+            message = f'{world.shown(self.path)} has no column "{NAME}"'
             yield error("variants-list", message, Span(header, header.first, 1, len(header.line(header.first))), help)
         for index, (name, place) in enumerate(zip(names, places, strict=True)):
             if name and name in names[:index]:
@@ -253,7 +250,7 @@ class Variants:
 
     def _of_tree(self) -> Iterator[Variant]:
         try:
-            source = read_utf8(self.path, shown(self.path))
+            source = read_utf8(self.path, world.shown(self.path))
         except LoadError as problem:
             if problem.diagnostic.rule == "file-too-large":
                 raise LoadError(problem.diagnostic._replace(help="a list as long as this is a CSV")) from None
@@ -278,7 +275,7 @@ class Variants:
             yield from self
             return
         for path in self._files():
-            start = first_line(Source(shown(path), ""))
+            start = Source(world.shown(path), "").start()
             yield Variant(path.stem, Map(start), start)
 
     def _of_folder(self) -> Iterator[Variant]:
@@ -289,25 +286,25 @@ class Variants:
         try:
             inside = world.names(self.path)
         except OSError as problem:
-            message = f"cannot read {shown(self.path)}: {problem.strerror}"
+            message = f"cannot read {world.shown(self.path)}: {problem.strerror}"
             raise LoadError(error("file-unreadable", message, None, "check the permissions")) from None
         return (self.path / name for name, what in inside.items() if what == world.FILE and _is_list(name))
 
     def _of_file(self, path: Path) -> Variant:
         """Return the variant of one file of a folder; what is wrong with the file is wrong with the variant."""
-        source = Source(shown(path), "")
-        start = first_line(source)
+        source = Source(world.shown(path), "")
+        start = source.start()
         if self.whole and self.by_path:
             made = Map(start)
             made.put(self.whole, Text(os.path.relpath(path, self.home)), start, start)
             return Variant(path.stem, made, start)
         try:
             is_json = path.suffix.lower() == ".json"
-            values = mapping_of_json(path) if is_json else load_mapping(path, shown(path))
+            values = mapping_of_json(path) if is_json else load_mapping(path, world.shown(path))
         except LoadError as problem:
             diagnostic = problem.diagnostic
             if diagnostic.rule == "not-a-mapping":
-                diagnostic = diagnostic._replace(message=f"{shown(path)} is no table of values", help="")
+                diagnostic = diagnostic._replace(message=f"{world.shown(path)} is no table of values", help="")
             return Variant(path.stem, Map(start), start, (diagnostic,))
         wrong = _expressions(values)
         if self.whole:
@@ -319,11 +316,11 @@ class Variants:
 
 def mapping_of_json(path: Path) -> Map:
     """Return the table of values in a JSON file, with their places. Raises LoadError."""
-    entries = list(each_entry(_without_tabs(read_utf8(path, shown(path)), path)))
-    made = Map(entries[0].key_span if entries else first_line(Source(shown(path), "")))
+    entries = list(each_entry(_without_tabs(read_utf8(path, world.shown(path)), path)))
+    made = Map(entries[0].key_span if entries else Source(world.shown(path), "").start())
     for entry in entries:
         if entry.key is None:
-            raise LoadError(error("not-a-mapping", f"{shown(path)} is a list", entry.span))
+            raise LoadError(error("not-a-mapping", f"{world.shown(path)} is a list", entry.span))
         made.put(entry.key, entry.value, entry.key_span, entry.span)
     return made
 
@@ -363,8 +360,7 @@ def _expressions(values: Map) -> tuple[Diagnostic, ...]:
             values.value_spans[name],
             "write its result",
         )
-        for name, value in values.items()
-        if has_expression(value)
+        for name in values.calculated()
     )
 
 
@@ -478,11 +474,11 @@ def _uneven(places: Sequence[Span], cells: Sequence[str], names: Sequence[str]) 
 
 def given(variants: Iterable[tuple[str, Any]], origin: str) -> Iterator[Variant]:
     """Yield variants that a program gives: names with values of Python, or texts."""
-    from .asked import from_python
+    from ...frontend.asked import from_python
 
     source = Source(origin, "")
     for name, arguments in variants:
         values, wrong = from_python({} if arguments is None else arguments)
-        made = Map(first_line(source))
+        made = Map(source.start())
         made.update(values)
         yield Variant(name, made, None, tuple(wrong))

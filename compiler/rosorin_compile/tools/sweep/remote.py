@@ -16,11 +16,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from ..diagnostics.installing import pip_install
-from ..project import shown
-from . import OutputError
-from .ours import digest, is_marked
-from .variants import BEGIN, HIDDEN, INDEX, Record, Stored, VariantsFolder, unfinished
+from rosorin_compile.diagnostics import pip_install
+from rosorin_compile.extending import Holding, OutputError, world
+
+from .folder import BEGIN, HIDDEN, INDEX, Record, Stored, VariantsFolder, unfinished
 
 
 def is_remote(name: str) -> bool:
@@ -55,7 +54,7 @@ class RemoteFolder:
 
     def named(self, path: Path) -> str:
         """Return how a file is called in the index."""
-        return shown(path)
+        return world.shown(path)
 
     def explained(self, problem: OSError) -> OutputError:
         """Return the error for a user when something cannot be read or written."""
@@ -142,7 +141,7 @@ class RemoteFolder:
     def keep_made_of(self, files: Mapping[str, Any]) -> str:
         """Keep what a variant was made of, plain JSON; return the name under which it is known. Raises OSError."""
         data = json.dumps(files, sort_keys=True).encode()
-        known = digest(data)
+        known = Holding.digest(data)
         with _as_os_error(self.address):
             place = f"{HIDDEN}/made_of/{known}.json"
             if not self.files.exists(f"{self.root}/{place}"):
@@ -153,7 +152,7 @@ class RemoteFolder:
         """Return what is kept under a name; None if that is nothing."""
         try:
             data = self._read(f"{HIDDEN}/made_of/{known}.json") or b"null"
-            found = json.loads(data) if digest(data) == known else None
+            found = json.loads(data) if Holding.digest(data) == known else None
         except ValueError:
             return None
         return found if isinstance(found, dict) else None
@@ -169,7 +168,7 @@ class RemoteFolder:
 
     def _check_ours(self, name: str, new: bytes) -> None:
         old = self._read(name) or b""
-        if old != new and not is_marked(old) and old.strip():
+        if old != new and not Holding.is_marked(old) and old.strip():
             message = f"this tool did not write {self.address}/{name}: it is not replaced"
             raise OutputError("output-not-ours", message, "move it away, or name another folder")
 
@@ -231,7 +230,7 @@ class RemoteIndex:
 
 
 def _record(name: str) -> str:
-    return f"{HIDDEN}/records/{digest(name.encode())[:2]}/{name}.json"
+    return f"{HIDDEN}/records/{Holding.digest(name.encode())[:2]}/{name}.json"
 
 
 @contextmanager

@@ -26,14 +26,16 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..diagnostics.registry import WRITING, Rule
-from ..startup import system
-from . import OutputError, explained
-from .ours import digest, is_marked
-from .staging import Change, below, carry, put, staged, staged_file, tidy, write_staged
+from rosorin_compile.diagnostics import Heading, Rule
+from rosorin_compile.extending import Holding, OutputError, Stage, world
 
 RULES = (
-    Rule("output-busy", "Another run writes into the folder.", "Wait until it ends, or name another folder.", WRITING),
+    Rule(
+        "output-busy",
+        "Another run writes into the folder.",
+        "Wait until it ends, or name another folder.",
+        Heading.WRITING,
+    ),
 )
 
 HIDDEN = ".rosorin-compile-sweep"
@@ -100,7 +102,7 @@ class VariantsFolder:
 
     def explained(self, problem: OSError) -> OutputError:
         """Return the error for a user when something cannot be written."""
-        return explained(problem, self.path, "write")
+        return OutputError.of(problem, self.path, "write")
 
     # The run as a whole.
 
@@ -115,8 +117,8 @@ class VariantsFolder:
                 self._take(working.fileno(), _PATIENCE)
                 working.close()
                 self._check_index()
-                tidy(self.path)
-                tidy(self.hidden)
+                Stage.tidy(self.path)
+                Stage.tidy(self.hidden)
                 self._announcement.unlink(missing_ok=True)
                 try:
                     yield
@@ -130,7 +132,7 @@ class VariantsFolder:
         """Let a next run wait for this process, should the run end before it."""
         with (self.hidden / "working").open("ab") as working:
             with suppress(OSError):
-                system.lock(working.fileno(), shared=True)
+                world.lock(working.fileno(), shared=True)
             yield
 
     def announced(self) -> str:
@@ -150,7 +152,7 @@ class VariantsFolder:
 
     def _announces(self, word: str) -> bool:
         try:
-            return system.is_own(self._announcement.stat()) and self._announcement.read_text() == word
+            return world.is_own(self._announcement.stat()) and self._announcement.read_text() == word
         except OSError:
             return False
 
@@ -166,7 +168,7 @@ class VariantsFolder:
         until = time.monotonic() + patience
         while True:
             try:
-                system.lock(handle, wait=False)
+                world.lock(handle, wait=False)
             except BlockingIOError:
                 if time.monotonic() < until:
                     time.sleep(0.05)
@@ -187,7 +189,7 @@ class VariantsFolder:
     def sweep_up(self) -> Stored:
         """Remove the objects that no variant has any more; return what is stored. Raises OSError."""
         count = size = 0
-        for _, entry in below(self.hidden / "objects") if (self.hidden / "objects").is_dir() else ():
+        for _, entry in Stage.below(self.hidden / "objects") if (self.hidden / "objects").is_dir() else ():
             if not entry.is_file(follow_symlinks=False):
                 continue
             status = entry.stat(follow_symlinks=False)
@@ -236,22 +238,22 @@ class VariantsFolder:
         before = self.record(name)
         folder = self.path / name
         foreign, ours = self._there(folder, files, before.artifacts if before else {})
-        with staged(self.path) as stage:
-            (stage / name).mkdir(parents=True)
+        with Stage.within(self.path) as stage:
+            new = stage.path / name
+            new.mkdir(parents=True)
             for entry in foreign:
-                (stage / name / entry).parent.mkdir(parents=True, exist_ok=True)
-                carry(folder / entry, stage / name / entry)
+                stage.carry(folder / entry, f"{name}/{entry}")
             for file, data in files.items():
-                (stage / name / file).parent.mkdir(parents=True, exist_ok=True)
-                self._store(stage, stage / name / file, data)
+                (new / file).parent.mkdir(parents=True, exist_ok=True)
+                self._store(stage.path, new / file, data)
             gone = [one for one in ours if one not in files]
             if record is not None:
-                self._remember(stage, name, unfinished(record, before))
+                self._remember(stage.path, name, unfinished(record, before))
             if files or foreign:
-                put(stage / name, folder, stage / "old", Change(list(files), gone))
+                stage.put(name, folder, list(files), gone)
             elif os.path.lexists(folder):
-                folder.rename(stage / "gone")
-            self._remember(stage, name, record)
+                folder.rename(stage.path / "gone")
+            self._remember(stage.path, name, record)
 
     def drop(self, name: str) -> None:
         """Remove the artifacts of a variant that there is to be no more. Raises OSError."""
@@ -266,7 +268,7 @@ class VariantsFolder:
             raise OutputError("output-in-the-way", f"{folder} is {what}", "move it away, or rename the variant")
         foreign: list[str] = []
         ours: list[str] = []
-        for name, entry in below(folder):
+        for name, entry in Stage.below(folder):
             if entry.is_dir(follow_symlinks=False):
                 continue
             if name in files and not (name in known or _is_ours(Path(entry.path), files[name])):
@@ -282,7 +284,7 @@ class VariantsFolder:
             return False
         if self._sound(known, status.st_ino):
             return True
-        return digest(file.read_bytes()) == known
+        return Holding.digest(file.read_bytes()) == known
 
     def _sound(self, known: str, number: int = 0) -> bool:
         """Say whether an object is as it was, and the file with this number; one that is not is removed."""
@@ -296,7 +298,7 @@ class VariantsFolder:
             return False
         if self.sound.get(known) == mark:
             return True
-        if digest(place.read_bytes()) != known:
+        if Holding.digest(place.read_bytes()) != known:
             place.unlink(missing_ok=True)
             return False
         if len(self.sound) >= _KNOWN_SOUND:
@@ -308,11 +310,11 @@ class VariantsFolder:
         return self.hidden / "objects" / known[:2] / known[2:]
 
     def _record(self, name: str) -> Path:
-        return self.hidden / "records" / digest(name.encode())[:2] / f"{name}.json"
+        return self.hidden / "records" / Holding.digest(name.encode())[:2] / f"{name}.json"
 
     def _store(self, stage: Path, target: Path, data: bytes) -> None:
         """Let ``target`` be a link to the object of some bytes, or a copy of them. Raises OSError."""
-        known = digest(data)
+        known = Holding.digest(data)
         place = self._object(known)
         if self.links and self._sound(known) and self._linked(place, target):
             return
@@ -329,7 +331,7 @@ class VariantsFolder:
     def _linked(self, place: Path, target: Path) -> bool:
         """Make a hard link; say whether that could be done. Raises OSError."""
         try:
-            system.link(place, target)
+            world.hard_link(place, target)
         except OSError as problem:
             if problem.errno in (errno.EMLINK, errno.ENOENT):
                 return False
@@ -353,20 +355,20 @@ class VariantsFolder:
     def keep_made_of(self, files: Mapping[str, Any]) -> str:
         """Keep what a variant was made of, plain JSON; return the name under which it is known. Raises OSError."""
         data = json.dumps(files, sort_keys=True).encode()
-        known = digest(data)
+        known = Holding.digest(data)
         place = self.hidden / "made_of" / f"{known}.json"
         if not place.is_file():
             place.parent.mkdir(exist_ok=True)
-            with staged_file(self.hidden) as (new, handle):
-                write_staged(new, handle, data)
-                new.replace(place)
+            with Stage.within(self.hidden) as stage:
+                (stage.path / "made_of").write_bytes(data)
+                (stage.path / "made_of").replace(place)
         return known
 
     def made_of(self, known: str) -> dict[str, Any] | None:
         """Return what is kept under a name; None if that is nothing."""
         try:
             data = (self.hidden / "made_of" / f"{known}.json").read_bytes()
-            found = json.loads(data) if digest(data) == known else None
+            found = json.loads(data) if Holding.digest(data) == known else None
         except (OSError, ValueError):
             return None
         return found if isinstance(found, dict) else None
@@ -416,4 +418,4 @@ def _is_ours(path: Path, new: bytes) -> bool:
     if path.is_symlink() or not path.is_file():
         return False
     old = path.read_bytes()
-    return old == new or is_marked(old) or not old.strip()
+    return old == new or Holding.is_marked(old) or not old.strip()

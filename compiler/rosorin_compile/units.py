@@ -116,6 +116,34 @@ class Quantity(float):
         made.text = text
         return made
 
+    @staticmethod
+    @lru_cache(maxsize=1_000)
+    def parse(text: str) -> Quantity | None:
+        """Return the quantity that ``text`` says ("12.5 mm"), or None if it is not a number and a known unit."""
+        match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
+        unit = parse_unit(match[2]) if match else None
+        if match is None or unit is None:
+            return None
+        factor, dimension = unit
+        return Quantity(_scaled(match[1], factor), dimension, text)
+
+    @classmethod
+    def one(cls, unit: str = "") -> Quantity:
+        """Return one of a unit, such as ``mm``; by default the plain number. Raises ValueError for no unit."""
+        known = parse_unit(unit)
+        if known is None:
+            raise ValueError(f'"{unit}" is no unit')
+        return cls(*known, f"1 {unit}".strip())
+
+    @property
+    def described(self) -> str:
+        """What it is in words, such as "a length (m)"."""
+        return describe(self.dimension)
+
+    def goes_with(self, value: float) -> bool:
+        """Say whether a value is of the same dimension, or a bare number."""
+        return dimension_of(value) in (None, self.dimension)
+
     @property
     def unit(self) -> str:
         """The SI unit of a quantity that links and joints have; empty for any other."""
@@ -179,17 +207,6 @@ def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
     """Return the dimension of a product: the exponents of ``first`` plus ``times`` those of ``second``."""
     a, b, c, d = (x + times * y for x, y in zip(first, second, strict=True))
     return (a, b, c, d)
-
-
-@lru_cache(maxsize=1_000)
-def parse_quantity(text: str) -> Quantity | None:
-    """Return the quantity that ``text`` says ("12.5 mm"), or None if it is not a number and a known unit."""
-    match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
-    unit = parse_unit(match[2]) if match else None
-    if match is None or unit is None:
-        return None
-    factor, dimension = unit
-    return Quantity(_scaled(match[1], factor), dimension, text)
 
 
 def _scaled(number: str, factor: float) -> float:

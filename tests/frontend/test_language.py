@@ -25,7 +25,6 @@ from rosorin_compile.units import (
     UNITS,
     Quantity,
     dimension_of,
-    parse_quantity,
     parse_unit,
 )
 
@@ -94,7 +93,7 @@ def test_quantities_are_si(text: str, value: float, dimension: tuple[int, ...]) 
 
 @pytest.mark.parametrize("text", ["12 mmm", "mm", "12 m m", "12 m*", "12 /m", "12 m^x", "twelve mm"])
 def test_what_is_no_quantity_stays_text(text: str) -> None:
-    assert parse_quantity(text) is None
+    assert Quantity.parse(text) is None
     assert plain_scalar(text) == text
 
 
@@ -111,7 +110,7 @@ def test_a_power_of_ten_is_exact(value: float, unit: str) -> None:
     factor = parse_unit(unit)
     assert factor is not None
     expected = float(Decimal(text) * Decimal(repr(UNITS[unit][0])))
-    found = parse_quantity(f"{text} {unit}")
+    found = Quantity.parse(f"{text} {unit}")
     assert found is not None
     assert float(found) == expected
 

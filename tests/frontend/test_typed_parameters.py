@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.units import DIMENSIONS, has_unit, in_si, parse_quantity
+from rosorin_compile.units import DIMENSIONS, Quantity, has_unit, in_si
 
 UNITS = {
     "length": ["m", "mm", "inch"],
@@ -52,7 +52,7 @@ def test_every_dimension_has_its_units() -> None:
     assert UNITS.keys() == DIMENSIONS.keys()
     for kind, units in UNITS.items():
         for unit in units:
-            quantity = parse_quantity(f"1 {unit}")
+            quantity = Quantity.parse(f"1 {unit}")
             assert quantity is not None, unit
             assert quantity.dimension == DIMENSIONS[kind], unit
 
@@ -127,7 +127,7 @@ def test_any_unit_gives_what_the_number_in_si_gives(folder: Path, data: st.DataO
     kind = data.draw(st.sampled_from(sorted(UNITS)))
     unit = data.draw(st.sampled_from(UNITS[kind]))
     number, way, use = data.draw(NUMBERS), data.draw(st.sampled_from(WAYS)), data.draw(st.sampled_from(sorted(USES)))
-    quantity = parse_quantity(f"{number} {unit}")
+    quantity = Quantity.parse(f"{number} {unit}")
     assert quantity is not None
     bare, said_of_bare = outcome(folder, *described(kind, repr(float(quantity)), way, USES[use]))
     whole, said_of_whole = outcome(folder, *described(kind, f"{number} {unit}", way, USES[use]))
@@ -149,7 +149,7 @@ def test_a_bare_number_is_known_to_have_had_no_unit(value: float) -> None:
     """What looks like degrees, or like millimetres, is asked of numbers that somebody wrote without a unit."""
     assert not has_unit(in_si(value, DIMENSIONS["angle"]))
     assert not has_unit(value)
-    assert has_unit(parse_quantity("3 deg"))
+    assert has_unit(Quantity.parse("3 deg"))
 
 
 def test_a_whole_number_of_any_length_is_no_traceback(folder: Path) -> None:

@@ -46,23 +46,24 @@ if TYPE_CHECKING:
     from ..meaning.entities import Change
     from ..meaning.golden import Comparison, TextDifference, compare
     from ..meaning.overlay import Overlay
+    from ..numbers import exact
     from ..output import OutputError
     from ..output.one_file import write_file
     from ..output.ours import Held
     from ..output.placing import Holding, holding
     from ..output.staging import Stage
     from ..pipeline import compile_robot
-    from ..project import DESCRIPTIONS, ROOT_FILE, Description, NoDescription, tool_folders
-    from ..units import Quantity, parse_quantity
+    from ..project import Description, NoDescription, tool_folders
+    from ..units import Quantity
     from ..world import world
-    from ..xml.markup import Element, MarkupError
+    from ..xml.markup import Document, Element, MarkupError, Remark
 
 # Each public name and the module that has it.
 _HOMES = {
     "Change": "meaning.entities",
     "Comparison": "meaning.golden",
-    "DESCRIPTIONS": "project",
     "Description": "project",
+    "Document": "xml.markup",
     "Element": "xml.markup",
     "ExpressionError": "frontend.expression",
     "ExtractProblem": "formats.mesh_triangles",
@@ -83,8 +84,8 @@ _HOMES = {
     "Path": "frontend.tree",
     "Places": "formats.mesh_files",
     "Quantity": "units",
-    "ROOT_FILE": "project",
     "ReadOptions": "formats.imported",
+    "Remark": "xml.markup",
     "Run": "commands.robots",
     "Seq": "frontend.tree",
     "Stage": "output.staging",
@@ -101,6 +102,7 @@ _HOMES = {
     "console_of": "commands.options",
     "declared": "frontend.arguments",
     "evaluate": "frontend.expression",
+    "exact": "numbers",
     "for_each": "commands.robots",
     "format_options": "commands.options",
     "give_result": "commands.answer",
@@ -117,7 +119,6 @@ _HOMES = {
     "one_robot": "commands.options",
     "package_option": "commands.options",
     "page_options": "commands.options",
-    "parse_quantity": "units",
     "parse_yaml": "frontend.load",
     "place": "commands.options",
     "quiet_option": "commands.options",
@@ -133,14 +134,13 @@ _HOMES = {
 }
 
 __all__ = [
-    "DESCRIPTIONS",
     "FINE",
     "FORMATS",
     "PROBLEMS",
-    "ROOT_FILE",
     "Change",
     "Comparison",
     "Description",
+    "Document",
     "Element",
     "ExpressionError",
     "ExtractProblem",
@@ -159,6 +159,7 @@ __all__ = [
     "Places",
     "Quantity",
     "ReadOptions",
+    "Remark",
     "Run",
     "Seq",
     "Stage",
@@ -175,6 +176,7 @@ __all__ = [
     "console_of",
     "declared",
     "evaluate",
+    "exact",
     "for_each",
     "format_options",
     "give_result",
@@ -191,7 +193,6 @@ __all__ = [
     "one_robot",
     "package_option",
     "page_options",
-    "parse_quantity",
     "parse_yaml",
     "place",
     "quiet_option",

@@ -16,7 +16,7 @@ from ..frontend.load import MAX_DEPTH
 from ..frontend.schema import Steps, subject, unit_at
 from ..frontend.tree import Map, Seq
 from ..plugins import diagnostic_of
-from ..units import parse_quantity
+from ..units import Quantity
 from ..xml.files import printable_name
 from .checked import accept
 from .format import Opened, Placed
@@ -89,7 +89,7 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
 def _scalar(value: Any, path: Steps) -> Any:
     """Return a scalar; text that stands for a number may have a unit, as in YAML. Raises TypeError."""
     if isinstance(value, str):
-        quantity = parse_quantity(value) if unit_at(path) is not None else None
+        quantity = Quantity.parse(value) if unit_at(path) is not None else None
         return str(value) if quantity is None else quantity
     if value is None or isinstance(value, (bool, float)):
         return value

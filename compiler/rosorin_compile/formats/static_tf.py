@@ -84,6 +84,11 @@ class StaticTransform(NamedTuple):
     when: str = ""
 
     @staticmethod
+    def number(value: float, angle: bool = False, digits: int | None = None) -> str:
+        """Return a length (m) or an angle (rad) with as many decimals as in launch files, or with other ``digits``."""
+        return fixed(value, digits or (RADIAN_DIGITS if angle else METRE_DIGITS))
+
+    @staticmethod
     def launch_arguments() -> Mapping[str, str]:
         """Return the arguments that every launch file of ours has, with their help."""
         return ARGUMENTS

@@ -21,7 +21,7 @@ from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 from ..diagnostics import Diagnostic, Related, Source, Span, error, nearest
 from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
-from ..units import parse_quantity
+from ..units import Quantity
 from ..world import FILE, OTHER, kind, read, size, spoil
 from .tree import Instance, Map, Seq, Text
 
@@ -369,7 +369,7 @@ class _Composer:
         It has no dimension: tables that people publish say ``max_velocity: !degrees 180``.
         """
         unit = _UNIT_TAGS[event.tag]
-        quantity = parse_quantity(f"{event.value.strip()} {unit}") or parse_quantity(f"{_result(event.value)} {unit}")
+        quantity = Quantity.parse(f"{event.value.strip()} {unit}") or Quantity.parse(f"{_result(event.value)} {unit}")
         if quantity is None:
             help = "write a number, or a quantity or an expression without the tag"
             raise self.fail("yaml-tag", f'{event.tag} stands before a number, not "{event.value}"', event, help)
@@ -405,7 +405,7 @@ def plain_scalar(text: str) -> Any:
             return float(text)
         if text.startswith(("0x", "0o")) and _BASED.match(text):
             return int(text, 0)
-        quantity = parse_quantity(text)
+        quantity = Quantity.parse(text)
         if quantity is not None:
             return quantity
     return text

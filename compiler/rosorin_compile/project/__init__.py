@@ -46,7 +46,8 @@ class Description:
     """A description that was asked for: its name, its first file, and the folder of its artifacts.
 
     ``STDIN`` is the word for one on standard input, and ``ON_STDIN`` stands for its file. ``ENDINGS`` are those of the
-    files of descriptions; ``OUTPUTS`` is the name of the folder with those of artifacts, beside that of descriptions.
+    files of descriptions, of which ``ROOT_FILE`` is the first. ``FOLDER`` is the name of the folder of a project that
+    has one a robot, ``OUTPUTS`` that of the folder beside it for their artifacts.
     """
 
     name: str
@@ -56,6 +57,8 @@ class Description:
     STDIN: ClassVar[str] = STDIN
     ON_STDIN: ClassVar[Path] = ON_STDIN
     ENDINGS: ClassVar[tuple[str, ...]] = ENDINGS
+    ROOT_FILE: ClassVar[str] = ROOT_FILE
+    FOLDER: ClassVar[str] = DESCRIPTIONS
     OUTPUTS: ClassVar[str] = OUTPUTS
 
     @classmethod

@@ -10,12 +10,16 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..diagnostics.registry import READING, Rule
-from .elements import new_parser
+from .elements import canonical, indented, new_parser, tree_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+    from xml.etree import ElementTree
 
 RULES = (
     Rule(
@@ -102,6 +106,11 @@ class Remark(NamedTuple):
     start: int
     end: int
 
+    @property
+    def is_comment(self) -> bool:
+        """Whether this is a comment."""
+        return self.kind == COMMENT
+
 
 COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 
@@ -128,7 +137,7 @@ class Element:
     @property
     def comments(self) -> list[Remark]:
         """Return the comments directly in it."""
-        return [item for item in self.content if isinstance(item, Remark) and item.kind == COMMENT]
+        return [item for item in self.content if isinstance(item, Remark) and item.is_comment]
 
     @property
     def text(self) -> str:
@@ -172,6 +181,36 @@ class Document:
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
         self.origin: Callable[[int, int], Span] | None = None
+
+    @classmethod
+    def parse(cls, source: Source) -> Document:
+        """Return a text as XML. Raises MarkupError, which names the place."""
+        return parse(source)
+
+    @staticmethod
+    def source_of(path: Path) -> Source:
+        """Return the text of a file, in the encoding that it declares. Raises MarkupError with a clear message."""
+        from .files import read_source
+
+        return read_source(path)
+
+    @staticmethod
+    def tree(text: str) -> ElementTree.Element:
+        """Return a text as elements of the standard library, without places and without namespaces.
+
+        Raises ValueError if it is not well formed, or might declare entities.
+        """
+        return tree_of(text)
+
+    @staticmethod
+    def canonical(tree: ElementTree.Element) -> str:
+        """Return elements in one spelling: what has the same differs in white space, comments and spelling alone."""
+        return canonical(tree)
+
+    @staticmethod
+    def indented(text: str, indent: str) -> str:
+        """Return elements with the first line after ``indent``, and the others as far right as they were from it."""
+        return indented(text, indent)
 
     def span(self, start: int, length: int = 1) -> Span:
         """Return the place of the characters from an offset on; it ends with the line at the latest."""

@@ -28,7 +28,7 @@ from rosorin_compile import (
     rule,
 )
 from rosorin_compile.diagnostics import ERROR, Span, counted, did_you_mean, has_errors, listed
-from rosorin_compile.extending import LoadError, Map, OutputError, Quantity, parse_quantity, write_file
+from rosorin_compile.extending import LoadError, Map, OutputError, Quantity, write_file
 from rosorin_compile.model import Box, Joint, Link, Mesh, Output, Pose, Robot, Transform, Vector
 
 
@@ -102,7 +102,7 @@ def written(name: str, folder: Path) -> tuple[str, ...]:
 
 
 def metres(text: str, tree: Map) -> float:
-    quantity: Quantity | None = parse_quantity(text)
+    quantity: Quantity | None = Quantity.parse(text)
     return quantity if quantity is not None else float(tree["length"])
 
 

@@ -15,7 +15,7 @@ from ...model import Joint, Robot
 from ...model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
 from ...model.pulses import to_radians
 from ...numbers import exact
-from ...units import ANGLE, LENGTH, NUMBER, Dimension, describe, dimension_of, parse_quantity, unknown_unit
+from ...units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of, unknown_unit
 from ..understanding import Known
 
 RULES = (
@@ -109,7 +109,7 @@ def position(joint: Joint, text: str) -> float:
 
 
 def _number(joint: Joint, text: str, wanted: Dimension) -> float:
-    quantity = parse_quantity(text)
+    quantity = Quantity.parse(text)
     value = _evaluated(joint, text) if quantity is None else quantity
     dimension = dimension_of(value)
     if dimension not in (None, NUMBER, wanted):

@@ -23,7 +23,7 @@ from ...diagnostics.wording import counted, first_of, listed
 from ...frontend.tree import Map, Seq
 from ...model import Transform
 from ...model.geometry import Vector, rotation_about
-from ...units import parse_quantity
+from ...units import Quantity
 from ...xml.markup import Element
 from .actuators import Drive
 from .masses import LEAST
@@ -310,7 +310,7 @@ def add_limit(reading: Reading, index: int, entry: Map, drive: Drive) -> None:
     elif joint["type"] == SLIDE:
         missing += ["lower", "upper"]
         for key, sign in (("lower", "-"), ("upper", "")):
-            put(limit, key, parse_quantity(f"{sign}{STAND_IN_TRAVEL:g} m"))
+            put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
     effort = _effort(reading, index, drive)
     if effort is None and drive.speed is None and not limit:
         return

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...diagnostics.wording import printable
-from ...units import UNITS, Quantity, parse_quantity
+from ...units import UNITS, Quantity
 from .functions import CONSTANTS, ExpressionError
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -48,7 +48,7 @@ def masked(text: str) -> tuple[str, Mapping[tuple[int, int], Literal]]:
         if not unit or match.start() < end:
             continue
         start, stop = match.start(), match.start("unit") + len(unit)
-        value = parse_quantity(f"{match['number']} {unit}")
+        value = Quantity.parse(f"{match['number']} {unit}")
         if value is None:
             continue
         value.text = text[start:stop]

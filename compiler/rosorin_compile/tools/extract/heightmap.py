@@ -17,10 +17,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Progress, Rule
-from rosorin_compile.extending import ExtractProblem
+from rosorin_compile.extending import ExtractProblem, exact
 from rosorin_compile.model import HeightMap
 
-from ...numbers import exact
 from .grid import DIVISIONS, Grid, Surface, divisions_needed, put_exactly, samples
 from .meshes import bounds
 from .turning import down, up

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import Console
-from rosorin_compile.extending import WrongUsage, given_arguments
+from rosorin_compile.extending import Quantity, WrongUsage, given_arguments
 
 from ...commands.robots import no_stdin
-from ...units import ANGLE, LENGTH, Dimension, describe, dimension_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,25 +28,26 @@ if TYPE_CHECKING:
 
 MAX_DIGITS = 9
 _DEFAULT_CELL = 0.01
+_LENGTH = Quantity.one("m")
 
 
-def quantity(text: str, option: str, dimension: Dimension = LENGTH) -> float:
-    """Return a number with or without unit in SI. Raises WrongUsage."""
+def quantity(text: str, option: str, kind: Quantity = _LENGTH) -> float:
+    """Return a number with or without unit in SI; ``kind`` is one of that kind. Raises WrongUsage."""
     from ...frontend.load import plain_scalar
 
     value = plain_scalar(text.strip() or "-")
     right = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not right or dimension_of(value) not in (None, dimension):
-        raise WrongUsage(f'{option} takes {describe(dimension)}, not "{text}"')
+    if not right or not kind.goes_with(value):
+        raise WrongUsage(f'{option} takes {kind.described}, not "{text}"')
     return float(value)
 
 
-def quantities(text: str, option: str, count: int, dimension: Dimension = LENGTH) -> tuple[float, ...]:
+def quantities(text: str, option: str, count: int, kind: Quantity = _LENGTH) -> tuple[float, ...]:
     """Return numbers that are separated by commas. Raises WrongUsage."""
     parts = text.split(",")
     if len(parts) != count:
         raise WrongUsage(f'{option} takes {count} numbers with commas between them, not "{text}"')
-    return tuple(quantity(part, option, dimension) for part in parts)
+    return tuple(quantity(part, option, kind) for part in parts)
 
 
 def digits(count: int, option: str) -> int:
@@ -62,7 +62,7 @@ def scale(text: str) -> tuple[float, float, float]:
     parts = text.split(",")
     if len(parts) not in (1, 3):
         raise WrongUsage(f'--scale takes one number or three with commas, not "{text}"')
-    factors = [quantity(part, "--scale", (0, 0, 0, 0)) for part in parts] * (3 // len(parts))
+    factors = [quantity(part, "--scale", Quantity.one()) for part in parts] * (3 // len(parts))
     if 0 in factors:
         raise WrongUsage("--scale 0 leaves nothing of a mesh")
     return (factors[0], factors[1], factors[2])
@@ -183,7 +183,7 @@ def surface(options: argparse.Namespace, console: Console, frame: str | None) ->
 
     read, _, words = reading(options, console)
     x, y, z = quantities(options.xyz, "--xyz", 3)
-    roll, pitch, yaw = quantities(options.rpy, "--rpy", 3, ANGLE)
+    roll, pitch, yaw = quantities(options.rpy, "--rpy", 3, Quantity.one("rad"))
     transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
     if _are_meshes(words):
         _no_robot(options)

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.diagnostics import Heading, Rule
-from rosorin_compile.extending import ExtractProblem, OutputError, scalar, world
+from rosorin_compile.extending import ExtractProblem, OutputError, exact, scalar, world
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
 from rosorin_compile.output.one_file import replace_text
 
 from ...frontend.yaml_text import escaped, quoted
-from ...numbers import exact
 from ...output.ours import FOREIGN
 
 RULES = (

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile import Fact, Facts, Format
-from rosorin_compile.extending import FORMATS, parse_quantity, world
+from rosorin_compile.extending import FORMATS, Quantity, world
 from rosorin_compile.model import Pose, Transform
 
 from ...formats.facts import ANGLES
@@ -478,7 +478,7 @@ def _number(said: Any) -> tuple[float, str] | None:
         return (float(said), "") if abs(said) < _LARGEST else None
     if not isinstance(said, str):
         return None
-    quantity = parse_quantity(said.strip())
+    quantity = Quantity.parse(said.strip())
     if quantity is not None:
         return (float(quantity), quantity.unit) if abs(quantity) < _LARGEST else None
     try:

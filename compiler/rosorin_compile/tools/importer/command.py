@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.diagnostics import Console, counted
 from rosorin_compile.extending import (
-    DESCRIPTIONS,
     FINE,
     PROBLEMS,
-    ROOT_FILE,
     Description,
     WrongUsage,
     argument_options,
@@ -242,7 +240,7 @@ def _describe(
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
     base = target.package.folder if target else Description.around()
     called = imported._replace(tree=tree).file_name
-    folder = Path(options.output) if options.output else Path(base, DESCRIPTIONS, called)
+    folder = Path(options.output) if options.output else Path(base, Description.FOLDER, called)
     give_result(options, {"source": str(source), "robot": tree["robot"], "folder": str(folder)}, str)
     wanted = Wanted(_words(options, source, how), options.ours, how.arguments, how.packages)
     record = recorded(folder, wanted.words) if target is None and not options.force else None
@@ -368,7 +366,7 @@ def _put_into(
         _show(console, list(put.refused))
         return _refused(console, package.folder / target.source, len(put.refused))
     _show(console, put.again.diagnostics if put.again else [])
-    if put.again is None and any(file.startswith(f"{DESCRIPTIONS}/") for file in put.written):
+    if put.again is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
         _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), lines)
     for line in told(package, put):
         console.say(line)
@@ -433,8 +431,9 @@ def _check_folder(folder: Path, force: bool) -> None:
         if force or not world.names(folder):
             return
         message = f"{folder} is not empty; name a new folder with -o, or write into this one with --force"
-        if world.kind(folder / ROOT_FILE) == world.FILE:
-            message += f" (no {ROOT_FILE}{ENDING} there says what was imported, against which changes could be told)"
+        if world.kind(folder / Description.ROOT_FILE) == world.FILE:
+            record = f"{Description.ROOT_FILE}{ENDING}"
+            message += f" (no {record} there says what was imported, against which changes could be told)"
         raise WrongUsage(message)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import ROOT_FILE, Imported, Map, Path, Seq
+from rosorin_compile.extending import Description, Imported, Map, Path, Seq
 from rosorin_compile.formats.imported import Outputs
 
 from ...frontend.expression.functions import functions
@@ -104,13 +104,13 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     head = [f"yaml-language-server: $schema={schema}"] if schema else []
     few = sum(len(value) for value in document.values() if isinstance(value, dict)) <= MAX_LINES
     if split is False or (split is None and few):
-        whole = _file(ROOT_FILE, document, imported, wanted, head)
+        whole = _file(Description.ROOT_FILE, document, imported, wanted, head)
         if split is False or whole.count("\n") <= MAX_LINES:
-            return {ROOT_FILE: whole}
+            return {Description.ROOT_FILE: whole}
     parts = {name: {key: document.pop(key) for key in keys if key in document} for name, keys in _FILES.items()}
     parts = {name: part for name, part in parts.items() if part}
     document["include"] = list(parts)
-    files = {ROOT_FILE: _file(ROOT_FILE, _sorted(document), imported, wanted, head)}
+    files = {Description.ROOT_FILE: _file(Description.ROOT_FILE, _sorted(document), imported, wanted, head)}
     for name, part in parts.items():
         source = {"source": document["source"]} if "source" in document else {}
         files[name] = _file(name, {**source, **part}, imported, wanted, head)
@@ -125,7 +125,7 @@ def lines_of(tree: Map) -> int:
 
 def _file(name: str, document: dict[str, Any], imported: Imported, wanted: Outputs, head: list[str]) -> str:
     """Return the text of one file."""
-    root = name == ROOT_FILE
+    root = name == Description.ROOT_FILE
     said = placed(imported.comments, document, head if root else [*head, _ABOUT[name]], root)
     if root and wanted.lines:
         inside = {**said.inside, ("outputs",): wanted.lines}

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, listed
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, LoadError, Map, WrongUsage, holding, load_mapping, world
+from rosorin_compile.extending import Description, LoadError, Map, WrongUsage, holding, load_mapping, world
 
 from ..package.finding import package_of
 from ..package.installing import missing
@@ -129,7 +129,7 @@ def inside(source: Path, package: Package) -> str:
 
 def _places(name: str) -> tuple[str, str]:
     """Return the folder of a description in its package, and its test."""
-    return f"{DESCRIPTIONS}/{name}", f"test/test_{_NO_WORD.sub('_', name).lower()}_description.py"
+    return f"{Description.FOLDER}/{name}", f"test/test_{_NO_WORD.sub('_', name).lower()}_description.py"
 
 
 def _taken(package: Package, wanted: Said, name: str, files: Mapping[str, str], tree: Map) -> Diagnostic | None:
@@ -153,7 +153,7 @@ def _why_taken(folder: Path, wanted: Said, test: str, files: Mapping[str, str], 
     it has the same ``note`` of its source and that takes no arguments.
     """
     said, root = _said(folder / test), folder / wanted.description
-    description = f"{DESCRIPTIONS}/{root.parent.name}"
+    description = f"{Description.FOLDER}/{root.parent.name}"
     if said is not None and said != wanted:
         return f"{test} says that {said.description} was imported from {said.words}, and this is {wanted.words}"
     if not _has_files(root.parent):
@@ -222,14 +222,14 @@ def put_into(
     there = package.folder / description
     with holding(package.folder) as held:
         finished = held.finished.told()
-        taken = _taken(package, Said(source, dict(given), f"{description}/{ROOT_FILE}"), name, files, tree)
+        taken = _taken(package, Said(source, dict(given), f"{description}/{Description.ROOT_FILE}"), name, files, tree)
         again = None if taken or not _has_files(there) else _again(package, description, files, asked)
         refused = [taken] if taken else again.diagnostics if again and again.refused else []
         if refused:
             return Put((), (), {}, (), test, finished, refused=refused)
         made = again.files if again else {**files, **_records(there, files, grown, asked)}
         wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in made.items()}
-        wanted[test] = _test(package, source, f"{description}/{ROOT_FILE}", given).encode()
+        wanted[test] = _test(package, source, f"{description}/{Description.ROOT_FILE}", given).encode()
         more = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in grown.items()}
         kept = [
             file
@@ -273,8 +273,9 @@ def _again(package: Package, description: str, files: Mapping[str, str], asked: 
     others = [file for file, text in files.items() if _differs(there / file, text.encode())]
     if not others:
         return Again({}, record_of(files, asked.words), [], [], [])
+    record = f"{Description.ROOT_FILE}{ENDING}"
     message = (
-        f"{description} stands otherwise than it would be imported ({listed(others)}), and no {ROOT_FILE}{ENDING} "
+        f"{description} stands otherwise than it would be imported ({listed(others)}), and no {record} "
         "there says how it was imported: what the source changed cannot be told from what was changed here"
     )
     help = f"import it beside this one with --name, or the source as it was then with -o, and copy the {ENDING} files"
@@ -283,8 +284,16 @@ def _again(package: Package, description: str, files: Mapping[str, str], asked: 
 
 def _others(package: Path, name: str, written: Sequence[str]) -> list[str]:
     """Return the other descriptions of a package that include what was written for one of them, too."""
-    names = [f"../{file.removeprefix(f'{DESCRIPTIONS}/')}" for file in written if file.startswith(f"{DESCRIPTIONS}/")]
-    found = (path for path in world.matching(package / DESCRIPTIONS, f"*/{ROOT_FILE}") if path.parent.name != name)
+    names = [
+        f"../{file.removeprefix(f'{Description.FOLDER}/')}"
+        for file in written
+        if file.startswith(f"{Description.FOLDER}/")
+    ]
+    found = (
+        path
+        for path in world.matching(package / Description.FOLDER, f"*/{Description.ROOT_FILE}")
+        if path.parent.name != name
+    )
     return [path.parent.name for path in found if any(one in _text(path) for one in names)]
 
 
@@ -346,7 +355,7 @@ def _registered(cmake: str, test: str) -> list[str]:
 
 def _place(file: str) -> str:
     """Return what a file is told as: those of a description are one thing."""
-    return "/".join(file.split("/")[:2]) if file.startswith(f"{DESCRIPTIONS}/") else file
+    return "/".join(file.split("/")[:2]) if file.startswith(f"{Description.FOLDER}/") else file
 
 
 def told(package: Package, put: Put) -> Iterator[str]:

@@ -15,13 +15,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Span, printable
-from rosorin_compile.extending import Map, Path, Quantity, parse_quantity, scalar
+from rosorin_compile.extending import Map, Path, Quantity, exact, scalar
 
 from ...diagnostics import MadeSpan
 from ...formats.imported import BESIDE, END, INSIDE, Comment
 from ...frontend.load import plain_scalar
 from ...frontend.yaml_text import MAX_KEY, escaped, is_raw
-from ...numbers import exact
 
 WIDTH = 120
 _MAX_ALIGN = 60  # a list that is wrapped hangs below its bracket; further right it stands in a block
@@ -317,7 +316,7 @@ def number(value: float, span: Span | None, angle: str = "") -> Verbatim:
     """
     if value == 0:
         return Verbatim("0")
-    if isinstance(value, Quantity) and value.text and parse_quantity(value.text) == value:
+    if isinstance(value, Quantity) and value.text and Quantity.parse(value.text) == value:
         return Verbatim(value.text)
     if not math.isfinite(value):
         return Verbatim(".nan" if value != value else ".inf" if value > 0 else "-.inf")
@@ -329,7 +328,7 @@ def in_degrees(value: float, unit: str) -> str:
     degrees = math.degrees(value)
     for decimals in _DECIMALS if abs(degrees) < _MAX_DEGREES else ():
         text = f"{exact(round(degrees, decimals))} {unit}"
-        if parse_quantity(text) == value:
+        if Quantity.parse(text) == value:
             return text
     return ""
 

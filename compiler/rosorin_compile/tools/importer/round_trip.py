@@ -28,7 +28,6 @@ from rosorin_compile.diagnostics import (
 )
 from rosorin_compile.extending import (
     FORMATS,
-    ROOT_FILE,
     Description,
     Imported,
     Map,
@@ -154,7 +153,7 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
     files = write(imported, wanted, schema)
     for name, text in files.items():
         (stage / name).write_text(text, "utf-8")
-    return files, compile_unrounded(stage / ROOT_FILE)
+    return files, compile_unrounded(stage / Description.ROOT_FILE)
 
 
 def compile_unrounded(
@@ -236,13 +235,13 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     if format is None or format.prove is None or format.name not in wanted.entries:
         return Proof()
     Progress.step("proving the import in its engine")
-    outputs = Description.at(folder / ROOT_FILE).outputs.absolute()
-    places = Places(folder / ROOT_FILE, outputs, packages, world.environment())
+    outputs = Description.at(folder / Description.ROOT_FILE).outputs.absolute()
+    places = Places(folder / Description.ROOT_FILE, outputs, packages, world.environment())
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         for file, text in write(seen_from(shown, folder), wanted).items():
             Path(name, file).write_text(text, "utf-8")
         compiled = compile_robot(
-            Path(name, ROOT_FILE),
+            Path(name, Description.ROOT_FILE),
             packages=packages,
             search=lambda tree, asked: brought(search(tree, asked, places), outputs),
             wanted=[format.name],

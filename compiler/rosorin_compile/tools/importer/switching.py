@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import listed
-from rosorin_compile.extending import ROOT_FILE, world
+from rosorin_compile.extending import Description, world
 
 from ..package.finding import files_below
 from ..package.launch_files import is_launch_file
@@ -101,7 +101,7 @@ def _lines(name: str, text: str, source: str, description: str, arguments: Set[s
             folder = description
             yield Line(name, number, bare, f"rosorin_compile_add_robot(DESCRIPTION {folder} OUTPUTS urdf INSTALL)")
             continue
-        new = _renamed(line, source, f"{description}/{ROOT_FILE}") if mine else line
+        new = _renamed(line, source, f"{description}/{Description.ROOT_FILE}") if mine else line
         module = _MODULE.search(new)
         if module:
             new, remark = _without_module(new, module.start())

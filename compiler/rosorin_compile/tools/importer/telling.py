@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, Description, Imported, Map, Seq, world
+from rosorin_compile.extending import Description, Imported, Map, Seq, world
 
 from ...formats.checked import copied
 from ...formats.described import as_tree
@@ -91,7 +91,7 @@ def renamed(
 
 def _artifacts(folder: Path) -> Path:
     """Return where the artifacts of a description stand unless somebody says so (see ``project``)."""
-    base = folder.parent.parent if Path(os.path.abspath(folder)).parent.name == DESCRIPTIONS else Path()
+    base = folder.parent.parent if Path(os.path.abspath(folder)).parent.name == Description.FOLDER else Path()
     return base / Description.OUTPUTS / folder.name
 
 
@@ -114,7 +114,7 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
 
 def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:
     """Yield the packages that files were found in, with their folders, but for those that are found from ``here``."""
-    near, seen = Packages({}, world.environment(), here / ROOT_FILE), set()
+    near, seen = Packages({}, world.environment(), here / Description.ROOT_FILE), set()
     for name, file in files.items():
         package, _, path = name.partition("://")[2].lstrip("/").partition("/")
         if _is_of_package(name) and package not in seen:
@@ -133,7 +133,11 @@ def _package_of(meshes: str, relative: Sequence[str], base: Path, here: Path) ->
     package, _, path = meshes.partition("://")[2].strip("/").partition("/")
     parts = Path(path).parts
     above = len(base.parts) - len(parts)
-    found = Packages({}, world.environment(), here / ROOT_FILE).find(package) if _is_of_package(meshes) else base
+    found = (
+        Packages({}, world.environment(), here / Description.ROOT_FILE).find(package)
+        if _is_of_package(meshes)
+        else base
+    )
     if base.parts[above:] != parts or (found is not None and _has_one(found / path, relative)):
         return {}
     return {package: _seen(Path(*base.parts[:above]), here)} if _has_one(base, relative) else {}

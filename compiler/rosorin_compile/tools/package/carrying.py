@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact
 from rosorin_compile.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
-from rosorin_compile.extending import DESCRIPTIONS, Description, tool_folders, world
+from rosorin_compile.extending import Description, tool_folders, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from ...formats.launching import free_names
@@ -153,11 +153,11 @@ def _top(first: Path, files: Sequence[Path]) -> tuple[Path, str]:
 
     It is ``descriptions`` of the project, if that has them all, else the project; for a lone description its folder.
     """
-    folder = next((one for one in (first.parent, *first.parent.parents) if one.name == DESCRIPTIONS), None)
+    folder = next((one for one in (first.parent, *first.parent.parents) if one.name == Description.FOLDER), None)
     if folder is None:
         name = first.parent.name
-        return first.parent, f"{DESCRIPTIONS}/{name if name.isprintable() and name.strip('.') else 'robot'}/"
-    return (folder if all(one.is_relative_to(folder) for one in files) else folder.parent), f"{DESCRIPTIONS}/"
+        return first.parent, f"{Description.FOLDER}/{name if name.isprintable() and name.strip('.') else 'robot'}/"
+    return (folder if all(one.is_relative_to(folder) for one in files) else folder.parent), f"{Description.FOLDER}/"
 
 
 def _named_in(name: str, files: Iterable[Path]) -> Span | None:

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
-from rosorin_compile.extending import FORMATS, Element, MarkupError, world
+from rosorin_compile.extending import FORMATS, Document, Element, MarkupError, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 
-from ...xml.markup import parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
 from .installing import install_space, missing, share_folder, undeclared
@@ -329,7 +328,7 @@ def told_before(target: Path, options: Options, sensors: Iterable[str]) -> Optio
     if STAMP not in text:
         return options
     try:
-        root = parse(Source(str(manifest), text)).root
+        root = Document.parse(Source(str(manifest), text)).root
     except MarkupError:
         return options
     elements = {child.tag: child for child in root.iter()}

@@ -16,6 +16,7 @@ from itertools import islice
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, Rule, Source, Span
+from rosorin_compile.extending import Document, StaticTransform
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
@@ -27,7 +28,6 @@ from rosorin_compile.model import (
     Transform,
 )
 
-from ...numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 from .plain_values import Unknown, constants, value
 
 RULES = (
@@ -179,7 +179,7 @@ def _compared(joint: Joint, static: Understood, span: Span) -> Iterator[Diagnost
     meant = joint.origin.transform()
     for flag, here, there in zip(_XYZ, static.transform.xyz, meant.xyz, strict=True):
         if abs(here - there) > METRES:
-            parts.append(f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}")
+            parts.append(f"{flag} {static.texts.get(flag, '0')} -> {StaticTransform.number(there)}")
     off = static.transform.angle_to(meant)
     if off > RADIANS:
         parts += _angles(static, joint, off)
@@ -194,9 +194,10 @@ def _angles(static: Understood, joint: Joint, off: float) -> list[str]:
     if static.texts.keys() & {*_QUATERNION}:
         w, x, y, z = joint.origin.transform().quaternion()
         values = zip(_QUATERNION, (x, y, z, w), strict=True)
-        return [f"rotation {degrees}, described: " + " ".join(f"{flag} {fixed(v, 9)}" for flag, v in values)]
+        described = " ".join(f"{flag} {StaticTransform.number(value, digits=9)}" for flag, value in values)
+        return [f"rotation {degrees}, described: {described}"]
     pairs = [
-        f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
+        f"{flag} {static.texts.get(flag, '0')} -> {StaticTransform.number(there, angle=True)}"
         for flag, there in zip(_RPY, joint.origin.rpy, strict=True)
         if abs(float(static.texts.get(flag, "0")) - there) > RADIANS
     ]
@@ -332,10 +333,8 @@ def _bound(function: ast.FunctionDef, call: ast.Call, names: Mapping[str, Any]) 
 def _xml(name: str, text: str) -> Iterator[Call]:
     from rosorin_compile.extending import MarkupError
 
-    from ...xml.markup import parse
-
     try:
-        root = parse(Source(name, text)).root
+        root = Document.parse(Source(name, text)).root
     except MarkupError as problem:
         raise Unreadable(f"not XML: {problem.diagnostic.message}") from None
     elements = list(root.iter())

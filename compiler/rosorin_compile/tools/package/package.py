@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact, Templates
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error
-from rosorin_compile.extending import DESCRIPTIONS, FORMATS, world
+from rosorin_compile.extending import FORMATS, Description, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 
 from ...formats.templating import BUILTIN
@@ -226,7 +226,7 @@ def _made(
 def _folders(placed: Sequence[tuple[str, Artifact]], carried: Carried | None) -> list[str]:
     """Return the folders that a package installs: those of the tool's own formats, and those of its artifacts."""
     own = (one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name))
-    more = [DESCRIPTIONS] if carried else []
+    more = [Description.FOLDER] if carried else []
     return sorted({*FOLDERS, *own, *more, *(place.partition("/")[0] for place, _ in placed)})
 
 

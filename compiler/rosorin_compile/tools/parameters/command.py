@@ -11,7 +11,6 @@ from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
-    ROOT_FILE,
     Description,
     Run,
     WrongUsage,
@@ -84,6 +83,6 @@ def _take_words(options: argparse.Namespace) -> None:
 
 def _is_robot(word: str) -> bool:
     """Say whether a word names a robot, rather than a parameter file: there is no such file, or it describes one."""
-    if world.kind(word) != world.FILE or is_foreign(Path(word)) or Path(word).name == ROOT_FILE:
+    if world.kind(word) != world.FILE or is_foreign(Path(word)) or Path(word).name == Description.ROOT_FILE:
         return True
     return _DESCRIPTION.search(world.head(word, _MOST).decode("utf-8", "replace")) is not None

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Source, Span, error
+from rosorin_compile.extending import Document
 
 from ..package.plain_values import Unknown, constants, value
 
@@ -155,10 +156,8 @@ def _of_arguments(words: list[str], node: str) -> Iterator[Remap]:
 def _xml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
     from rosorin_compile.extending import MarkupError
 
-    from ...xml.markup import parse
-
     try:
-        root = parse(source).root
+        root = Document.parse(source).root
     except MarkupError as problem:
         raise _Unreadable(problem.diagnostic.message) from None
     found: list[Remap] = []

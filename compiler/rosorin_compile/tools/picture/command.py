@@ -13,6 +13,7 @@ from rosorin_compile.diagnostics import WARNING, Console, Progress, error, pip_i
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
+    Quantity,
     WrongUsage,
     argument_options,
     console_of,
@@ -23,7 +24,6 @@ from rosorin_compile.extending import (
     mode_states,
     one_robot,
     package_option,
-    parse_quantity,
     place,
     quiet_option,
     world,
@@ -301,7 +301,7 @@ def _direction(text: str) -> Vector:
 
     if text in VIEWS:
         return VIEWS[text]
-    parts = [parse_quantity(part.strip()) for part in text.split(",")]
+    parts = [Quantity.parse(part.strip()) for part in text.split(",")]
     if len(parts) == 1:
         raise WrongUsage(f'there is no view "{text}"; {did_you_mean(text, VIEWS)}, or AZIMUTH,ELEVATION: 30deg,20deg')
     angles = [float(part) for part in parts if part is not None and part.unit == "rad"]

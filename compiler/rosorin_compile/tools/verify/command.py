@@ -14,7 +14,6 @@ from rosorin_compile.diagnostics import Console, Heading, Progress, Rule, pip_in
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
-    ROOT_FILE,
     Description,
     Given,
     NoDescription,
@@ -190,12 +189,12 @@ def _is_robot(source: str) -> bool:
     try:
         if world.kind(path) == world.FOLDER:
             files = world.names(path)
-            return ROOT_FILE in files and not any(_RECORDED.search(file) for file in files)
+            return Description.ROOT_FILE in files and not any(_RECORDED.search(file) for file in files)
         found = path if world.kind(path) == world.FILE else Description.find([source])[0].path
     except (NoDescription, OSError, ValueError):
         return False
     # Messages may be pasted as JSON or as YAML of any name.
-    return found.name == ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
+    return found.name == Description.ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
 
 
 def _options(options: argparse.Namespace, robot: Robot) -> Options:

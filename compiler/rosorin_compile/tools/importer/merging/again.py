@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import Diagnostic, has_errors, listed
-from rosorin_compile.extending import ROOT_FILE, LoadError, WrongUsage, world
+from rosorin_compile.extending import Description, LoadError, WrongUsage, world
 
 from . import record as records
 from .record import ENDING, Record, text_of
@@ -50,7 +50,7 @@ def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> 
         record = records.read(folder, others)
     except OSError as problem:
         raise WrongUsage(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
-    if record is None or not world.stands(folder / ROOT_FILE):
+    if record is None or not world.stands(folder / Description.ROOT_FILE):
         return None
     before, now = (_said(one) for one in (record.words, words))
     if before.of != now.of:

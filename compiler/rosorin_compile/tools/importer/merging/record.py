@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.extending import ROOT_FILE, world
+from rosorin_compile.extending import Description, world
 
 ENDING = ".imported"
 _PROGRAM = "# rosorin-compile import "
@@ -31,7 +31,9 @@ def of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
     listed = list(words)
     line = shlex.join(listed)
     first = f"{_PROGRAM}{line if line.isprintable() else json.dumps(listed)}\n"  # a name may be no text, or two lines
-    return {name: f"{first}{text}" if name == f"{ROOT_FILE}{ENDING}" else text for name, text in made.items()}
+    return {
+        name: f"{first}{text}" if name == f"{Description.ROOT_FILE}{ENDING}" else text for name, text in made.items()
+    }
 
 
 def is_of(name: str) -> bool:
@@ -45,7 +47,7 @@ def read(folder: Path, others: Iterable[str] = ()) -> Record | None:
     ``others`` are names of files outside of the folder that may have one, too. Raises OSError.
     """
     try:
-        first, end, root = text_of(folder / f"{ROOT_FILE}{ENDING}").partition("\n")
+        first, end, root = text_of(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
         line = first.removeprefix(_PROGRAM)
         words = json.loads(line) if line.startswith("[") else shlex.split(line)
         names = [
@@ -58,7 +60,9 @@ def read(folder: Path, others: Iterable[str] = ()) -> Record | None:
     except (ValueError, FileNotFoundError, NotADirectoryError):
         return None
     files = {name.removesuffix(ENDING): text for name, text in texts.items()}
-    return Record(words, {**files, ROOT_FILE: root}) if first.startswith(_PROGRAM) and end and words else None
+    return (
+        Record(words, {**files, Description.ROOT_FILE: root}) if first.startswith(_PROGRAM) and end and words else None
+    )
 
 
 def text_of(path: Path) -> str:

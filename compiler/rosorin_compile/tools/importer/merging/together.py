@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Source, error
-from rosorin_compile.extending import ROOT_FILE, Map, compile_robot, parse_yaml
+from rosorin_compile.extending import Description, Map, compile_robot, parse_yaml
 
 from ....frontend.expand import expand
 from ....frontend.load import unsaved
@@ -157,7 +157,7 @@ def proved(
 
     It is held with its arguments as they are by default, and with each other value that can be listed, one at a time.
     """
-    root = folder / ROOT_FILE
+    root = folder / Description.ROOT_FILE
     states = [_placed(folder, files) for files in (base, {}, theirs, made)]
     with unsaved(states[2]):
         given = {} if expand(root, {}, None, packages=packages).tree is not None else dict(arguments)

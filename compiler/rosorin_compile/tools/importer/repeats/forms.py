@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Map, Path, Quantity, Seq, parse_quantity
+from rosorin_compile.extending import Map, Path, Quantity, Seq
 
 from ....frontend.expand.placing import AXES
 
@@ -53,7 +53,7 @@ class Leaf:
 def _negative(value: Any) -> Any:
     """Return a number with the other sign; a quantity keeps its unit, zero stays as it is."""
     if isinstance(value, Quantity) and value.text and value:
-        return parse_quantity(value.text[1:] if value.text.startswith("-") else f"-{value.text}")
+        return Quantity.parse(value.text[1:] if value.text.startswith("-") else f"-{value.text}")
     return -value if value else value
 
 

@@ -15,11 +15,10 @@ from functools import cached_property
 from keyword import iskeyword
 from typing import Any
 
-from rosorin_compile.extending import Path, Quantity, parse_quantity
+from rosorin_compile.extending import Path, Quantity, exact
 
 from ....frontend.expression.functions import CONSTANTS, functions
 from ....frontend.yaml_text import escaped
-from ....numbers import exact
 from ....units import UNITS
 from ..layout import ROTATING, Expression, in_degrees
 from .forms import Form, Leaf, Node, flat, leaves, sliced
@@ -327,7 +326,7 @@ def _degrees(owner: Owner, path: Path, values: Form) -> Form:
 def in_unit(leaf: Leaf, unit: str) -> Leaf:
     """Return angles as quantities in degrees where those are short and exact."""
     texts = [in_degrees(value, unit) if value and math.isfinite(value) else "" for value in leaf.values]
-    values = tuple(parse_quantity(text) if text else own for text, own in zip(texts, leaf.values, strict=True))
+    values = tuple(Quantity.parse(text) if text else own for text, own in zip(texts, leaf.values, strict=True))
     return Leaf(values, leaf.spans)
 
 

@@ -10,9 +10,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from rosorin_compile.extending import Map, Quantity, Seq, parse_quantity
+from rosorin_compile.extending import Map, Quantity, Seq, exact
 
-from ....numbers import exact
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
 from .forms import says_nothing
 from .names import whole
@@ -193,5 +192,5 @@ def _lean(value: Map, under: str, turns: bool) -> Map:
             continue
         unit = joint_unit(under, key) if turns else ""
         text = in_degrees(item, unit) if unit and isinstance(item, float) and item else ""
-        made.put(key, parse_quantity(text) if text else item, value.key_spans[key], value.value_spans[key])
+        made.put(key, Quantity.parse(text) if text else item, value.key_spans[key], value.value_spans[key])
     return made

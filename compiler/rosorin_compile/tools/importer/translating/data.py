@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rosorin_compile.extending import DESCRIPTIONS, world
+from rosorin_compile.extending import Description, world
 
 from ....frontend.packages import Packages, package_name
 from .pieces import File
@@ -52,7 +52,7 @@ class Data:
         if not folders or Path(self.program.root.path).is_relative_to(folders[0]):
             return ""
         package = package_name(folders[0])
-        there = world.matching(folders[0] / DESCRIPTIONS, f"**/{Path(file.name).name}")
+        there = world.matching(folders[0] / Description.FOLDER, f"**/{Path(file.name).name}")
         same = next((one for one in there if is_text(one, text)), None)
         if same is None or not self.finds(package):
             return ""

@@ -7,9 +7,8 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
+from rosorin_compile.extending import Document
 from rosorin_compile.model import Robot
-
-from ....xml.elements import canonical, tree_of
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -55,7 +54,7 @@ def _only(some: Sequence[str], others: Sequence[str]) -> list[Element]:
     found = []
     for text in (Counter(some) - Counter(others)).elements():
         try:
-            found.append(tree_of(text))
+            found.append(Document.tree(text))
         except ValueError:
             continue
     return found
@@ -79,7 +78,7 @@ def _pieces(element: Element) -> Counter[str]:
 def difference(one: Element, other: Element) -> str:
     """Return where two elements of the same name differ first, and in what.
 
-    >>> difference(tree_of("<a><b name='c'>True</b></a>"), tree_of("<a><b name='c'>true</b></a>"))
+    >>> difference(Document.tree("<a><b name='c'>True</b></a>"), Document.tree("<a><b name='c'>true</b></a>"))
     'b "c": xacro has True, the translation true'
     """
     path: list[str] = []
@@ -89,7 +88,11 @@ def difference(one: Element, other: Element) -> str:
                 return _said([*path, f"@{name}"], one.get(name), other.get(name))
         if (one.text or "").split() != (other.text or "").split():
             return _said(path, one.text, other.text)
-        pairs = [(a, b) for a, b in zip_longest(one, other) if a is None or b is None or canonical(a) != canonical(b)]
+        pairs = [
+            (a, b)
+            for a, b in zip_longest(one, other)
+            if a is None or b is None or Document.canonical(a) != Document.canonical(b)
+        ]
         if not pairs:
             return "it is spelt otherwise"
         first, second = pairs[0]

@@ -11,9 +11,8 @@ from collections.abc import Collection, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import NamedTuple
 
-from rosorin_compile.extending import Element
+from rosorin_compile.extending import Element, Remark
 
-from ....xml.markup import Remark
 from .flattened import Place
 from .lifting import called_by, elements_at, macro_around
 from .pieces import Macro
@@ -184,5 +183,5 @@ def _text_of(element: Element) -> str:
     said: list[str] = []
     for one in element.iter():
         said += [one.tag.removeprefix("xacro:"), *(attribute.value for attribute in one.attributes.values())]
-        said += [item.text for item in one.content if isinstance(item, Remark) and item.kind != "comment"]
+        said += [item.text for item in one.content if isinstance(item, Remark) and not item.is_comment]
     return " ".join(said)

@@ -8,11 +8,10 @@ from typing import Any
 from xml.sax.saxutils import escape
 
 from rosorin_compile.diagnostics import Source
-from rosorin_compile.extending import Element, MarkupError
+from rosorin_compile.extending import Document, Element, MarkupError, Remark
 
 from ....frontend.expression.functions import CONSTANTS, OF_DESCRIPTIONS, functions
 from ....units import UNITS
-from ....xml.markup import COMMENT, Remark, parse
 from ..layout import Expression
 from .choices import node_of
 from .expressions import negated, usable, written
@@ -47,7 +46,7 @@ class Elements(Values):
         if "$" in text or "<?" in text:
             return text
         try:
-            return str(self.element(_piece(parse(Source("", text)).root)))
+            return str(self.element(_piece(Document.parse(Source("", text)).root)))
         except MarkupError:
             return text
 
@@ -173,7 +172,7 @@ def _piece(element: Element) -> Xml:
         if isinstance(item, Element):
             made.content.append(_piece(item))
         else:
-            made.content.append(item if item.kind == COMMENT else Value(item.text, Scope(), XML))
+            made.content.append(item if item.is_comment else Value(item.text, Scope(), XML))
     return made
 
 

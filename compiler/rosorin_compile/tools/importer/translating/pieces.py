@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Element
+from rosorin_compile.extending import Document, Element
 
-from ....xml.markup import Document
 from .scopes import Scope, Value, Variable
 from .texts import Parameter
 

@@ -14,11 +14,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Element, MarkupError, world
+from rosorin_compile.extending import Document, Element, MarkupError, Remark, world
 
 from ....frontend.packages import Packages
-from ....xml.files import read_source
-from ....xml.markup import Remark, parse
 from .pieces import Body, File, Macro, When, Whens
 from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Bound, Scope, Space, Unsaid, Value, Variable
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens
@@ -97,8 +95,8 @@ class Program:
         key = os.path.abspath(path)
         if key in self.files:
             return self.files[key]
-        source = read_source(path)
-        document = parse(type(source)(source.path, _ENVIRONMENT.sub(self._of_environment, source.text)))
+        source = Document.source_of(path)
+        document = Document.parse(type(source)(source.path, _ENVIRONMENT.sub(self._of_environment, source.text)))
         file = File(key, document, "robot.yaml" if root else self._free_name(path), space)
         file.body = Body(file, None, Space(self.scope, space) if space else self.scope)
         self.spaces[id(document)] = space
@@ -479,14 +477,14 @@ def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:
     text = element.document.source.text
     for index, item in enumerate(element.content):
         before = element.content[index - 1] if index else None
-        is_comment = isinstance(item, Remark) and item.kind == "comment"
+        is_comment = isinstance(item, Remark) and item.is_comment
         if is_comment and isinstance(before, Element) and "\n" not in text[before.end : item.start]:
             found[-1] = (found[-1][0], (*found[-1][1], item.text))
             continue  # it stands behind what it speaks of
         if isinstance(item, Element):
             found.append((item, tuple(waiting)))
             waiting = []
-        elif isinstance(item, Remark) and item.kind == "comment":
+        elif isinstance(item, Remark) and item.is_comment:
             waiting.append(item.text)
     return found
 
@@ -498,6 +496,6 @@ def comments_within(element: Element) -> list[str]:
         kept: set[str] = set()
         for child, comments in with_comments(one):
             kept.update(comments if one is element and child.tag in ("visual", "collision") else ())
-        remarks = [item.text for item in one.content if isinstance(item, Remark) and item.kind == "comment"]
+        remarks = [item.text for item in one.content if isinstance(item, Remark) and item.is_comment]
         found += [text for text in remarks if text not in kept]
     return found

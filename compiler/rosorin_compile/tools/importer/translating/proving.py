@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Progress, Span
 from rosorin_compile.extending import (
-    DESCRIPTIONS,
     FORMATS,
-    ROOT_FILE,
+    Description,
+    Document,
     Imported,
     LoadError,
     Map,
@@ -36,7 +36,6 @@ from ....frontend.expand.prefixing import moved
 from ....frontend.lower import lower
 from ....meaning.elements import asks_for_humble, context_of, differently_meant
 from ....meaning.sameness import different
-from ....xml.elements import canonical, tree_of
 from ..round_trip import compile_unrounded
 from ..words.proving import without_words
 from .differing import called, shortened
@@ -202,7 +201,7 @@ def faults(
     """
     refused: list[Combination] = []
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        stage = Path(name, DESCRIPTIONS, "robot")  # files of other robots are beside
+        stage = Path(name, Description.FOLDER, "robot")  # files of other robots are beside
         stage.mkdir(parents=True)
         for file, text in files.items():
             (stage / file).parent.mkdir(parents=True, exist_ok=True)
@@ -230,7 +229,7 @@ def _faults(
     name: str | None,
     in_words: bool,
 ) -> list[Fault]:
-    compiled = compile_unrounded(stage / ROOT_FILE, dict(row), dict(packages))
+    compiled = compile_unrounded(stage / Description.ROOT_FILE, dict(row), dict(packages))
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
     if errors or compiled.robot is None:
         return [
@@ -375,7 +374,7 @@ def _spans_called(told: str, made: Imported) -> list[Span]:
     if not told.startswith("<") or elements is None:
         return []
     pairs = zip(elements, elements.value_spans, strict=True)
-    return [span for text, span in pairs if told.startswith(f"{called(tree_of(str(text)))}: ")]
+    return [span for text, span in pairs if told.startswith(f"{called(Document.tree(str(text)))}: ")]
 
 
 def _words(text: str) -> set[str]:
@@ -409,6 +408,6 @@ def _replaced(value: Any) -> Any:
 
 def _canonical(text: str) -> str:
     try:
-        return canonical(tree_of(text))
+        return Document.canonical(Document.tree(text))
     except ValueError:
         return " ".join(text.split())

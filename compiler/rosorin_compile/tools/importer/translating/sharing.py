@@ -16,7 +16,7 @@ from itertools import islice
 from pathlib import Path
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
-from rosorin_compile.extending import DESCRIPTIONS, ROOT_FILE, world
+from rosorin_compile.extending import Description, world
 from rosorin_compile.model import Robot
 
 from ....frontend.packages import package_name
@@ -83,7 +83,7 @@ class Sharing:
             return None
         if name in record.files:
             own = f"../{self.folder.name}/{name}"
-            others = (_text(one) or "" for one in world.matching(self.folder.parent, f"*/{ROOT_FILE}"))
+            others = (_text(one) or "" for one in world.matching(self.folder.parent, f"*/{Description.ROOT_FILE}"))
             return name, renewed(record.files[name], text) if any(own in one for one in others) else text
         same = world.matching(self.folder.parent, f"*/**/{Path(name).name}{ENDING}")
         for address in (os.path.relpath(one, self.folder).removesuffix(ENDING) for one in same):
@@ -158,7 +158,11 @@ class Sharing:
 
     def _is_shared(self, program: Program, file: File) -> bool:
         common = self.folder.parent / COMMON
-        if common == self.folder or world.kind(common / ROOT_FILE) or not Path(file.path).is_relative_to(self.package):
+        if (
+            common == self.folder
+            or world.kind(common / Description.ROOT_FILE)
+            or not Path(file.path).is_relative_to(self.package)
+        ):
             return False
         includes = self._graph()
         reached: set[str] = set()
@@ -204,7 +208,7 @@ def _text(path: Path) -> str | None:
 
 
 def _shown(address: str) -> str:
-    return f"{DESCRIPTIONS}/{address.removeprefix('../')}"
+    return f"{Description.FOLDER}/{address.removeprefix('../')}"
 
 
 def _read_in(program: Program, macro: Macro) -> Iterator[str]:
@@ -233,17 +237,17 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
     All descriptions but the one in ``besides`` are compiled before and after, with each choice of their arguments.
     """
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        stage = Path(name, DESCRIPTIONS)
-        shutil.copytree(package / DESCRIPTIONS, stage, symlinks=True)
-        changed = stage / file.relative_to(package / DESCRIPTIONS)
+        stage = Path(name, Description.FOLDER)
+        shutil.copytree(package / Description.FOLDER, stage, symlinks=True)
+        changed = stage / file.relative_to(package / Description.FOLDER)
         packages = {found: package} if (found := package_name(package)) else {}
-        roots = [one for one in world.matching(stage, f"*/{ROOT_FILE}") if one.parent.name != besides.name]
+        roots = [one for one in world.matching(stage, f"*/{Description.ROOT_FILE}") if one.parent.name != besides.name]
         before = {root: _made(root, packages) for root in roots}
         changed.write_text(text, "utf-8")
         for root in roots:
             why = _other(before[root], _made(root, packages))
             if why:
-                return f"with more in it {DESCRIPTIONS}/{root.parent.name} {why}"
+                return f"with more in it {Description.FOLDER}/{root.parent.name} {why}"
     return ""
 
 

@@ -6,8 +6,9 @@ import ast
 import re
 from typing import Any
 
+from rosorin_compile.extending import exact
+
 from ....frontend.load import plain_scalar
-from ....numbers import exact
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .blocks import DEFAULTS, Leaf, inserted, leaves, owner, value_at

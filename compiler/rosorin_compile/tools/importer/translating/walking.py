@@ -10,9 +10,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Any
 
-from rosorin_compile.extending import Element, Map
+from rosorin_compile.extending import Element, Map, Remark
 
-from ....xml.markup import Remark
 from .entries import joint_entry, link_entry, material_entry, one_of_level, reads, units_of
 from .fixing import value_of
 from .flattened import Place, flat_entries, place_of
@@ -656,7 +655,7 @@ class Walker(Setting):
 
     def xml_item(self, item: Element | Remark, scope: Scope, when: Whens) -> list[Any]:
         if isinstance(item, Remark):
-            if item.kind == "comment":
+            if item.is_comment:
                 return [item]
             value = Value(item.text, scope, XML)
             note(value)

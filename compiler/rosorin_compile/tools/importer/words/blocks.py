@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ....numbers import exact
+from rosorin_compile.extending import exact
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

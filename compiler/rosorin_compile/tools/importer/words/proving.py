@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile import Templates
 from rosorin_compile.diagnostics import ERROR
-from rosorin_compile.extending import FORMATS, Imported, Map, Seq, data_folder
+from rosorin_compile.extending import FORMATS, Document, Imported, Map, Seq, tool_folders
 from rosorin_compile.model import Output, Robot
 
 from ....formats.gazebo_sensors import DISTRIBUTIONS
@@ -23,7 +23,6 @@ from ....frontend.validate import validate
 from ....meaning.elements import Context, context_of, differently_meant
 from ....model.simulated import GazeboSensor
 from ....rules import check
-from ....xml.elements import tree_of
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen
@@ -296,7 +295,7 @@ class _Proving:
         text, _ = FORMATS["sdf"].written(
             robot, Output("sdf", "sdf", "robot.sdf", {**options, **_UNROUNDED}), Templates()
         )
-        for place in tree_of(text).iter():
+        for place in Document.tree(text).iter():
             for sensor in place if place.tag in ("link", "joint") else ():
                 if sensor.tag == "sensor":
                     name = sensor.get("name", "")
@@ -361,5 +360,5 @@ def _typed(tree: Map) -> Ledger:
         from ....formats.checked import copied
 
         tree[SENSORS] = copied(tree[SENSORS])
-        apply_types(tree, None, Scope(ledger), data_folder("parts_library") / "sensors.yaml")
+        apply_types(tree, None, Scope(ledger), tool_folders()["parts_library"] / "sensors.yaml")
     return ledger

@@ -6,11 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.diagnostics import Source
-from rosorin_compile.extending import Element, Map, Path, Seq, Text
+from rosorin_compile.extending import Document, Element, Map, Path, Remark, Seq, Text
 
 from ....formats.imported import BEFORE, Comment
-from ....xml.elements import indented, tree_of
-from ....xml.markup import COMMENT, Remark, parse
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element as Tree
@@ -58,7 +56,7 @@ def trees(texts: Seq) -> Iterator[tuple[int, Tree]]:
     """Yield the elements of each text, with its index; none of one that is no XML."""
     for index, text in enumerate(texts):
         try:
-            yield from ((index, element) for element in tree_of(f"<{_AROUND}>{text}</{_AROUND}>"))
+            yield from ((index, element) for element in Document.tree(f"<{_AROUND}>{text}</{_AROUND}>"))
         except ValueError:
             continue
 
@@ -102,7 +100,7 @@ def without(texts: Seq, taken: list[Candidate]) -> Rest:
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
     """Return a text without some elements, and the comments of those by the path of what they became."""
-    root = parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>")).root
+    root = Document.parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>")).root
     said: list[tuple[Path, str]] = []
     gone: list[tuple[int, int]] = []
     for one in taken:
@@ -121,7 +119,7 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
         at = end + len(whole[end:]) - len(whole[end:].lstrip(" \t"))
     pieces.append(whole[at : outer.end])
     lines = [line for line in "".join(pieces).split("\n") if line.strip()]
-    return indented("\n".join(lines), ""), said
+    return Document.indented("\n".join(lines), ""), said
 
 
 def _found(root: Element, one: Candidate) -> Element:
@@ -132,9 +130,7 @@ def _found(root: Element, one: Candidate) -> Element:
 
 
 def _comments(element: Element) -> list[Remark]:
-    return [
-        item for inner in element.iter() for item in inner.content if isinstance(item, Remark) and item.kind == COMMENT
-    ]
+    return [item for inner in element.iter() for item in inner.content if isinstance(item, Remark) and item.is_comment]
 
 
 def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:

@@ -190,9 +190,9 @@ def unused(
 def _meant(tree: Map, name: str) -> str:
     """Return 'did you mean "x"?' for what is nearly a name of the description; empty for one that is, or is far."""
     from ..diagnostics import did_you_mean
-    from .expand.placing import defined_names
+    from .expand.naming import THINGS, names_of
 
-    names = defined_names(tree)
+    names = names_of(tree).among(THINGS)
     guess = "" if name in names else did_you_mean(name, sorted(names))
     return guess if guess.startswith("did") else ""
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from ..diagnostics import did_you_mean, nearest
 from ..units import parse_unit
-from .expand.placing import MOUNT
+from .expand.naming import MOUNT
 from .expand.tracing import text_at
 from .schema import resolve
 from .synonyms import KEYS, OTHERS, VALUES, synonym, way_out

@@ -8,7 +8,7 @@ from itertools import count
 from ..diagnostics import Diagnostic, nearest
 from ..diagnostics.registry import JOINTS, rule
 from ..diagnostics.wording import listed, quoted
-from ..frontend.expand.placing import MOUNT
+from ..frontend.expand.naming import MOUNT
 from ..frontend.lower import owner_of_frame
 from ..frontend.tree import Path
 from ..model import Joint, Robot

@@ -12,7 +12,7 @@ from typing import Any
 
 from ...diagnostics import Span
 from ...frontend.expand.ledger import Failed
-from ...frontend.expand.placing import MOUNT
+from ...frontend.expand.naming import MOUNT
 from ...frontend.expand.scope import Scope
 from ...frontend.expression import ExpressionError, evaluate, parsed, pieces
 from ...frontend.tree import Instance, Map, Path, Place, Seq, locate, maker

@@ -17,8 +17,8 @@ from ...diagnostics.wording import and_more
 from ..expression import pieces
 from ..tree import Map, Seq
 from .ledger import Failed, LeftOut
+from .naming import names_of
 from .parts import prefix_of
-from .placing import names_of_control, simulated_names
 from .scope import Scope
 
 _QUOTED = re.compile(r'"([^"]+)"')
@@ -185,13 +185,11 @@ def _of_part(find: Any, name: Any, depth: int) -> Iterator[str]:
 
 def _names(sections: Map) -> set[str]:
     """Return all names that sections give, also those of entries with a loop or a condition."""
-    names: set[str] = {*simulated_names(sections), *names_of_control(sections)}
+    given = names_of(sections).of
+    names = {name for kind, some in given.items() if kind != "robot" for name in some}
     for value in sections.values():
         names.update(value if isinstance(value, Map) else ())
         names.update(text for item in value for text in _frames(item)) if isinstance(value, Seq) else None
-    moveit: Any = sections.get("moveit") or {}
-    for key in ("groups", "end_effectors"):
-        names.update(moveit.get(key) or ())
     return names
 
 

@@ -26,8 +26,10 @@ from ..schema import MANY_INSIDE, ONE_ENTRY, keys_of
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
+from .mirroring import AXES
+from .naming import MOUNT, Names, names_of
 from .parameters import declare
-from .placing import AXES, MOUNT, Names, names_of, placed
+from .placing import placed
 from .scope import Scope
 from .tracing import given_by
 

@@ -17,7 +17,8 @@ from ...xml.markup import TEXT, Attribute, Element, MarkupError, Remark, parse
 from ...xml.mujoco import files_in, with_files
 from ..tree import Instance, Map, Seq, Text
 from .forms import OF_MJCF
-from .placing import defined_names, placed
+from .naming import THINGS, names_of
+from .placing import placed
 
 # What a robot says of itself as a whole: the description that includes it says that of its own.
 _WHOLE = ("rosorin_compile", "robot", "source", "outputs", "root", "contact_layers")
@@ -44,7 +45,7 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
     for key, value in tree.items():
         if key not in _WHOLE:
             fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
-    names, materials = defined_names(fragment), frozenset(fragment.get("materials") or ())
+    names, materials = names_of(fragment).among(THINGS), frozenset(fragment.get("materials") or ())
     fragment = placed(fragment, prefix, None, None, None, None, kept=False)
     changed: Counter[str] = Counter()
     if not prefix:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from ...diagnostics import Diagnostic, Related, Span, error
 from ..expression import names_in, pieces
 from ..tree import Instance, Map, Path, Place, Seq, at, exists, has, locate, maker, written
-from .placing import MOUNT
+from .naming import MOUNT
 from .scope import Scope, is_like_a_number
 
 # A name alone, or an entry of a table or a list: ${m}, ${wheel.mass}, ${sizes[0]}.

@@ -10,7 +10,8 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from ....frontend.expand.placing import AXES, MOUNT
+from ....frontend.expand.mirroring import AXES
+from ....frontend.expand.naming import MOUNT
 from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of, sliced
 from .names import Split, identity, is_left, split, whole
 from .parameters import MAX_PARAMETERS, Owner, Parameters, differences, owners

@@ -12,7 +12,7 @@ from typing import Any
 from rosorin_compile.diagnostics import Span
 from rosorin_compile.extending import Map, Path, Quantity, Seq
 
-from ....frontend.expand.placing import AXES
+from ....frontend.expand.mirroring import AXES
 
 MARKS = ("sites", "cameras", "lights")  # what a link has by name: the names are no keys, they differ
 _KINDS = ("type", "kind")  # two things of different kinds are never instances of one

@@ -9,7 +9,7 @@ from rosorin_compile.diagnostics import Span
 from rosorin_compile.extending import Map, Path, Seq
 
 from ....formats.imported import BEFORE, INSIDE, Comment
-from ....frontend.expand.placing import MOUNT
+from ....frontend.expand.naming import MOUNT
 from ..layout import ROTATING, Expression, Verbatim, joint_unit
 from .finding import Body, Part, Use
 from .forms import Form, Leaf, Node, flat, says_nothing

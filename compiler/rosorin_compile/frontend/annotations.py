@@ -1,0 +1,113 @@
+"""Annotations: what the schema of descriptions says of a value beside its form, for whoever walks a description.
+
+| annotation | where | meaning |
+|---|---|---|
+| ``x-names`` | a text, ``propertyNames`` | the text, or each key, is the name of something of this kind |
+| ``x-gives`` | the same | something of this kind gets its name there |
+| ``x-scope`` | beside them | ``robot``: never with the prefix of a part; ``world``: it gives no name of the part |
+| ``x-names-in`` | any value | names stand inside of it; the function that knows where |
+| ``x-mirror`` | a mapping | how a mirror turns what it holds |
+| ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use |
+| ``x-in-parts`` | a section | it may stand in a part |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+from .schema import schema
+
+# What else has a name where one of a kind is asked for: a frame is a site of the MJCF too, an actuator is called as its
+# joint and a camera as its sensor where they have no name of their own, and shapes are LINK_collision_1.
+ALSO: Mapping[str, tuple[str, ...]] = {
+    "site": ("link",),
+    "actuator": ("joint",),
+    "camera": ("sensor",),
+    "shape": ("link",),
+    "sensor": ("hardware sensor",),
+    "link or joint": ("link", "joint"),
+}
+MIRROR, GIVES, INSIDE = "x-mirror", "x-gives", "x-names-in"
+ROBOT, WORLD = "robot", "world"
+
+_WORDS = {
+    "x-names": "names",
+    "x-gives": "gives",
+    "x-scope": "scope",
+    "x-names-in": "inside",
+    "x-mirror": "mirror",
+    "x-attached": "attached",
+    "x-in-parts": "in_parts",
+}
+
+
+@dataclass(frozen=True)
+class Node:
+    """What the schema says of the values at a place.
+
+    ``of`` is what is found here or anywhere below: the kinds of names that are looked up, and MIRROR, GIVES, INSIDE.
+    """
+
+    names: str = ""
+    gives: str = ""
+    scope: str = ""
+    inside: str = ""
+    mirror: Sequence[str] = ()
+    attached: Sequence[str] = ()
+    in_parts: bool = False
+    keys: Node | None = None
+    properties: Mapping[str, Node | None] = field(default_factory=dict)
+    others: Node | None = None
+    items: Node | None = None
+    of: frozenset[str] = frozenset()
+
+    def at(self, key: str) -> Node | None:
+        """Return what the schema says of the value of a key of a mapping; ``None`` if it says nothing."""
+        return self.properties.get(key, self.others)
+
+
+@cache
+def sections() -> Mapping[str, Node]:
+    """Return what the schema says of each section of a description of which it says something."""
+    found = {key: _node(one) for key, one in schema()["properties"].items()}
+    return {key: node for key, node in found.items() if node is not None}
+
+
+def _node(said: Any) -> Node | None:
+    """Return what a schema, or what it refers to, says of values; ``None`` if it says nothing."""
+    if not isinstance(said, Mapping):
+        return None
+    base = _definition(said["$ref"].rsplit("/", 1)[1]) if "$ref" in said else None
+    properties = {key: _node(one) for key, one in said.get("properties", {}).items()}
+    inner = {
+        "keys": _node(said.get("propertyNames")),
+        "others": _node(said.get("additionalProperties")),
+        "items": _node(said.get("items")),
+        "properties": properties if any(properties.values()) else {},
+    }
+    own = {field: said[word] for word, field in _WORDS.items() if word in said}
+    made = replace(base or Node(), **own, **{key: one for key, one in inner.items() if one})
+    below = (made.keys, made.others, made.items, *made.properties.values())
+    made = replace(made, of=frozenset(_own(made)).union(*(one.of for one in below if one is not None)))
+    return made if made != Node() else None
+
+
+@cache
+def _definition(name: str) -> Node | None:
+    return _node(schema()["$defs"][name])
+
+
+def _own(node: Node) -> Iterator[str]:
+    """Yield what is looked at because of a place itself."""
+    if node.mirror:
+        yield MIRROR
+    if node.inside:
+        yield INSIDE
+    if node.scope != ROBOT:
+        if node.gives and not node.scope:
+            yield GIVES
+        elif kind := node.names or node.gives:
+            yield from (kind, *ALSO.get(kind, ()))

@@ -9,6 +9,9 @@
 | ``x-mirror`` | a mapping | how a mirror turns what it holds |
 | ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use |
 | ``x-in-parts`` | a section | it may stand in a part |
+| ``x-called`` | a section | what one of its entries is called |
+| ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
+| ``x-sourced`` | a section | its entries have the source of their file, where they have none of their own |
 """
 
 from __future__ import annotations
@@ -32,6 +35,7 @@ ALSO: Mapping[str, tuple[str, ...]] = {
 }
 MIRROR, GIVES, INSIDE = "x-mirror", "x-gives", "x-names-in"
 ROBOT, WORLD = "robot", "world"
+ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 _WORDS = {
     "x-names": "names",
@@ -41,6 +45,9 @@ _WORDS = {
     "x-mirror": "mirror",
     "x-attached": "attached",
     "x-in-parts": "in_parts",
+    "x-called": "called",
+    "x-merge": "merge",
+    "x-sourced": "sourced",
 }
 
 
@@ -58,6 +65,9 @@ class Node:
     mirror: Sequence[str] = ()
     attached: Sequence[str] = ()
     in_parts: bool = False
+    called: str = ""
+    merge: str = ""
+    sourced: bool = False
     keys: Node | None = None
     properties: Mapping[str, Node | None] = field(default_factory=dict)
     others: Node | None = None
@@ -74,6 +84,29 @@ def sections() -> Mapping[str, Node]:
     """Return what the schema says of each section of a description of which it says something."""
     found = {key: _node(one) for key, one in schema()["properties"].items()}
     return {key: node for key, node in found.items() if node is not None}
+
+
+@cache
+def merged(*how: str, in_parts: bool = False) -> tuple[str, ...]:
+    """Return the sections that are joined in one of some ways; with ``in_parts`` those that may stand in a part."""
+    return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
+
+
+@cache
+def of_parts() -> tuple[str, ...]:
+    """Return the sections that may stand in a part."""
+    return tuple(key for key, node in sections().items() if node.in_parts)
+
+
+def is_one_entry(section: str) -> bool:
+    """Say whether a section of a part is one entry, not many by name or in a list."""
+    node = sections().get(section)
+    return node is not None and node.in_parts and node.merge in ("", WITHIN)
+
+
+def holds_many(section: str) -> bool:
+    """Say whether a section is one entry with entries by name in it, which several parts and files may add to."""
+    return section in merged(WITHIN)
 
 
 def _node(said: Any) -> Node | None:

@@ -15,10 +15,6 @@ if TYPE_CHECKING:
 # An entry of outputs with this key is made by it, whatever its name.
 TEMPLATE = "template"
 
-# Sections that are one entry, not many by name.
-ONE_ENTRY = ("drive", "moveit")
-MANY_INSIDE = ("moveit",)  # of them those with entries by name, which several parts and files may add to
-
 Steps = list[str | int]
 
 
@@ -26,6 +22,12 @@ def keys_of(section: str) -> Collection[str]:
     """Return the keys of a section that is one entry."""
     keys: Collection[str] = resolve(schema()["properties"][section])["properties"].keys()
     return keys
+
+
+def has_entries(section: str) -> bool:
+    """Say whether a section has many entries, by name or in a list."""
+    said = resolve(schema()["properties"].get(section, {}))
+    return "items" in said or isinstance(said.get("additionalProperties"), dict)
 
 
 @cache
@@ -81,22 +83,6 @@ def _uncapitalised(text: str) -> str:
     return text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == " " else text
 
 
-_ENTRIES = {
-    "links": "link",
-    "joints": "joint",
-    "sensors": "sensor",
-    "publishers": "publisher",
-    "servos": "servo group",
-    "poses": "pose",
-    "control": "hardware block",
-    "controllers": "controller",
-    "materials": "material",
-    "outputs": "output",
-    "args": "argument",
-    "modes": "mode",
-}
-
-
 def subject(path: Steps) -> str:
     """Return a path in words: ``joint "joint1" limit lower``.
 
@@ -107,8 +93,9 @@ def subject(path: Steps) -> str:
         return "the description"
     words: str = str(path[0])
     rest = path[1:]
-    if path[0] in _ENTRIES and rest:
-        words, rest = f'{_ENTRIES[str(path[0])]} "{rest[0]}"', rest[1:]
+    called = schema()["properties"].get(path[0], {}).get("x-called")
+    if called and rest:
+        words, rest = f'{called} "{rest[0]}"', rest[1:]
     for step in rest:
         words += f"[{step}]" if isinstance(step, int) else f" {step}"
     return words
@@ -137,7 +124,7 @@ def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
     """
     # The names of entries and the indices of items make no difference: what is asked for is found once for all.
     steps = [0 if isinstance(step, int) else step for step in path]
-    if len(steps) > 1 and steps[0] not in ONE_ENTRY:
+    if len(steps) > 1 and has_entries(str(steps[0])):
         steps[1] = "*"
     return _unit_of(tuple(steps))
 

@@ -11,7 +11,7 @@ from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SHAPE, Rule
 from ..units import Dimension, Quantity, describe, parse_unit
 from .expand.tracing import problem_at
-from .schema import ONE_ENTRY, Steps, backend_of, subject, unit_at, with_outputs
+from .schema import Steps, backend_of, has_entries, subject, unit_at, with_outputs
 from .tree import Map, Seq
 from .validator import misfits_of, validator_of
 
@@ -155,7 +155,7 @@ class _Walk:
         """Return the dimensions that a number may have at a key of the piece that is walked; None for any."""
         # The names of entries and the indices of items make no difference.
         steps = [0 if type(step) is int else step for step in (*self.path, key)]
-        if len(steps) > 1 and steps[0] not in ONE_ENTRY:
+        if len(steps) > 1 and has_entries(str(steps[0])):
             steps[1] = "*"
         return _dimensions(tuple(steps))
 

@@ -14,10 +14,10 @@ from ..diagnostics import ERROR, Diagnostic, Related, Span
 from ..diagnostics.misspelt import UNNAMED, Offer, offer, placed, told_once, written
 from ..frontend.tree import Instance, Map, Place, Seq, exists, locate, nearer
 from ..frontend.tree import Path as TreePath
+from .names import named_sections
 
 # Sections whose keys are names that others are looked up by.
 _WORD = re.compile(r"\w+")
-_SECTIONS = ("sensors", "publishers", "servos", "poses", "control", "controllers", "modes", "outputs", "materials")
 # Mappings whose keys name what is defined elsewhere: the section, and the key of the mapping.
 _NAMING = (("control", "joints"), ("poses", "positions"), ("poses", "pulses"), ("outputs", "rename"))
 # What is wrong because a name leads nowhere, and the rules that tell that: who corrects it sees whether it still is.
@@ -89,7 +89,7 @@ def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: st
         elif path:
             path = (*path, key) if path[-1] != key and exists(tree, (*path, key)) else path
             yield _Named(path, locate(tree, path))
-    for section in _SECTIONS:
+    for section, _ in named_sections():
         owner = tree.get(section)
         if isinstance(owner, Map) and name in owner:
             yield _Named((section, name), locate(tree, (section, name), key=True))

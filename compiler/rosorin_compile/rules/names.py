@@ -11,6 +11,7 @@ from ..diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
 from ..diagnostics.letters import difference, foreign, in_words, look, unseen
 from ..diagnostics.misspelt import Offer, placed
 from ..diagnostics.registry import ARGUMENTS, FRAMES, rule
+from ..frontend.annotations import sections
 from ..frontend.tree import Map, Path, exists
 from ..model import STATIC_TRANSFORM_PUBLISHER
 from .case import Case
@@ -18,18 +19,8 @@ from .remarkable import NOT_XML
 
 AFTER = "values"
 
-# Sections whose keys are names, with the word for one of them; those of links and joints are frames and joints too.
-_SECTIONS = {
-    "sensors": "sensor",
-    "publishers": "publisher",
-    "servos": "servo group",
-    "poses": "pose",
-    "control": "hardware block",
-    "controllers": "controller",
-    "modes": "mode",
-    "materials": "material",
-    "outputs": "output",
-}
+# Links and joints have names that come from elsewhere, too; arguments are none of the robot's.
+_APART = ("links", "joints", "args")
 _WORDS = re.compile(r"[^\W\d_]+")
 # Words of which names of robots, files and packages are made; none is another word with two letters swapped.
 _USUAL_WORDS = """
@@ -53,6 +44,11 @@ class Name(NamedTuple):
     key: bool
 
 
+def named_sections() -> Iterator[tuple[str, str]]:
+    """Yield the sections whose keys are names, with the word for one; those of links and joints are told apart."""
+    yield from ((section, node.called) for section, node in sections().items() if node.called and section not in _APART)
+
+
 def names(case: Case) -> Iterator[Name]:
     """Yield every name that the description gives; what follows from another name is none."""
     for link in dict.fromkeys((*(case.tree.get("links") or ()), *case.robot.link)):
@@ -68,9 +64,9 @@ def names(case: Case) -> Iterator[Name]:
         path = case.joint(joint)
         if path[0] == "joints" or exists(case.tree, (*path, "joint")):
             yield Name(joint.name, "joint", path if path[0] == "joints" else (*path, "joint"), path[0] == "joints")
-    for section, kind in _SECTIONS.items():
+    for section, called in named_sections():
         for name in case.tree.get(section) or ():
-            yield Name(name, kind, (section, name), True)
+            yield Name(name, called, (section, name), True)
     for name, entry in (case.tree.get("publishers") or {}).items():
         if entry and "node" in entry:
             yield Name(entry["node"], "node", ("publishers", name, "node"), False)

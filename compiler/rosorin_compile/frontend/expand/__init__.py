@@ -18,11 +18,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, MadeSpan, Related, Span, did_you_mean, error, has_errors, swaps
 from ...project import Resolved, data_folder
+from ..annotations import ENTRIES, merged, of_parts
 from ..load import plain_scalar
 from ..tree import Map, Place, Seq
 from .declared import check_names, unused
 from .files import Kept, Reader, package_finder, table_loader
-from .forms import ENTRIES, SECTIONS, XML, check_controls
+from .forms import XML, check_controls
 from .ledger import Failed, Ledger
 from .parameters import declare
 from .parts import Parts, copy
@@ -37,6 +38,11 @@ _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
 MAX_SHOWN = 40  # letters of an argument
 _TAKEN_APART = tuple(_FORMS)
 _NOT_EVALUATED = ("args", *_TAKEN_APART, "modes")
+
+
+def _with_controls() -> list[str]:
+    """Return the sections whose entries may have a loop or a condition."""
+    return [section for section in merged(ENTRIES) if section not in _NOT_EVALUATED]
 
 
 class Expanded(NamedTuple):
@@ -171,7 +177,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     for key, value in root.items():
         if key in _TAKEN_APART:
             continue
-        if key in ENTRIES and not check_controls("", root, (key,), scope):
+        if key in _with_controls() and not check_controls("", root, (key,), scope):
             failed = True
             continue
         place = Place(root.value_spans[key], None)
@@ -180,7 +186,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
         except Failed:
             failed = True
             continue
-        tree.put(key, copy(made) if key in SECTIONS else made, root.key_spans[key], root.value_spans[key])
+        tree.put(key, copy(made) if key in of_parts() else made, root.key_spans[key], root.value_spans[key])
     for key, help in _FORMS.items():
         if not isinstance(root.get(key) or {}, dict):
             what = "types" if key == "sensor_types" else "parts"

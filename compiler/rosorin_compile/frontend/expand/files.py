@@ -27,9 +27,10 @@ from ...project import (
 )
 from ...startup.remembering import forget
 from ...world import FILE, Notes, environment, kind, note_all, noting, real
+from ..annotations import ENTRIES, ITEMS, WITHIN, holds_many, merged, sections
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_utf8
-from ..schema import MANY_INSIDE, keys_of
+from ..schema import keys_of
 from ..tree import Instance, Map, Place, Seq, locate
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
 from .parts import copy, join_within, sourced
@@ -53,30 +54,8 @@ RULES = (
 MAX_FILES = 500
 _FORGETS = 200  # robots of one description after which what was remembered of them is let go of
 
-_JOINED = (
-    "links",
-    "materials",
-    "joints",
-    "sensors",
-    "publishers",
-    "servos",
-    "poses",
-    "actuators",
-    "tendons",
-    "constraints",
-    "mjcf_sensors",
-    "control",
-    "controllers",
-    "moveit",
-    "modes",
-    "outputs",
-    "args",
-    "parts",
-    "sensor_types",
-    "use",
-)
-_LISTED = ("edges", "disabled_contacts", "contact_pairs", "urdf_elements", "mjcf_elements", "accept")
-_SOURCED = ("links", "joints", "sensors", "servos", "poses", "use")
+# Sections that are joined and are none of a whole description.
+_OF_PARTS = ("parts", "sensor_types", "use")
 _PRIVATE = ("include", "let", "source", "rosorin_compile")
 _OF_FILE = ("args", "file", "package", "packages")  # what the include of a description may say
 # What the include of a robot in another format may say, too.
@@ -94,6 +73,17 @@ _OF_ROBOT = (
     "for",
     "if",
 )
+
+
+def _joined() -> tuple[str, ...]:
+    """Return the sections whose entries several files may have."""
+    return (*merged(ENTRIES, WITHIN), *_OF_PARTS)
+
+
+def _has_source(section: str) -> bool:
+    """Say whether entries of a section have the source of their file."""
+    node = sections().get(section)
+    return section == "use" or (node is not None and node.sourced)
 
 
 class Asked(NamedTuple):
@@ -392,7 +382,7 @@ class Reader:
                 help = whole if self._homes(Path(place.span.source.path)) else "remove it"
                 self._error("included-robot", "an included file does not name the robot", place, help)
                 continue
-            if key in _SOURCED and isinstance(value, Map) and "source" in file:
+            if _has_source(key) and isinstance(value, Map) and "source" in file:
                 value = sourced(value, file)
             made.put(key, value, file.key_spans[key], file.value_spans[key])
         return made
@@ -401,10 +391,10 @@ class Reader:
         """Add the sections of one file to those of the others."""
         for key, value in more.items():
             if key not in made or made[key] is None:
-                joined = copy(value) if key in _JOINED or key in _LISTED else value
+                joined = copy(value) if key in _joined() or key in merged(ITEMS) else value
                 made.put(key, joined, more.key_spans[key], more.value_spans[key])
-            elif key in _JOINED and isinstance(value, Map) and isinstance(made[key], Map):
-                if key in MANY_INSIDE:
+            elif key in _joined() and isinstance(value, Map) and isinstance(made[key], Map):
+                if holds_many(key):
                     for inner, name, mine, other in join_within(made[key], value):
                         if inner in keys_of(key):
                             self._defined_twice(inner, name, mine, other)
@@ -412,7 +402,7 @@ class Reader:
                             self._unknown_key(key, inner, value)
                     continue
                 self._join_section(key, made[key], value)
-            elif key in _LISTED and isinstance(value, Seq) and isinstance(made[key], Seq):
+            elif key in merged(ITEMS) and isinstance(value, Seq) and isinstance(made[key], Seq):
                 for item, span in zip(value, value.value_spans, strict=True):
                     made[key].put(item, span)
             elif value is not None:
@@ -422,8 +412,8 @@ class Reader:
         """Report a section of which two files say different kinds, or a single value said twice."""
         related = [Related("first defined here", made.key_spans[key])]
         place = locate(more, (key,), key=True)
-        if key in _JOINED or key in _LISTED:
-            wanted, kind = ("a mapping", Map) if key in _JOINED else ("a list", Seq)
+        if key in _joined() or key in merged(ITEMS):
+            wanted, kind = ("a mapping", Map) if key in _joined() else ("a list", Seq)
             if isinstance(made[key], kind):  # else that is told, where it stands
                 self._error("wrong-type", f"{key} is {wanted} in every file", place, "write it so in both", related)
         else:

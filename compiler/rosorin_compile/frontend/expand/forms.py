@@ -12,26 +12,19 @@ from typing import Any
 
 from ...diagnostics.letters import in_words, unseen
 from ...units import ANGLE, LENGTH, Dimension, Quantity, describe
+from ..annotations import ENTRIES, ITEMS, merged, of_parts
 from ..expression import pieces
 from ..expression.functions import kind_of
-from ..schema import ONE_ENTRY, resolve, schema
+from ..schema import resolve, schema
 from ..tree import Map, Place, Seq
 from .ledger import Failed
 from .scope import Scope
 
-_MAPPINGS = (
-    *("links", "joints", "sensors", "servos", "poses"),
-    *("actuators", "tendons", "constraints", "mjcf_sensors"),
-    *("control", "controllers"),
-)
 KEPT = "urdf_elements"  # a list of texts that are elements of XML
 OF_MJCF = "mjcf_elements"  # the same, for the MJCF
 XML = (KEPT, OF_MJCF)
-_LISTS = ("edges", "disabled_contacts", "contact_pairs", *XML)
-SECTIONS = (*_MAPPINGS, *ONE_ENTRY, *_LISTS)
-ENTRIES = (*_MAPPINGS, "materials", "publishers", "outputs")
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
-_PART_KEYS = ("help", "params", "let", "use", *SECTIONS)
+_PART_KEYS = ("help", "params", "let", "use")
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
 _SENSOR_TYPE_KEYS = ("help", "params", "let", "optical", "mjcf", "gazebo", KEPT, "publisher", "source")
 _USE_TEXTS = ("part", "prefix", "parent")
@@ -54,10 +47,10 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
     if not isinstance(body, Map):
         _report(f"{owner} is a mapping, not {_kind(body)}", parts, name, scope)
         return False
-    sound = _check_keys(owner, body, _PART_KEYS, scope, "part")
+    sound = _check_keys(owner, body, (*_PART_KEYS, *of_parts()), scope, "part")
     for key in ("params", "let", "use"):
         sound &= _check_kind(owner, body, key, Map, scope, evaluated=False)
-    sound &= check_controls(f"{owner} ", body, (*_MAPPINGS, "use"), scope)
+    sound &= check_controls(f"{owner} ", body, (*merged(ENTRIES, in_parts=True), "use"), scope)
     return _check_sections(owner, body, scope, evaluated=True) and sound
 
 
@@ -94,7 +87,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
         sound &= key not in entry or _check_kind(owner, entry, key, Map, scope, evaluated=False)
     content = entry.get("content")
     if isinstance(content, Map):
-        sound &= _check_keys(f"content of {owner}", content, SECTIONS, scope)
+        sound &= _check_keys(f"content of {owner}", content, of_parts(), scope)
         sound &= _check_sections(f"content of {owner}", content, scope, evaluated=False)
     if not sound:
         raise Failed
@@ -135,7 +128,9 @@ def check_content(name: str, entry: Any, scope: Scope) -> None:
     Asked before anything is evaluated: there, a section of the content would be taken for an entry with a loop.
     """
     content = entry.get("content") if isinstance(entry, Map) else None
-    if isinstance(content, Map) and not check_controls(f'content of use "{name}" ', content, _MAPPINGS, scope):
+    if isinstance(content, Map) and not check_controls(
+        f'content of use "{name}" ', content, merged(ENTRIES, in_parts=True), scope
+    ):
         raise Failed
 
 
@@ -158,8 +153,9 @@ def check_sections(owner: str, tree: Map, scope: Scope) -> None:
 
 
 def _check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool) -> bool:
-    kinds: list[tuple[str, type]] = [*((key, Map) for key in (*_MAPPINGS, *ONE_ENTRY)), *((key, Seq) for key in _LISTS)]
-    sound = [_check_kind(owner, tree, key, kind, scope, evaluated) for key, kind in kinds]
+    lists = merged(ITEMS, in_parts=True)
+    kinds = {key: Seq if key in lists else Map for key in of_parts()}
+    sound = [_check_kind(owner, tree, key, kind, scope, evaluated) for key, kind in kinds.items()]
     return all(sound)
 
 

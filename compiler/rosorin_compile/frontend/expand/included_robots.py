@@ -20,6 +20,7 @@ from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, di
 from ...diagnostics.registry import FILES, Rule
 from ...diagnostics.wording import first_of
 from ...project import MESH_FILE, resolved, shown
+from ..annotations import sections
 from ..expression.functions import FUNCTIONS, kind_of
 from ..tree import Instance, Map, Place
 from .files import Asked
@@ -50,7 +51,6 @@ RULES = (
 Tell = Callable[[Diagnostic], None]
 
 _OF_ATTACHMENT = ("xyz", "rpy", "joint", "publisher")
-_SOURCED = ("links", "joints", "sensors", "servos", "poses")
 # What the readers say to somebody at a command line, and what it is called here.
 _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
@@ -290,7 +290,7 @@ class Robots:
             span = entry.key_spans[ignored[0]]
             self._say(Diagnostic("ignored-key", WARNING, message, span, (), "write parent: FRAME"), via.parent)
         owner = entry if entry.get("source") is not None else tree
-        for section in _SOURCED:
+        for section in (key for key, node in sections().items() if node.sourced):
             if isinstance(made.get(section), Map):
                 made[section] = sourced(made[section], owner)
         return made

@@ -19,12 +19,13 @@ from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
 from ...units import Quantity
 from ...world import matching
+from ..annotations import holds_many, is_one_entry, of_parts
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
 from ..load import LoadError, load_mapping, load_own
-from ..schema import MANY_INSIDE, ONE_ENTRY, keys_of
+from ..schema import keys_of
 from ..tree import Instance, Map, Place, Seq
-from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use
+from .forms import XML, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
 from .mirroring import AXES
 from .naming import MOUNT, Names, names_of
@@ -127,7 +128,7 @@ class Parts:
         content = entry.get("content")
         fragment = self._fragment(definition, inner, depth, isinstance(content, Map))
         if isinstance(content, Map):
-            join(fragment, content, SECTIONS, inner)
+            join(fragment, content, of_parts(), inner)
         evaluate_rest(inner)
         given = entry.get("with")
         return _Made(fragment, names_of(fragment), inner, self.ledger.nodes - nodes, self.ledger.work - work, given)
@@ -189,7 +190,7 @@ class Parts:
                 probe.places[parameter] = Place(body.span, body.via)
                 probe.broken.add(parameter)
             probe.define_all(body.get("let"))
-            for key in (*SECTIONS, "use"):
+            for key in (*of_parts(), "use"):
                 if body.get(key) is not None:
                     with suppress(Failed):
                         probe.resolve(body[key], Place(body.value_spans[key], body.via), key in XML)
@@ -222,7 +223,7 @@ class Parts:
         grows = grows or body.get("use") is not None
         made = Map(body.span, inner.via)
         failed = False
-        for section in SECTIONS:
+        for section in of_parts():
             if body.get(section) is not None:
                 try:
                     value = inner.resolve(body[section], Place(body.value_spans[section], inner.via), section in XML)
@@ -253,7 +254,7 @@ class Parts:
                     fragment = self.instantiate(name, resolved, inner, place_of_key, depth)
                     size = sum(map(len, filter(None, fragment.values())))  # parts in parts multiply
                     scope.count(size, place_of_key.span, place_of_key.via)
-                    join(tree, fragment, SECTIONS, scope)
+                    join(tree, fragment, of_parts(), scope)
             except Failed:
                 fine = False
         return fine
@@ -435,12 +436,12 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
             continue
         if tree.get(section) is None:
             joined = copy(value)
-            if isinstance(joined, (Map, Seq)) and section not in ONE_ENTRY:
+            if isinstance(joined, (Map, Seq)) and not is_one_entry(section):
                 joined.via = tree.via  # it holds the entries of others too: each entry knows what made it
             tree.put(section, joined, more.key_spans[section], more.value_spans[section])
             continue
         have = tree[section]
-        if section in ONE_ENTRY:
+        if is_one_entry(section):
             failed |= not _join_one(section, tree, more, scope)
         elif isinstance(have, Seq) and isinstance(value, Seq):
             for item, span in zip(value, value.value_spans, strict=True):
@@ -466,15 +467,15 @@ def _join_one(section: str, tree: Map, more: Map, scope: Scope) -> bool:
     Where it cannot be joined, its shape is told first: a key that nobody knows holds nothing that can be said twice.
     """
     have, value = tree[section], more[section]
-    holds_many = section in MANY_INSIDE and isinstance(have, Map) and isinstance(value, Map)
-    is_known = holds_many and value.keys() <= keys_of(section)
+    many = holds_many(section) and isinstance(have, Map) and isinstance(value, Map)
+    is_known = many and value.keys() <= keys_of(section)
     twice = join_within(have, value) if is_known else []
     if is_known and not twice:
         have.via = tree.via  # it holds the entries of others too: each entry knows what made it
         return True
     wrong = [*_misshapen(section, tree), *_misshapen(section, more)]
     scope.ledger.diagnostics += wrong
-    if not holds_many:
+    if not many:
         _said_twice(section, tree, more, scope)
     for key, name, mine, other in twice if not wrong else ():
         _taken(key, name, mine, other, scope)
@@ -557,8 +558,8 @@ def with_source(tree: Map, owner: Map) -> Map:
     made = Map(tree.span, tree.via)
     for section, entries in tree.items():
         value = entries
-        if isinstance(entries, Map) and section not in MANY_INSIDE:
-            value = _with_own_source(entries, owner) if section in ONE_ENTRY else sourced(entries, owner)
+        if isinstance(entries, Map) and not holds_many(section):
+            value = _with_own_source(entries, owner) if is_one_entry(section) else sourced(entries, owner)
         made.put(section, value, tree.key_spans[section], tree.value_spans[section])
     return made
 

@@ -14,8 +14,7 @@ from ...model.geometry import pose_of
 from ...units import ANGLE, LENGTH
 from ...xml.mujoco import with_names
 from ...xml.references import renamed
-from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node, sections
-from ..schema import MANY_INSIDE, ONE_ENTRY
+from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node, holds_many, is_one_entry, sections
 from ..tree import Instance, Kept, Map, Seq
 from .forms import XML
 from .mirroring import AXES, MIRRORED, is_vector, listed, side
@@ -131,9 +130,9 @@ class _Placer:
 
     def section(self, section: str, node: Node, value: Any) -> Any:
         """Return a section of the part; its entries know the part that made them."""
-        if section in MANY_INSIDE:
+        if holds_many(section):
             return _made_by(self._with_many(node, value), self.via, value)
-        if section in ONE_ENTRY:
+        if is_one_entry(section):
             return _made_by(self.placed(node, value), self.via, value)
         if section in XML:
             if section == XML[0] and not self.kept:

@@ -114,18 +114,18 @@ def _node(said: Any) -> Node | None:
     if not isinstance(said, Mapping):
         return None
     base = _definition(said["$ref"].rsplit("/", 1)[1]) if "$ref" in said else None
+    found: dict[str, Any] = {field: said[word] for word, field in _WORDS.items() if word in said}
+    for word, field in (("propertyNames", "keys"), ("additionalProperties", "others"), ("items", "items")):
+        if (node := _node(said.get(word))) is not None:
+            found[field] = node
     properties = {key: _node(one) for key, one in said.get("properties", {}).items()}
-    inner = {
-        "keys": _node(said.get("propertyNames")),
-        "others": _node(said.get("additionalProperties")),
-        "items": _node(said.get("items")),
-        "properties": properties if any(properties.values()) else {},
-    }
-    own = {field: said[word] for word, field in _WORDS.items() if word in said}
-    made = replace(base or Node(), **own, **{key: one for key, one in inner.items() if one})
+    if any(properties.values()):
+        found["properties"] = properties
+    if not found:
+        return base
+    made = replace(base or Node(), **found)
     below = (made.keys, made.others, made.items, *made.properties.values())
-    made = replace(made, of=frozenset(_own(made)).union(*(one.of for one in below if one is not None)))
-    return made if made != Node() else None
+    return replace(made, of=frozenset(_own(made)).union(*(one.of for one in below if one is not None)))
 
 
 @cache

@@ -4,6 +4,9 @@
 |---|---|---|
 | ``x-names`` | a text, ``propertyNames`` | the text, or each key, is the name of something of this kind |
 | ``x-gives`` | the same | something of this kind gets its name there |
+| ``x-said`` | beside ``x-names`` | what is said of a name of nothing; ``{1}``: the second step of the path to it |
+| | | false: a rule of its own tells that |
+| ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, or (left out) in the description |
 | ``x-scope`` | beside them | ``robot``: never with the prefix of a part; ``world``: it gives no name of the part |
 | ``x-names-in`` | any value | names stand inside of it; the function that knows where |
 | ``x-mirror`` | a mapping | how a mirror turns what it holds |
@@ -35,12 +38,15 @@ ALSO: Mapping[str, tuple[str, ...]] = {
 }
 MIRROR, GIVES, INSIDE = "x-mirror", "x-gives", "x-names-in"
 ROBOT, WORLD = "robot", "world"
+SIMULATION = "simulation"
 ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 _WORDS = {
     "x-names": "names",
     "x-gives": "gives",
     "x-scope": "scope",
+    "x-said": "said",
+    "x-among": "among",
     "x-names-in": "inside",
     "x-mirror": "mirror",
     "x-attached": "attached",
@@ -61,6 +67,8 @@ class Node:
     names: str = ""
     gives: str = ""
     scope: str = ""
+    said: str | bool = ""
+    among: str = ""
     inside: str = ""
     mirror: Sequence[str] = ()
     attached: Sequence[str] = ()
@@ -114,10 +122,10 @@ def _node(said: Any) -> Node | None:
     if not isinstance(said, Mapping):
         return None
     base = _definition(said["$ref"].rsplit("/", 1)[1]) if "$ref" in said else None
-    found: dict[str, Any] = {field: said[word] for word, field in _WORDS.items() if word in said}
-    for word, field in (("propertyNames", "keys"), ("additionalProperties", "others"), ("items", "items")):
+    found: dict[str, Any] = {of: said[word] for word, of in _WORDS.items() if word in said}
+    for word, of in (("propertyNames", "keys"), ("additionalProperties", "others"), ("items", "items")):
         if (node := _node(said.get(word))) is not None:
-            found[field] = node
+            found[of] = node
     properties = {key: _node(one) for key, one in said.get("properties", {}).items()}
     if any(properties.values()):
         found["properties"] = properties

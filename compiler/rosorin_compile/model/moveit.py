@@ -5,7 +5,7 @@ Which joints a group has is a question about one URDF: ``formats.srdf.planning``
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from .geometry import Vector
@@ -21,9 +21,6 @@ VIRTUAL_JOINT = "virtual_joint"  # its name, where none is given
 TRIALS, SEED, ALWAYS_SHARE, CLEARANCE = 10_000, 1, 0.95, 0.001
 
 Pair = tuple[str, str]
-
-# A name, the path in the description where it stands, and what it is there, in words.
-Mention = tuple[str, tuple["str | int", ...], str]
 
 
 @dataclass(frozen=True)
@@ -169,43 +166,6 @@ class Moveit:
             joint_properties={joint(name): said for name, said in self.joint_properties.items()},
             matrix=self.matrix and self.matrix.renamed(link, joint),
         )
-
-    def links_named(self) -> Iterator[Mention]:
-        """Yield the links that it names."""
-        for group in self.groups:
-            path: tuple[str | int, ...] = ("moveit", "groups", group.name)
-            for name, key in zip(group.chain or (), ("base", "tip"), strict=False):
-                yield name, (*path, "chain", key), f'the {key} of planning group "{group.name}"'
-            for index, name in enumerate(group.links):
-                yield name, (*path, "links", index), f'in planning group "{group.name}"'
-        for one in self.end_effectors:
-            path = ("moveit", "end_effectors", one.name, "parent")
-            yield one.parent, path, f'which carries end effector "{one.name}"'
-        for index, disabled in enumerate(self.disabled):
-            for side, name in enumerate(disabled.links):
-                yield name, ("moveit", "disabled_collisions", index, "links", side), "of a disabled collision"
-        for index, pair in enumerate(self.checked):
-            for side, name in enumerate(pair):
-                yield name, ("moveit", "checked_collisions", index, side), "of a checked collision"
-        for index, name in enumerate(self.unchecked_links):
-            yield name, ("moveit", "unchecked_links", index), "named as unchecked"
-        for name in self.spheres:
-            yield name, ("moveit", "spheres", name), "whose spheres are given"
-
-    def joints_named(self) -> Iterator[Mention]:
-        """Yield the joints that it names, but for the virtual one, which is not of the robot."""
-        virtual = self.virtual_joint.name if self.virtual_joint is not None else ""
-        for group in self.groups:
-            for index, name in enumerate(group.joints):
-                if name != virtual:
-                    path = ("moveit", "groups", group.name, "joints", index)
-                    yield name, path, f'in planning group "{group.name}"'
-        for index, name in enumerate(self.passive_joints):
-            if name != virtual:
-                yield name, ("moveit", "passive_joints", index), "named as passive"
-        for name in self.joint_properties:
-            if name != virtual:
-                yield name, ("moveit", "joint_properties", name), "whose properties are given"
 
 
 def said_of(moveit: Moveit | None) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,6 +10,7 @@ from ..diagnostics import ERROR, Diagnostic, Related, Span, or_else
 from ..frontend.accepting import names_at
 from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import told
+from ..frontend.mentions import Mention, mentions
 from ..frontend.schema import TEMPLATE
 from ..frontend.tree import Map, Path, at, exists, follow
 from ..model import Joint, Output, Robot
@@ -39,6 +40,14 @@ class Case(NamedTuple):
     def feeding(self, publisher: str) -> list[Output]:
         """Return the outputs that publishers of a kind read, by their format."""
         return feeding(self.robot, publisher, self.formats)
+
+    def mentions(self, *kinds: str) -> Iterator[Mention]:
+        """Yield what names something of some kinds, but for the virtual joint, which is none of the robot."""
+        moveit = self.robot.moveit
+        virtual = moveit.virtual_joint.name if moveit is not None and moveit.virtual_joint is not None else ""
+        for one in mentions(self.tree, kinds):
+            if not (one.kind == "joint" and one.path[0] == "moveit" and one.name == virtual):
+                yield one
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:
         """Return the path of a joint, or of what is in it; that of a sensor for the joint that mounts it."""

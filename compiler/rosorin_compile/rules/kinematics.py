@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import count
 
 from ..diagnostics import Diagnostic, nearest
@@ -10,6 +10,7 @@ from ..diagnostics.registry import JOINTS, rule
 from ..diagnostics.wording import listed, quoted
 from ..frontend.expand.naming import MOUNT
 from ..frontend.lower import owner_of_frame
+from ..frontend.mentions import Mention
 from ..frontend.tree import Path
 from ..model import Joint, Robot
 from ..model.drive import MECANUM, TRICYCLE, Drive
@@ -20,8 +21,6 @@ AFTER = ""
 # REP 105: frames of the world, which localisation places and no description owns.
 WORLD_FRAMES = ("earth", "map", "odom")
 
-_Mention = tuple[str, Path, str]
-
 
 @rule("no-links", "The robot has no link at all.", "Add `links: {base_link: {}}`.", JOINTS)
 @rule("unknown-link", "A name is that of no link or frame.", "Correct the name, or add the link.", JOINTS)
@@ -30,56 +29,26 @@ def known_links(case: Case) -> Iterator[Diagnostic]:
     if not case.robot.links:
         help = "add links: {base_link: {}}"
         yield case.problem("no-links", f'the robot "{case.robot.name}" has no links', ("robot",), help)
-    yield from _unknown(case, "link", _mentions_of_links(case), {*case.robot.link, *WORLD_FRAMES})
+    yield from _unknown(case, "link", {*case.robot.link, *WORLD_FRAMES})
 
 
 @rule("unknown-joint", "A name is that of no joint.", "Correct the name, or add the joint.", JOINTS)
 def known_joints(case: Case) -> Iterator[Diagnostic]:
     """Names of joints that no entry of joints or sensors defines; the leaders of mimics have a rule of their own."""
-    yield from _unknown(case, "joint", _mentions_of_joints(case.robot), set(case.robot.joint))
+    yield from _unknown(case, "joint", set(case.robot.joint))
 
 
-def _mentions_of_links(case: Case) -> Iterator[_Mention]:
-    """Yield what names links, of joints those alone that name one that is not there."""
-    robot = case.robot
-    for joint in robot.joints:
-        if joint.parent in robot.link and joint.child in robot.link:  # as of nearly all
-            continue
-        for which in ("parent", "child"):
-            path = case.end(joint, which)
-            owner = f'sensor "{path[1]}"' if path[0] == "sensors" else f'joint "{joint.name}"'
-            yield getattr(joint, which), path, f"the {which} of {owner}"
-    for index, pair in enumerate(robot.disabled_contacts):
-        for side, name in enumerate(pair):
-            yield name, ("disabled_contacts", index, "links", side), "one of two links that may touch"
-    if robot.drive is not None and robot.drive.frame:
-        yield robot.drive.frame, ("drive", "frame"), "the base frame of the drive"
-    if robot.moveit is not None:
-        yield from robot.moveit.links_named()
-    for output in robot.outputs:
-        for name in output.options.get("rename", ()):
-            yield name, ("outputs", output.name, "rename", name), f'renamed in output "{output.name}"'
-
-
-def _mentions_of_joints(robot: Robot) -> Iterator[_Mention]:
-    for output in robot.outputs:
-        for index, name in enumerate(output.options.get("joints", ())):
-            yield name, ("outputs", output.name, "joints", index), f'asked for by output "{output.name}"'
-    for group in robot.servos:
-        for index, name in enumerate(group.joints):
-            yield name, ("servos", group.name, "joints", index), f'in servo group "{group.name}"'
-    if robot.drive is not None:
-        for role, names in robot.drive.joints.items():
-            for index, name in enumerate(names):
-                yield name, place_in_drive(robot.drive, role, index), f"named as {role.replace('_', ' ')} of the drive"
-    for pose in robot.poses:
-        for name in pose.positions:
-            yield name, ("poses", pose.name, "positions", name), f'in pose "{pose.name}"'
-    for block in robot.control:
-        for one in block.joints:
-            yield one.name, ("control", block.name, "joints", one.name), f'in hardware block "{block.name}"'
-    if robot.moveit is not None:
-        yield from robot.moveit.joints_named()
+def _mentions(case: Case, kind: str) -> Iterator[Mention]:
+    """Yield what names links or joints in the description, and in the options of its outputs."""
+    yield from (one for one in case.mentions(kind) if one.among == "")
+    option = {"link": "rename", "joint": "joints"}[kind]
+    for output in case.robot.outputs:
+        for index, name in enumerate(output.options.get(option, ())):
+            path: Path = ("outputs", output.name, option)
+            if kind == "link":
+                yield Mention(kind, name, (*path, name), True, f'renamed in output "{output.name}"', "")
+            else:
+                yield Mention(kind, name, (*path, index), False, f'asked for by output "{output.name}"', "")
 
 
 def place_in_drive(drive: Drive, role: str, index: int) -> Path:
@@ -88,22 +57,21 @@ def place_in_drive(drive: Drive, role: str, index: int) -> Path:
     return ("drive", drive.kind, role) if single else ("drive", drive.kind, role, index)
 
 
-def _unknown(case: Case, kind: str, mentions: Iterable[_Mention], known: set[str]) -> Iterator[Diagnostic]:
+def _unknown(case: Case, kind: str, known: set[str]) -> Iterator[Diagnostic]:
     """Yield one problem for each unknown name, however often it is used."""
-    by_name: dict[str, list[tuple[Path, str]]] = {}
-    for name, path, what in mentions:
-        if name not in known:
-            by_name.setdefault(name, []).append((path, what))
+    by_name: dict[str, list[Mention]] = {}
+    for one in _mentions(case, kind):
+        if one.name not in known:
+            by_name.setdefault(one.name, []).append(one)
     real = case.robot.link if kind == "link" else case.robot.joint
-    for name, uses in by_name.items():
-        path, what = uses[0]
+    for name, (first, *others) in by_name.items():
         otherwise = f'add "{name}" to {kind}s, or name one that is there'
         own = (MOUNT,) if kind == "link" else ()
-        help = _namesake(case, kind, name) or case.suggest(path, name, real, otherwise, own)
-        also, same = case.also(path, ((more, other, _is_key(more)) for more, other in uses[1:]), _is_key(path))
-        for one, whose, related in ((path, what, also), *((more, other, []) for more, other in same)):
-            message = f'there is no {kind} "{name}", {whose}'
-            yield case.problem(f"unknown-{kind}", message, one, help, related=related, key=_is_key(one))
+        help = _namesake(case, kind, name) or case.suggest(first.path, name, real, otherwise, own)
+        also, same = case.also(first.path, ((one.path, one.what, one.key) for one in others), first.key)
+        for path, what, related in ((first.path, first.what, also), *((*one, []) for one in same)):
+            message = f'there is no {kind} "{name}", {what}'
+            yield case.problem(f"unknown-{kind}", message, path, help, related=related, key=first.key)
 
 
 def _namesake(case: Case, kind: str, name: str) -> str:
@@ -116,12 +84,6 @@ def _namesake(case: Case, kind: str, name: str) -> str:
     if frame:
         return f'"{name}" is a sensor; its frame is "{frame}"'
     return f'"{name}" is a joint; its child is "{robot.joint[name].child}"' if name in robot.joint else ""
-
-
-def _is_key(path: Path) -> bool:
-    """Say whether a name is given by a key of the description instead of a value."""
-    tables = ("rename", "positions", "spheres", "joint_properties")
-    return path[-2:-1] in [(table,) for table in tables] or path[0] == "control"
 
 
 @rule("two-parents", "A link is the child of two joints.", "Correct one `child`, or remove a joint.", JOINTS)

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
-from ..frontend.lower.simulation import MEASURED, TARGETS
+from ..frontend.annotations import SIMULATION
+from ..frontend.mentions import Mention, mentions
 from ..frontend.tree import Path
 from ..model import Robot
 from ..model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
@@ -20,7 +21,7 @@ from ..model.simulation import NO_SIMULATION
 from ..model.standing import stands_free
 from ..xml import mujoco
 from ..xml.elements import found_in
-from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, MESH, SENSOR, SITE, TENDON, TEXTURE
+from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON
 from .case import Case
 
 AFTER = "xml_elements"
@@ -30,6 +31,7 @@ BALL = "ball"
 SEVERAL = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 # How a kind is called here.
 WORDS: Mapping[str, str] = {BODY: "link", GEOM: "shape", EQUALITY: "constraint", KEY: "pose", "pair": "contact pair"}
+_KINDS = {"link": BODY, "shape": GEOM}  # our words for what MuJoCo calls otherwise
 _MAX_RELATED = 3
 
 
@@ -40,15 +42,6 @@ class Named(NamedTuple):
     name: str
     path: Path
     key: bool = True
-
-
-class Mention(NamedTuple):
-    """A name of a kind that something uses, where, and by what."""
-
-    kind: str
-    name: str
-    path: Path
-    what: str
 
 
 def simulates(robot: Robot) -> bool:
@@ -200,25 +193,19 @@ def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
 )
 def known(case: Case) -> Iterator[Diagnostic]:
     """Names in the sections for a simulation; each name that there is not once, however often it is used."""
-    if not simulates(case.robot) and next(_of_looks(case), None) is None:
-        return
-    names = Names(case)
+    named = [one for one in mentions(case.tree) if one.among == SIMULATION]
+    names = Names(case) if named else None
     wrong: dict[tuple[str, str], list[Mention]] = {}
-    for mention in mentions(case):
-        several = mention.kind == GEOM and names.shapes.get(mention.name, 0) > 1
-        if several or not names.has(mention.kind, mention.name):
-            wrong.setdefault((mention.kind, mention.name), []).append(mention)
-    for (kind, name), uses in wrong.items():
-        first, *others = uses
-        listed = ((one.path, one.what, _is_key(one)) for one in others)
-        also, same = case.also(first.path, listed, _is_key(first))
+    for one in named if names is not None else ():
+        kind = _KINDS.get(one.kind, one.kind)
+        several = kind == GEOM and names.shapes.get(one.name, 0) > 1
+        if several or not names.has(kind, one.name):
+            wrong.setdefault((kind, one.name), []).append(one)
+    for (kind, name), (first, *others) in wrong.items():
+        also, same = case.also(first.path, ((one.path, one.what, one.key) for one in others), first.key)
         for path, what, related in ((first.path, first.what, also[:_MAX_RELATED]), *((*one, []) for one in same)):
             id, message, help = _said(names, kind, name, what, path)
-            yield case.problem(id, message, path, help, related=related, key=_is_key(first))
-
-
-def _is_key(mention: Mention) -> bool:
-    return mention.path[-2:-1] in (("controls",), ("joints",)) and isinstance(mention.path[-1], str)
+            yield case.problem(id, message, path, help, related=related, key=first.key)
 
 
 def _said(names: Names, kind: str, name: str, what: str, path: Path) -> tuple[str, str, str]:
@@ -240,93 +227,6 @@ def _said(names: Names, kind: str, name: str, what: str, path: Path) -> tuple[st
     id = {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name")
     otherwise = f"name a {word} of the robot" if word[0] not in "aei" else f"name an {word} of the robot"
     return id, f'there is no {word} "{name}", {what}', names.case.suggest(path, name, names.of(kind), otherwise)
-
-
-def mentions(case: Case) -> Iterator[Mention]:
-    """Yield every name that the sections for a simulation use."""
-    yield from _of_actuators(case)
-    yield from _of_tendons(case)
-    yield from _of_constraints(case)
-    yield from _of_sensors(case)
-    for index, pair in enumerate(case.robot.simulation.contact_pairs):
-        for key, kind, both in (("links", BODY, pair.links), ("shapes", GEOM, pair.shapes)):
-            for side, name in enumerate(both or ()):
-                yield Mention(kind, name, ("contact_pairs", index, key, side), "in a contact pair")
-    for link in case.robot.links:
-        for mark in link.marked:
-            path = case.link(link.name, f"{mark.tag}s", mark.name)
-            for key, kind in (("target", BODY), ("material", MATERIAL), ("mesh", MESH)):
-                if key in mark.values:
-                    yield Mention(kind, str(mark.values[key]), (*path, key), f'the {key} of {mark.tag} "{mark.name}"')
-    yield from _of_looks(case)
-    for pose in case.robot.poses:
-        for name in pose.controls:
-            yield Mention(ACTUATOR, name, ("poses", pose.name, "controls", name), f'in pose "{pose.name}"')
-
-
-def _of_looks(case: Case) -> Iterator[Mention]:
-    """Yield the materials that shapes have in the MJCF alone, and the textures of materials."""
-    for link in case.robot.links:
-        for purpose in ("collision", "visual"):
-            for index, shape in enumerate(getattr(link, purpose)):
-                if MATERIAL in shape.mjcf:
-                    path = case.link(link.name, purpose, index, "mjcf", MATERIAL)
-                    yield Mention(MATERIAL, str(shape.mjcf[MATERIAL]), path, f'of a shape of link "{link.name}"')
-    for material in case.robot.materials:
-        if TEXTURE in material.mjcf:
-            path = ("materials", material.name, "mjcf", TEXTURE)
-            yield Mention(TEXTURE, str(material.mjcf[TEXTURE]), path, f'of material "{material.name}"')
-
-
-_KINDS = {"jointinparent": JOINT, "refsite": SITE, "slidersite": SITE, "cranksite": SITE}
-
-
-def _of_actuators(case: Case) -> Iterator[Mention]:
-    keys = {word: key for key, word in TARGETS.items()}
-    for actuator in case.robot.simulation.actuators:
-        for word, name in actuator.targets.items():
-            path: Path = ("actuators", actuator.name, keys[word])
-            yield Mention(_KINDS.get(word, word), name, path, f'driven by actuator "{actuator.name}"')
-
-
-def _of_tendons(case: Case) -> Iterator[Mention]:
-    for tendon in case.robot.simulation.tendons:
-        path: Path = ("tendons", tendon.name)
-        what = f'in tendon "{tendon.name}"'
-        for joint in tendon.joints:
-            yield Mention(JOINT, joint, (*path, "joints", joint), what)
-        for index, stop in enumerate(tendon.path):
-            for word, key, kind in (("site", "site", SITE), ("geom", "shape", GEOM), ("sidesite", "side_site", SITE)):
-                if word in stop.values:
-                    yield Mention(kind, str(stop.values[word]), (*path, "path", index, key), what)
-        if "material" in tendon.values:
-            yield Mention(MATERIAL, str(tendon.values["material"]), (*path, "material"), what)
-
-
-def _of_constraints(case: Case) -> Iterator[Mention]:
-    for entry in case.robot.simulation.constraints:
-        for key, kind in (("links", BODY), ("sites", SITE), ("joints", JOINT), ("tendons", TENDON)):
-            for index in (1, 2):
-                word = f"{kind}{index}"
-                if word in entry.values:
-                    path: Path = ("constraints", entry.name, key, index - 1)
-                    yield Mention(kind, str(entry.values[word]), path, f'held by constraint "{entry.name}"')
-
-
-def _of_sensors(case: Case) -> Iterator[Mention]:
-    section = case.tree.get("mjcf_sensors") or {}
-    kinds = {"body1": BODY, "body2": BODY, "geom1": GEOM, "geom2": GEOM}
-    inner = {"link": BODY, "inertial": BODY, "shape": GEOM}
-    for entry in case.robot.simulation.sensors:
-        path: Path = ("mjcf_sensors", entry.name)
-        what = f'measured by sensor "{entry.name}"'
-        words = [*MEASURED.items(), ("subtree1", "body1"), ("subtree2", "body2")]
-        for key, word in words:
-            if key in section[entry.name]:
-                yield Mention(kinds.get(word, word), str(section[entry.name][key]), (*path, key), what)
-        for key in ("object", "reference"):
-            for word, name in (section[entry.name].get(key) or {}).items():
-                yield Mention(inner.get(word, word), str(name), (*path, key, word), what)
 
 
 @rule(

@@ -6,7 +6,7 @@ those of nothing are told without an SRDF, too: by ``rules.kinematics`` and ``ru
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import OUTPUTS, Rule
@@ -129,10 +129,9 @@ def _own_joints(planning: Planning, group: Group) -> list[str]:
 
 def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     """Yield names of links and joints that the robot has, and the URDF has not."""
-    links = [("link", name, path) for name, path, _ in planning.said.links_named() if name in case.robot.link]
-    joints = [("joint", name, path) for name, path, _ in planning.said.joints_named() if name in case.robot.joint]
-    for kind, name, path in (*links, *joints):
-        if name not in (planning.links if kind == "link" else planning.joints):
+    for kind, name, path in _named(case):
+        there, in_urdf = _there(case, kind), planning.links if kind == "link" else planning.joints
+        if name in there and name not in in_urdf:
             what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
             help = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
             yield case.problem("moveit-not-in-urdf", what, path, help)
@@ -244,17 +243,26 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
     elif (
         one.parent_group
         and one.parent not in planning.links_in(planning.groups[one.parent_group])
-        and not _has_unknown(case, planning, one.parent_group)
+        and not _has_unknown(case, one.parent_group)
     ):
         message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries "{one.name}"'
         yield case.problem(rule, message, (*path, "parent_group"), "let the chain of that group end at this link")
 
 
-def _has_unknown(case: Case, planning: Planning, group: str) -> bool:
+def _has_unknown(case: Case, group: str) -> bool:
     """Say whether a group names a link or a joint that the robot does not have, which is told."""
-    links = ((path, name in case.robot.link) for name, path, _ in planning.said.links_named())
-    joints = ((path, name in case.robot.joint) for name, path, _ in planning.said.joints_named())
-    return any(path[1:3] == ("groups", group) and not there for path, there in (*links, *joints))
+    named = ((kind, name) for kind, name, path in _named(case) if path[1:3] == ("groups", group))
+    return any(name not in _there(case, kind) for kind, name in named)
+
+
+def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
+    """Yield the links, then the joints that are named for MoveIt, each after its kind, with its path."""
+    for kind in ("link", "joint"):
+        yield from ((kind, one.name, one.path) for one in case.mentions(kind) if one.path[0] == "moveit")
+
+
+def _there(case: Case, kind: str) -> Collection[str]:
+    return case.robot.link if kind == "link" else case.robot.joint
 
 
 def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:

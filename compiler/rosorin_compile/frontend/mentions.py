@@ -1,0 +1,68 @@
+"""Mentions: every place of a description that names something, as the schema says."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from .annotations import Node, sections
+from .tree import Map, Path
+
+
+@dataclass(frozen=True)
+class Mention:
+    """A name of a kind, where it is used, and what is said of it there; ``key`` where a key of the description is it.
+
+    ``among`` says where it is looked up: "" among the names of the description.
+    """
+
+    kind: str
+    name: str
+    path: Path
+    key: bool
+    what: str
+    among: str
+
+
+def mentions(tree: Map, kinds: Collection[str] = ()) -> Iterator[Mention]:
+    """Yield what names something of some kinds, or of any, in the order of the schema and of the description.
+
+    What has a rule of its own (``x-said`` is false) is left out.
+    """
+    for section, node in sections().items():
+        if tree.get(section) is not None and _has(node, kinds):
+            yield from _at(node, tree[section], (section,), kinds)
+
+
+def _has(node: Node | None, kinds: Collection[str]) -> bool:
+    return node is not None and (not kinds or not node.of.isdisjoint(kinds))
+
+
+def _at(node: Node, value: Any, path: Path, kinds: Collection[str]) -> Iterator[Mention]:
+    if isinstance(value, str):
+        if _is_asked(node, kinds):
+            yield _mention(node, value, path, key=False)
+        return
+    if isinstance(value, Map):
+        if node.keys is not None and _is_asked(node.keys, kinds):
+            yield from (_mention(node.keys, name, (*path, name), key=True) for name in value)
+        inner = ((key, node.at(key), one) for key, one in value.items())
+    elif isinstance(value, list):
+        inner = ((index, node.items, one) for index, one in enumerate(value))
+    else:
+        return
+    for step, below, one in inner:
+        if below is not None and _has(below, kinds):
+            yield from _at(below, one, (*path, step), kinds)
+
+
+def _is_asked(node: Node, kinds: Collection[str]) -> bool:
+    return bool(node.names) and node.said is not False and (not kinds or node.names in kinds)
+
+
+def _mention(node: Node, name: str, path: Path, key: bool) -> Mention:
+    """Return a mention; of what the schema has no words for it is said where it stands."""
+    section = sections()[str(path[0])]
+    words = node.said or f'the {path[-1]} of {section.called or path[0]} "{{1}}"'
+    return Mention(node.names, name, path, key, words.format(*path), node.among)

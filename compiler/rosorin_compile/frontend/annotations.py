@@ -41,7 +41,8 @@ ROBOT, WORLD = "robot", "world"
 SIMULATION = "simulation"
 ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
-_WORDS = {
+# Each annotation and the field of a node that has it.
+WORDS = {
     "x-names": "names",
     "x-gives": "gives",
     "x-scope": "scope",
@@ -122,7 +123,7 @@ def _node(said: Any) -> Node | None:
     if not isinstance(said, Mapping):
         return None
     base = _definition(said["$ref"].rsplit("/", 1)[1]) if "$ref" in said else None
-    found: dict[str, Any] = {of: said[word] for word, of in _WORDS.items() if word in said}
+    found: dict[str, Any] = {of: said[word] for word, of in WORDS.items() if word in said}
     for word, of in (("propertyNames", "keys"), ("additionalProperties", "others"), ("items", "items")):
         if (node := _node(said.get(word))) is not None:
             found[of] = node

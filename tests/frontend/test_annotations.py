@@ -1,0 +1,124 @@
+"""What the schema says of names, and the walkers that read it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.frontend.annotations import Node, merged, of_parts, sections
+from rosorin_compile.frontend.expand.naming import names_of
+from rosorin_compile.frontend.load import load_mapping
+from rosorin_compile.frontend.mentions import mentions
+from rosorin_compile.frontend.tree import Map
+from support.naming import ANY, EACH, KEY, Place, places, steps
+
+# Names that are told by the validator, and those that hardware brings itself.
+OTHERWISE = {"accept[].rule": "", "outputs.*.backend": "", "control.*.sensors.KEY": "hardware sensor"}
+CONDITIONS = "mode"  # stand in a text that is a condition
+
+
+def node_at(path: str) -> Node | None:
+    """Return what the schema says at a place that is written as the lists of names write it."""
+    first, *rest = steps(path)
+    node = sections().get(first)
+    for step in rest:
+        if node is None:
+            return None
+        node = {KEY: node.keys, ANY: node.others, EACH: node.items}.get(step, node.at(step))
+    return node
+
+
+@pytest.mark.parametrize("place", places(), ids=lambda place: place.path)
+def test_the_schema_says_what_is_named_at_each_place(place: Place) -> None:
+    node = node_at(place.path)
+    kind = OTHERWISE.get(place.path, place.kind)
+    if kind == CONDITIONS and not place.gives:
+        assert node is not None
+        assert node.inside == "condition"
+    elif kind:
+        assert node is not None
+        assert (node.gives or node.names) == kind
+        assert bool(node.gives) == (place.gives or place.path in OTHERWISE)
+    else:
+        assert node is None
+
+
+def tree(folder: Path, text: str) -> Map:
+    """Return the tree of a text."""
+    path = folder / "some.yaml"
+    path.write_text(text, "utf-8")
+    return load_mapping(path, "some.yaml")
+
+
+def test_what_a_fragment_gives_and_what_follows_from_it(tmp_path: Path) -> None:
+    names = names_of(
+        tree(
+            tmp_path,
+            """\
+links: {plate: {sites: {dimple: {}}, mjcf_elements: ['<geom name="pad"/>']}}
+joints: {float: {type: floating, parent: mount, child: plate, actuator: {name: motor}}}
+sensors: {eye: {type: camera, parent: plate, frame: eye_frame, optical: {frame: eye_optical}}}
+control: {board: {plugin: some/Plugin, sensors: {gauge: {}}, gpio: {lamp: {}}}}
+""",
+        )
+    )
+    assert names.of["link"] == {"plate", "eye_frame", "eye_optical"}
+    assert names.of["joint"] == {"float", "float_TX", "float_TY", "float_TZ", "float_R"}
+    assert names.of["actuator"] == {"motor"}
+    assert names.of["hardware sensor"] == {"gauge"}
+    assert names.mounted
+    assert names.inside
+    assert names.gives("site", "plate")  # a frame is a site of the MJCF, too
+    assert names.gives("shape", "plate_collision_1")
+    assert names.gives("shape", "pad")
+    assert not names.gives("link", "float")
+    assert not names.gives("joint", "plate")
+
+
+def test_nothing_is_given_where_values_have_the_wrong_form(tmp_path: Path) -> None:
+    names = names_of(tree(tmp_path, "links: [plate]\njoints: {a: 5}\nsensors: {b: [c]}\nmoveit: none\nedges: {a: b}\n"))
+    assert {kind: set(some) for kind, some in names.of.items() if some} == {"joint": {"a"}, "sensor": {"b"}}
+    assert not names.mounted
+
+
+def test_a_mention_has_the_words_of_the_schema(tmp_path: Path) -> None:
+    said = tree(
+        tmp_path,
+        """\
+joints: {hinge: {type: fixed, parent: plate, child: arm, mimic: {joint: other}}}
+poses: {home: {positions: {hinge: 0}}}
+drive: {mecanum: {front_left: a, front_right: b, rear_left: c, rear_right: d}}
+tendons: {cable: {path: [{site: dimple}]}}
+""",
+    )
+    assert [(one.kind, one.name, one.path, one.key, one.what) for one in mentions(said, ("link", "joint"))] == [
+        ("link", "plate", ("joints", "hinge", "parent"), False, 'the parent of joint "hinge"'),
+        ("link", "arm", ("joints", "hinge", "child"), False, 'the child of joint "hinge"'),
+        ("joint", "hinge", ("poses", "home", "positions", "hinge"), True, 'in pose "home"'),
+        *(
+            ("joint", name, ("drive", "mecanum", role), False, f"named as {role.replace('_', ' ')} of the drive")
+            for role, name in {"front_left": "a", "front_right": "b", "rear_left": "c", "rear_right": "d"}.items()
+        ),
+    ]
+    (site,) = mentions(said, ("site",))
+    assert (site.path, site.what, site.among) == (
+        ("tendons", "cable", "path", 0, "site"),
+        'in tendon "cable"',
+        "simulation",
+    )
+
+
+def test_every_section_says_how_files_are_joined() -> None:
+    alone = {"rosorin_compile", "robot", "source", "let", "include", "root", "drive", "contact_layers"}
+    said = {*merged("entries"), *merged("items"), *merged("within"), *alone}
+    from rosorin_compile.frontend.schema import schema
+
+    assert said == set(schema()["properties"])
+
+
+def test_what_may_stand_in_a_part_is_what_editors_are_told() -> None:
+    from rosorin_compile.frontend.schema import schema
+
+    part = set(schema("authoring")["definitions"]["part"]["properties"])
+    assert part - {"help", "params", "let", "use"} == set(of_parts())

@@ -21,6 +21,7 @@ from typing import Any
 from authoring_sections import added_definitions, added_sections
 from authoring_sections import definitions as plain_definitions
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.frontend.annotations import WORDS as ANNOTATIONS
 from rosorin_compile.frontend.schema import resolve, with_formats
 from rosorin_compile.units import UNITS, parse_unit
 
@@ -141,13 +142,15 @@ def _quantities(units: list[str]) -> list[str]:
 
 
 def _with_definitions(fragment: Any) -> Any:
-    """Return a schema whose definitions stand where draft 7 has them."""
+    """Return a schema whose definitions stand where draft 7 has them; what only the compiler reads is left out."""
     if isinstance(fragment, list):
         return [_with_definitions(item) for item in fragment]
     if not isinstance(fragment, Mapping):
         return fragment
     made = {}
     for key, value in fragment.items():
+        if key in ANNOTATIONS or (key == "propertyNames" and value.keys() <= ANNOTATIONS.keys()):
+            continue
         made[key] = value.replace("#/$defs/", "#/definitions/") if key == "$ref" else _with_definitions(value)
     return made
 

@@ -7,8 +7,8 @@ from typing import Any
 from rosorin_compile.diagnostics import registry
 from rosorin_compile.diagnostics.registry import every_rule
 from rosorin_compile.frontend.accepting import STAYS
-from rosorin_compile.frontend.expand.forms import SECTIONS
-from rosorin_compile.frontend.expand.placing import AXES
+from rosorin_compile.frontend.annotations import of_parts
+from rosorin_compile.frontend.expand.mirroring import AXES
 
 Schema = dict[str, Any]
 
@@ -135,7 +135,7 @@ def definitions(plain: Schema) -> Schema:
 
 def added_definitions(sections: Schema, arg: Schema) -> Schema:
     """Return the definitions that those sections and every entry refer to; ``arg`` is that of an argument."""
-    inside = {name: sections[name] for name in SECTIONS}
+    inside = {name: sections[name] for name in of_parts()}
     help = {"type": "string", "description": "One sentence for the person who uses it."}
     return {
         **_CONTROLS,

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 from .schema import schema
 
@@ -68,7 +68,7 @@ class Node:
     names: str = ""
     gives: str = ""
     scope: str = ""
-    said: str | bool = ""
+    said: str | Literal[False] = ""
     among: str = ""
     inside: str = ""
     mirror: Sequence[str] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,6 +44,7 @@ def _at(node: Node, value: Any, path: Path, kinds: Collection[str]) -> Iterator[
         if _is_asked(node, kinds):
             yield _mention(node, value, path, key=False)
         return
+    inner: Iterable[tuple[str | int, Node | None, Any]]
     if isinstance(value, Map):
         if node.keys is not None and _is_asked(node.keys, kinds):
             yield from (_mention(node.keys, name, (*path, name), key=True) for name in value)

@@ -194,9 +194,11 @@ def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
 def known(case: Case) -> Iterator[Diagnostic]:
     """Names in the sections for a simulation; each name that there is not once, however often it is used."""
     named = [one for one in mentions(case.tree) if one.among == SIMULATION]
-    names = Names(case) if named else None
+    if not named:
+        return
+    names = Names(case)
     wrong: dict[tuple[str, str], list[Mention]] = {}
-    for one in named if names is not None else ():
+    for one in named:
         kind = _KINDS.get(one.kind, one.kind)
         several = kind == GEOM and names.shapes.get(one.name, 0) > 1
         if several or not names.has(kind, one.name):

@@ -10,6 +10,7 @@ from ...diagnostics.wording import listed
 from ...model.drive import ROLES, Drive
 from ...numbers import exact
 from .entries import Problem, source_of, vector_of
+from .plainly import record_of
 
 if TYPE_CHECKING:
     from ...model.moveit import DisabledCollision, Group, Moveit, VirtualJoint
@@ -47,15 +48,12 @@ def moveit_of(entry: Mapping[str, Any]) -> Moveit:
     """Return what a description says for MoveIt."""
     from ...model.moveit import Ball, CollisionMatrix, CollisionSearch, EndEffector, Moveit
 
-    search: dict[str, Any] = _without_source(entry.get("collisions") or {})
-    search |= {key: float(search[key]) for key in ("always", "clearance") if key in search}
-    computed = entry.get("collision_matrix")
+    matrix = entry.get("collision_matrix")
     return Moveit(
         urdf=entry.get("urdf", ""),
         groups=tuple(_group_of(name, one) for name, one in (entry.get("groups") or {}).items()),
         end_effectors=tuple(
-            EndEffector(name, one["group"], one["parent"], one.get("parent_group", ""), source_of(one.get("source")))
-            for name, one in (entry.get("end_effectors") or {}).items()
+            record_of(EndEffector, one, name=name) for name, one in (entry.get("end_effectors") or {}).items()
         ),
         virtual_joint=_virtual_joint_of(entry.get("virtual_joint", True)),
         passive_joints=tuple(map(str, entry.get("passive_joints") or ())),
@@ -63,24 +61,15 @@ def moveit_of(entry: Mapping[str, Any]) -> Moveit:
         checked=tuple(map(_pair_of, entry.get("checked_collisions") or ())),
         unchecked_links=tuple(map(str, entry.get("unchecked_links") or ())),
         spheres={
-            link: tuple(Ball(vector_of(one.get("xyz")), float(one["radius"])) for one in balls)
+            link: tuple(record_of(Ball, one, xyz=vector_of(one.get("xyz"))) for one in balls)
             for link, balls in (entry.get("spheres") or {}).items()
         },
         joint_properties={
             joint: {name: value if isinstance(value, str) else exact(value) for name, value in said.items()}
             for joint, said in (entry.get("joint_properties") or {}).items()
         },
-        search=CollisionSearch(**search),
-        matrix=computed
-        and CollisionMatrix(
-            computed["of"],
-            computed["states"],
-            tuple(map(_disabled_of, computed["pairs"])),
-            computed.get("meshes", {}),
-            computed.get("how", ""),
-            computed.get("shapes", {}),
-            computed.get("joints", {}),
-        ),
+        search=record_of(CollisionSearch, entry.get("collisions")),
+        matrix=matrix and record_of(CollisionMatrix, matrix, pairs=tuple(map(_disabled_of, matrix["pairs"]))),
     )
 
 
@@ -88,13 +77,12 @@ def _group_of(name: str, entry: Mapping[str, Any]) -> Group:
     from ...model.moveit import Group
 
     chain, states = entry.get("chain"), entry.get("states")
-    lists = {key: tuple(entry.get(key) or ()) for key in ("joints", "links", "groups")}
-    return Group(
+    return record_of(
+        Group,
+        entry,
         name=name,
         chain=None if chain is None else (chain["base"], chain["tip"]),
         states={state: state for state in states} if isinstance(states, list) else states,
-        source=source_of(entry.get("source")),
-        **lists,
     )
 
 
@@ -103,20 +91,15 @@ def _virtual_joint_of(entry: Any) -> VirtualJoint | None:
 
     if entry is False:
         return None
-    return VirtualJoint(**({} if entry is True else _without_source(entry)))
+    return record_of(VirtualJoint, {} if entry is True else entry)
 
 
 def _disabled_of(entry: Mapping[str, Any]) -> DisabledCollision:
-    from ...model.moveit import USER, DisabledCollision
+    from ...model.moveit import DisabledCollision
 
-    distances = {key: float(entry[key]) for key in ("nearest", "beyond") if key in entry}
-    return DisabledCollision(_pair_of(entry["links"]), entry.get("reason", USER), **distances)
+    return record_of(DisabledCollision, entry)
 
 
 def _pair_of(names: Sequence[str]) -> tuple[str, str]:
     one, other = names
     return (one, other)
-
-
-def _without_source(entry: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in entry.items() if key != "source"}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...model.control import SENSOR_WORDS, SYSTEM, Block, Component, Controller, End, Interface, Transmission
-from .entries import source_of
+from .plainly import record_of
 
 if TYPE_CHECKING:
     Made = TypeVar("Made")
@@ -21,14 +21,11 @@ def lower_control(tree: Mapping[str, Any]) -> tuple[Block, ...]:
 def lower_controllers(tree: Mapping[str, Any]) -> tuple[Controller, ...]:
     """Return the controllers of a description."""
     return tuple(
-        Controller(
-            name,
-            entry["type"],
-            {key: _plain(value) for key, value in flat(entry.get("params") or {}).items()},
-            entry.get("hardware", ""),
-            entry.get("sensor", ""),
-            entry.get("inactive", False),
-            source_of(entry.get("source")),
+        record_of(
+            Controller,
+            entry,
+            name=name,
+            params={key: _plain(value) for key, value in flat(entry.get("params") or {}).items()},
         )
         for name, entry in (tree.get("controllers") or {}).items()
     )
@@ -64,21 +61,17 @@ def _block(name: str, entry: Mapping[str, Any], types: Mapping[str, str]) -> Blo
         words = SENSOR_WORDS.get(types.get(called, ""), ()) if "state" not in said else ()
         return Component(called, made.command, tuple(map(Interface, words)), made.params) if words else made
 
-    return Block(
+    return record_of(
+        Block,
+        entry,
         name=name,
         type=entry.get("type", SYSTEM),
-        plugin=entry["plugin"],
         params=_words(entry),
         joints=_each(entry, "joints", _component),
         sensors=_each(entry, "sensors", sensor),
         gpio=_each(entry, "gpio", _component),
         transmissions=_each(entry, "transmissions", _transmission),
-        pose=entry.get("pose", ""),
-        group=entry.get("group", ""),
-        rate=entry.get("rate"),
         is_async=entry.get("async"),
-        thread_priority=entry.get("thread_priority"),
-        source=source_of(entry.get("source")),
     )
 
 
@@ -88,7 +81,7 @@ def _each(entry: Mapping[str, Any], key: str, make: Callable[[str, Mapping[str, 
 
 def _component(name: str, entry: Mapping[str, Any]) -> Component:
     command, state = (_interfaces(entry.get(key)) for key in ("command", "state"))
-    return Component(name, command, state, _words(entry), entry.get("limits", True), entry.get("mimic"))
+    return record_of(Component, entry, name=name, command=command, state=state, params=_words(entry))
 
 
 def _interfaces(said: Any) -> tuple[Interface, ...]:
@@ -100,17 +93,17 @@ def _interfaces(said: Any) -> tuple[Interface, ...]:
 
 
 def _interface(name: str, entry: Mapping[str, Any]) -> Interface:
-    low, high, initial = (float(entry[key]) if key in entry else None for key in ("min", "max", "initial"))
-    return Interface(name, low, high, initial, entry.get("data_type", ""), entry.get("size"), _words(entry))
+    low, high = (float(entry[key]) if key in entry else None for key in ("min", "max"))
+    return record_of(Interface, entry, name=name, low=low, high=high, params=_words(entry))
 
 
 def _transmission(name: str, entry: Mapping[str, Any]) -> Transmission:
-    return Transmission(name, entry["plugin"], _each(entry, "joints", _end), _each(entry, "actuators", _end))
+    ends = {key: _each(entry, key, _end) for key in ("joints", "actuators")}
+    return record_of(Transmission, entry, name=name, **ends)
 
 
 def _end(name: str, entry: Mapping[str, Any]) -> End:
-    reduction, offset = (float(entry[key]) if key in entry else None for key in ("reduction", "offset"))
-    return End(name, entry.get("role", ""), reduction, offset)
+    return record_of(End, entry, name=name)
 
 
 def _words(entry: Mapping[str, Any]) -> dict[str, str | float | bool]:

@@ -13,8 +13,9 @@ from ...model.link import NO_SOURCE, Source
 from ...model.robot import JointPose, ServoGroup
 from ...model.shape import Material, Rgba
 from ...model.simulated import Attribute
-from ...model.simulation import POSITION, Actuator
+from ...model.simulation import Actuator
 from ..tree import Map, Path
+from .plainly import record_of
 
 RULES = (
     Rule(
@@ -60,39 +61,21 @@ def material_of(name: str, entry: Mapping[str, Any]) -> Material:
 
 def limit_of(entry: Mapping[str, Any] | None) -> Limit | None:
     """Return the limit of a joint."""
-    if entry is None:
-        return None
-    stand_ins = tuple(entry.get("stand_ins", ()))
-    return Limit(**_numbers({k: v for k, v in entry.items() if k != "stand_ins"}), stand_ins=stand_ins)
+    return None if entry is None else record_of(Limit, entry)
 
 
 def mimic_of(entry: Mapping[str, Any] | None) -> Mimic | None:
     """Return what a joint follows."""
-    if entry is None:
-        return None
-    solref, solimp = (tuple(map(float, entry.get(key, ()))) for key in ("solref", "solimp"))
-    factor, offset = float(entry.get("multiplier", 1)), float(entry.get("offset", 0))
-    return Mimic(entry["joint"], factor, offset, solref, solimp, entry.get("name", ""))
+    return None if entry is None else record_of(Mimic, entry)
 
 
 def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
     """Return what drives a joint."""
     if entry is None:
         return None
-    gear = entry.get("gear", ())
-    return Actuator(
-        type=entry.get("type", POSITION),
-        name=entry.get("name", ""),
-        kp=float(entry["kp"]) if "kp" in entry else None,
-        kv=float(entry.get("kv", 0)),
-        damping_ratio=float(entry.get("damping_ratio", 0)),
-        damping=float(entry.get("damping", 0)),
-        gear=tuple(map(float, gear)) if isinstance(gear, list) else (float(gear),) if gear != () else (),
-        range=pair_of(entry.get("range")),
-        unlimited=bool(entry.get("unlimited", False)),
-        force=pair_of(entry.get("force")),
-        mjcf=values_of(entry.get("mjcf")),
-    )
+    gear = entry.get("gear", [])
+    gears = tuple(map(float, gear if isinstance(gear, list) else [gear]))
+    return record_of(Actuator, entry, gear=gears, mjcf=values_of(entry.get("mjcf")))
 
 
 def pair_of(value: Any) -> tuple[float, float] | None:
@@ -120,26 +103,22 @@ def _scalar(value: Any) -> float | str | bool:
 
 def dynamics_of(entry: Mapping[str, Any] | None) -> Dynamics | None:
     """Return the dynamics of a joint."""
-    if entry is None:
-        return None
-    return Dynamics(**_numbers(entry))
+    return None if entry is None else record_of(Dynamics, entry)
 
 
 def calibration_of(entry: Mapping[str, Any] | None) -> Calibration | None:
     """Return the calibration of a joint."""
-    return None if entry is None else Calibration(**_numbers(entry))
+    return None if entry is None else record_of(Calibration, entry)
 
 
 def safety_of(entry: Mapping[str, Any] | None) -> SafetyController | None:
     """Return the safety controller of a joint."""
-    return None if entry is None else SafetyController(**_numbers(entry))
+    return None if entry is None else record_of(SafetyController, entry)
 
 
 def source_of(entry: Mapping[str, Any] | None) -> Source:
     """Return where the values of an entry come from."""
-    if not entry:
-        return NO_SOURCE
-    return Source(entry.get("status", ""), entry.get("note", ""), entry.get("measured", ""))
+    return record_of(Source, entry) if entry else NO_SOURCE
 
 
 def texts_of(entry: Mapping[str, Any]) -> tuple[str, ...]:
@@ -149,13 +128,7 @@ def texts_of(entry: Mapping[str, Any]) -> tuple[str, ...]:
 
 def node_of(name: str, entry: Mapping[str, Any] | None) -> Publisher:
     """Return a node that publishes what the description does not own."""
-    entry = entry or {}
-    stamps = tuple(entry.get("stamps", ()))
-    return Publisher(NODE, entry.get("node", name), entry.get("package", ""), entry.get("about", ""), stamps)
-
-
-def _numbers(entry: Mapping[str, Any]) -> dict[str, float]:
-    return {key: float(value) for key, value in entry.items() if key != "source"}
+    return record_of(Publisher, entry, kind=NODE, name=(entry or {}).get("node", name))
 
 
 def servo_group_of(name: str, entry: Mapping[str, Any], problem: Problem) -> ServoGroup:
@@ -167,12 +140,10 @@ def servo_group_of(name: str, entry: Mapping[str, Any], problem: Problem) -> Ser
     elif not low <= entry["zero_pulse"] <= high:
         message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
         problem("pulse-range", message, ("servos", name, "zero_pulse"), "correct one of the two")
-    flipped, source = entry.get("flipped", False), source_of(entry.get("source"))
-    rad = float(entry["rad_per_pulse"])
-    if rad == 0:
+    if float(entry["rad_per_pulse"]) == 0:
         message = "a pulse of no angle moves nothing"
         problem("pulse-range", message, ("servos", name, "rad_per_pulse"), "give the angle of one pulse")
-    return ServoGroup(name, tuple(entry["joints"]), rad, entry["zero_pulse"], flipped, (low, high), source)
+    return record_of(ServoGroup, entry, name=name)
 
 
 def pose_of_joints(

@@ -5,7 +5,7 @@
 | ``x-names`` | a text, ``propertyNames`` | the text, or each key, is the name of something of this kind |
 | ``x-gives`` | the same | something of this kind gets its name there |
 | ``x-said`` | beside ``x-names`` | what is said of a name of nothing; ``{1}``: the second step of the path to it |
-| | | false: a rule of its own tells that |
+| | | false: a rule of its own tells that, or none, here and below |
 | ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, or (left out) in the description |
 | ``x-scope`` | beside them | ``robot``: never with the prefix of a part; ``world``: it gives no name of the part |
 | ``x-names-in`` | any value | names stand inside of it; the function that knows where |
@@ -13,6 +13,7 @@
 | ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use |
 | ``x-in-parts`` | a section | it may stand in a part |
 | ``x-called`` | a section | what one of its entries is called |
+| ``x-also`` | a key | what others call it (``synonyms``) |
 | ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
 | ``x-sourced`` | a section | its entries have the source of their file, where they have none of their own |
 """

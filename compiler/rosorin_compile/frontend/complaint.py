@@ -25,7 +25,7 @@ from .meant import (
 )
 from .misnamed import fallen_out, goes_on, is_meant, key_meant, word_meant
 from .schema import Steps, part_at, resolve, subject
-from .synonyms import KEYS, way_out
+from .synonyms import way_out, words_for
 from .tree import Map, Seq, locate
 from .validator import Misfit
 
@@ -179,7 +179,7 @@ class Complaint:
     def _of_items(self, value: Any) -> str:
         """Return what the key of the first item of a list is told, where no list belongs and a table knows that key."""
         first = value[0] if isinstance(value, Seq) and value else None
-        return way_out(next(iter(first), ""), KEYS.get(self._kind(), {})) if isinstance(first, Map) else ""
+        return way_out(next(iter(first), ""), words_for(self._kind())) if isinstance(first, Map) else ""
 
     def _sign(self) -> str:
         """Return the sign of YAML that an empty value begins with; "" if it has none."""

@@ -28,7 +28,7 @@ class Mention:
 def mentions(tree: Map, kinds: Collection[str] = ()) -> Iterator[Mention]:
     """Yield what names something of some kinds, or of any, in the order of the schema and of the description.
 
-    What has a rule of its own (``x-said`` is false) is left out.
+    What has a rule of its own, or none (``x-said`` is false), is left out.
     """
     for section, node in sections().items():
         if tree.get(section) is not None and _has(node, kinds):
@@ -40,6 +40,8 @@ def _has(node: Node | None, kinds: Collection[str]) -> bool:
 
 
 def _at(node: Node, value: Any, path: Path, kinds: Collection[str]) -> Iterator[Mention]:
+    if node.said is False:
+        return
     if isinstance(value, str):
         if _is_asked(node, kinds):
             yield _mention(node, value, path, key=False)

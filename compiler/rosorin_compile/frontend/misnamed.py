@@ -12,7 +12,7 @@ from ..units import parse_unit
 from .expand.naming import MOUNT
 from .expand.tracing import text_at
 from .schema import resolve
-from .synonyms import KEYS, OTHERS, VALUES, synonym, way_out
+from .synonyms import OTHERS, VALUES, synonym, way_out, words_for
 from .tree import Map, Path, locate, prefix_at
 
 
@@ -21,7 +21,7 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
 
     ``known`` are the keys that it may have, with their fragments of the schema; ``kind`` is that of the entry.
     """
-    table = KEYS.get(kind, {})
+    table = words_for(kind)
     said, key = key, key.removeprefix("xacro:")
     told = _written_wrongly(said, entry, known) or way_out(key, table)
     if told:
@@ -98,7 +98,7 @@ def _goes_on(entry: Map, before: str, key: str) -> bool:
 
 def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
     """Say whether the way out for an unknown key leads to the one that is missing."""
-    names, table = list(known), KEYS.get(kind, {})
+    names, table = list(known), words_for(kind)
     if synonym(key, table, names) == wanted or f"{wanted}: " in way_out(key, table):
         return True
     return re.split(r"[:=]", key)[0].strip() == wanted or nearest(key, names) == wanted
@@ -106,7 +106,7 @@ def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
 
 def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     """Return the way out for a word that is not one of those that are known; ``kind`` is that of its synonyms."""
-    table = VALUES.get(kind) or KEYS.get(kind, {})
+    table = VALUES.get(kind) or words_for(kind)
     close = synonym(word, table, known)
     return way_out(word, table) or (f'did you mean "{close}"?' if close else did_you_mean(word, known))
 

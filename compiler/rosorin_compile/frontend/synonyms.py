@@ -1,14 +1,19 @@
-"""Synonyms: what URDF, SDF, MJCF and xacro call a thing, and what it is called here.
+"""Synonyms: what URDF, SDF, MJCF and xacro call a thing, and what it is called here, or how it is said otherwise.
 
-``KEYS`` has a table for each kind of entry, by its name in ``$defs`` of the schema (``top`` for the description);
-``VALUES`` one for each key whose values are words. A name alone is the word to write; a sentence is the way out. Words
-are compared in small letters, without ``_`` and the like.
+The words for a key stand beside it in the schema (``x-also``). ``KEYS`` has the ways out for what is no key, a table
+for each kind of entry by its name in ``$defs`` of the schema (``top``: the description), and the words of what is not
+in the schema: parts and their uses. ``VALUES`` has one for each key whose values are words. A name alone is the word to
+write; a sentence is the way out. Words are compared in small letters, without ``_`` and the like.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any
+
+from .schema import resolve, schema
 
 _XYZ_RPY = "xyz and rpy stand in the entry itself, without anything around them"
 _NAME = "the key of an entry is its name"
@@ -51,88 +56,36 @@ _SITE = {
         "site sites", "MuJoCo's site is made where mjcf: [{sensor: gyro}] measures; a mere one is mjcf: [{body: site}]"
     ),
 }
-_LEFT_RIGHT = {
-    **_all("leftwheel leftwheels leftjoint leftjoints leftwheeljoint leftwheeljoints leftwheelnames l", "left"),
-    **_all("rightwheel rightwheels rightjoint rightjoints rightwheeljoint rightwheeljoints rightwheelnames r", "right"),
-}
-_STEERED = {
-    **_all("steer steered steeringjoint steeringjoints steeringwheel steeringwheels front frontwheels", "steering"),
-    **_all("drive driving drivenjoint drivenjoints drivenwheels traction tractionwheels rear rearwheels", "driven"),
-    **_all("passive free", "rolling"),
-}
 
 _POSE = {
     **_all("origin pose transform tf placement mount offsetxyz", _XYZ_RPY),
-    **_all("position pos translation trans location offset", "xyz"),
-    **_all("rotation rot orientation euler eulerangles angles rpydeg", "rpy"),
     **_all("x y z", "write xyz: [X, Y, Z]"),
     **_all("roll pitch yaw theta", "write rpy: [ROLL, PITCH, YAW]"),
     **_all("quat quaternion wxyz xyzw q", "write the rotation as rpy: [ROLL, PITCH, YAW]"),
 }
-_ACTUATOR = {
-    **_all("p gain stiffness pgain", "kp"),
-    **_all("d dgain", "kv"),
-    **_all("dampratio", "damping_ratio"),
-    **_all("ctrlrange", "range"),
-    **_all("forcerange", "force"),
-    **_all("gearratio ratio", "gear"),
-}
-_PARENT = _all("parentlink base from attachedto mounton relativeto refframe", "parent")
-_WITH = _all("params parameters param args arguments arg config options settings values inputs", "with")
 
 _SHAPE = {
     **_POSE,
     **_all("geometry geom geometries shape", 'the shape stands in the entry itself: "- box: {size: ...}"'),
-    **_all("color colour rgb", "rgba"),
     **_all("type kind", "the key says the kind of shape: box: {size: ...}"),
     **_all("size radius length height filename file uri url scale diameter dimensions", _IN_A_SHAPE),
-    **_all("cube cuboid", "box"),
-    **_all("ball", "sphere"),
-    **_all("tube", "cylinder"),
-    **_all("stl dae obj", "mesh"),
-    **_all("hfield heightfield", "height_map"),
-    "id": "name",
 }
 
 KEYS: dict[str, dict[str, str]] = {
     "top": {
-        **_all("link body bodies segments", "links"),
         **_all("frame frames", "a frame is an empty link, placed by a joint: links: {NAME: {}}"),
-        **_all("joint connections", "joints"),
-        **_all("sensor", "sensors"),
-        **_all("property properties variable variables var vars constant constants const defines definitions", "let"),
-        **_all("params parameters param argument arguments options", "args"),
         **_all("macro macros module modules component components", "parts"),
         **_all("instance instances instantiate", "use"),
-        **_all("import imports using files", "include"),
-        **_all("name robotname model modelname", "robot"),
-        **_all("version schema schemaversion", "rosorin_compile"),
-        **_all("color colors colour colours material", "materials"),
         **_all("transmission transmissions gazebo plugin plugins xml raw", _XML),
-        **_all("ros2control ros2controls hardware hardwareinterface", "control"),
-        **_all("controller ros2controllers controllermanager", "controllers"),
-        **_all("actuator motor motors", "actuators"),
-        **_all("tendon", "tendons"),
-        **_all("equality equalities loops closedloops constraint", "constraints"),
-        **_all("contactpair pair pairs", "contact_pairs"),
-        **_all("mjcfelement mujocoelements", "mjcf_elements"),
         **_all("mujoco mjcf", f"{_IN_LINK}; other XML is kept under mjcf_elements"),
         **_all("site sites camera cameras light lights", _IN_LINK),
         **_all("statictransforms statictfs transforms transform tf tfs", _FIXED),
-        **_all("keyframe keyframes groupstate groupstates states configurations", "poses"),
-        **_all("contact contacts exclude excludes disablecollisions disabledcollisions acm", "disabled_contacts"),
-        **_all("output target targets artifacts backends formats generate", "outputs"),
         **_all("geometry collision collisions visual visuals inertial", "it belongs into an entry of links"),
-        **_all("node nodes", "publishers"),
-        **_all("ignore suppress allow", "accept"),
         **_all("rosparameters", "parameters of nodes are no part of a description"),
     },
     "link": {
         **_all("geometry geom geoms geometries shape shapes box sphere cylinder capsule ellipsoid mesh", _IN_SHAPES),
-        **_all("collider colliders collisions", "collision"),
-        **_all("visuals visualization appearance", "visual"),
         **_all("mass com cog cg density inertia centerofmass diaginertia weight", _IN_INERTIAL),
-        "inertials": "inertial",
         **_all(
             "origin pose xyz rpy pos position orientation rotation quat euler parent joint joints child",
             "a link is placed by a joint: joints: {NAME: {type: fixed, parent: ..., child: ..., xyz: ...}}",
@@ -144,18 +97,11 @@ KEYS: dict[str, dict[str, str]] = {
     },
     "joint": {
         **_POSE,
-        **_PARENT,
-        **_all("childlink to link target", "child"),
-        **_all("limits lim range bounds jointlimit jointlimits", "limit"),
         **_all("lower upper effort velocity min max maxeffort maxvelocity torque speed", _IN_LIMIT),
         **_all("damping friction armature frictionloss damper viscousfriction stiffness springref", _IN_DYNAMICS),
         **_all("kp kv p d gain motor servo", "it belongs into actuator: {kp: ..., kv: ...}"),
         **_all("transmission gazebo hardwareinterface", _XML),
         **_all("name id", _NAME),
-        **_all("jointtype kind jtype", "type"),
-        **_all("axisxyz direction rotationaxis", "axis"),
-        **_all("safety safetylimits", "safety_controller"),
-        **_all("follow follows mimics couple", "mimic"),
     },
     "visual": _SHAPE,
     "collision": {**_SHAPE, **_all("color colour rgb rgba material texture", "it belongs into a shape under visual")},
@@ -163,100 +109,50 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("x y z length width height depth dimensions dimension dims dim extents extent lengths sizes", _SIZE),
         **_all("halfsize halfextents halfextent half", "write size: [X, Y, Z], the full extents: twice the half"),
     },
-    "sphere": {**_all("r rad", "radius"), **_all("diameter d dia size", _HALF)},
+    "sphere": {**_all("diameter d dia size", _HALF)},
     "cylinder": {
-        **_all("r rad", "radius"),
         **_all("diameter d dia", _HALF),
-        **_all("h height depth l len", "length"),
         "size": "write radius: ... and length: ..., the full one",
     },
     "mesh": {
-        **_all("filename path uri url src source name", "file"),
-        "scaling": "scale",
         **_all("units unit", "write scale: [0.001, 0.001, 0.001] for a file in millimetres"),
     },
     "inertial": {
         **_POSE,
-        **_all("com cog cg centerofmass centreofmass centerofgravity", "xyz"),
         **_all("ixx iyy izz ixy ixz iyz diaginertia fullinertia inertiatensor moments tensor i", _MOMENTS),
-        **_all("weight m masskg", "mass"),
-        **_all("auto from shape", "of"),
     },
     "limit": {
-        **_all("min low lowerlimit minimum minposition", "lower"),
-        **_all("max high upperlimit maximum maxposition", "upper"),
-        **_all("force torque maxeffort maxforce maxtorque eff", "effort"),
-        **_all("speed vel maxvelocity maxspeed maxvel rate", "velocity"),
         **_all("range", "write lower: ... and upper: ..."),
         **_all("acceleration maxacceleration jerk", "a description has no such limit: it belongs to the planner"),
-    },
-    "mimic": {
-        **_all("ratio multiply gear gearing factor gain scale polycoef", "multiplier"),
-        **_all("leader of master jointname joint1 follows", "joint"),
-        **_all("bias", "offset"),
-    },
-    "dynamics": {
-        **_all("damper d viscous", "damping"),
-        **_all("frictionloss coulomb static", "friction"),
-        **_all("rotorinertia", "armature"),
-        **_all("spring springstiffness", "stiffness"),
-        **_all("springref rest restposition", "spring_reference"),
     },
     "drive": {
         **_DISTANCES,
         **_all("kind type model mode", _KINDS),
-        **_all("diff diffdrive differentialdrive skid skidsteer tank", "differential"),
-        **_all("mecanumdrive mechanum", "mecanum"),
-        **_all("omnidirectional holonomic omnidrive", "omni"),
-        **_all("car carlike ackermannsteering", "ackermann"),
-        **_all(" ".join(_LEFT_RIGHT), _SIDES),
+        **_all("leftwheel leftwheels leftjoint leftjoints leftwheeljoint leftwheeljoints leftwheelnames l", _SIDES),
+        **_all("rightwheel rightwheels rightjoint rightjoints rightwheeljoint", _SIDES),
+        **_all("rightwheeljoints rightwheelnames r", _SIDES),
         **_all("left right wheels joints wheel", _SIDES),
-        **_all("wheelradius r", "radius"),
         **_all("diameter wheeldiameter d", _HALF),
-        **_all("baseframe baselink basefootprint", "frame"),
         **_all(
             "maxspeed maxvelocity speed velocity acceleration", "a drive has no such limit: it belongs to controllers"
         ),
     },
-    "differential_wheels": {**_WHEELS, **_LEFT_RIGHT},
-    "omni_wheels": {**_WHEELS, **_all("joints wheeljoints", "wheels")},
-    "mecanum_wheels": {
-        **_WHEELS,
-        **_all("fl frontleftwheel leftfront", "front_left"),
-        **_all("fr frontrightwheel rightfront", "front_right"),
-        **_all("rl bl backleft rearleftwheel leftrear leftback", "rear_left"),
-        **_all("rr br backright rearrightwheel rightrear rightback", "rear_right"),
-    },
-    "tricycle_wheels": {**_WHEELS, **_STEERED},
-    "ackermann_wheels": {**_WHEELS, **_STEERED},
-    "actuator": _ACTUATOR,
-    "other_actuator": {**_ACTUATOR, **_all("link target", "body"), **_all("refsite", "reference_site")},
-    "tendon": {**_all("frictionloss", "friction"), **_all("limit limits", "range"), **_all("sites", "path")},
+    "differential_wheels": _WHEELS,
+    "omni_wheels": _WHEELS,
+    "mecanum_wheels": _WHEELS,
+    "tricycle_wheels": _WHEELS,
+    "ackermann_wheels": _WHEELS,
     "constraint": {
-        **_all("bodies body1 body2 link1 link2", "links"),
-        **_all("anchor point", "at"),
-        **_all("polycoef coefficients", "polynomial"),
         **_all("relpose", "write xyz and rpy: where the second link sits in the first"),
     },
-    "contact": {**_all("mu", "friction"), **_all("contype layer groups", "layers"), **_all("conaffinity", "touches")},
-    "contact_pair": {**_all("bodies body1 body2 link1 link2", "links"), **_all("geoms geom1 geom2", "shapes")},
-    "mjcf_sensor": {**_all("type", "kind"), **_all("body", "link"), **_all("geom", "shape")},
-    "material": {**_all("color colour rgb diffuse", "rgba"), **_all("image filename file", "texture"), "name": _NAME},
+    "material": {"name": _NAME},
     "sensor": {
         **_POSE,
-        **_PARENT,
-        **_WITH,
-        **_all("link parentframe", "parent"),
-        **_all("frameid framename sensorframe", "frame"),
-        **_all("opticalframe opticalframeid", "optical"),
         **_all("driver node visualize alwayson", _DRIVER),
         **_all("topic topicname updaterate rate frequency", "for a simulation it belongs into with: {...}"),
         **_all("noise fov hfov horizontalfov range resolution width height samples", "it belongs into with: {...}"),
         **_all("plugin plugins xml", _XML),
-        **_all("gz sdf ignition", "gazebo"),
         **_all("name id", _NAME),
-        **_all("jointname", "joint"),
-        **_all("model kind sensortype", "type"),
         **_SITE,
     },
     "sensor_type": {
@@ -287,45 +183,19 @@ KEYS: dict[str, dict[str, str]] = {
     },
     "gazebo_sensor": {
         **_POSE,
-        **_all("type kind", "sensor"),
         **_all("topic updaterate rate alwayson camera lidar ray imu plugin", "it belongs into elements: {...}"),
-        **_all("reference link", "frame"),
     },
-    "edge": {
-        **_POSE,
-        **_all("from frameid parentframe headerframeid", "parent"),
-        **_all("to childframe childframeid target frame", "child"),
-        **_all("node by broadcaster publishedby", "publisher"),
-        **_all("static dynamic isstatic", "moving"),
-        **_all("condition if mode", "when"),
-    },
-    "source": {
-        **_all("origin kind type from state", "status"),
-        **_all("date when day", "measured"),
-        **_all("comment text reason remark description why", "note"),
-    },
-    "pose": {**_all("joints values angles position", "positions"), **_all("pulse servos", "pulses")},
-    "servo_group": {
-        **_all("min max range limits pulses", "pulse_range"),
-        **_all("center centre zero offset home neutral", "zero_pulse"),
-        **_all("invert inverted reverse reversed direction sign flip", "flipped"),
-        **_all("scale resolution step radperstep", "rad_per_pulse"),
-        **_all("joint ids", "joints"),
-    },
-    "publisher_node": {**_all("name nodename", "node"), **_all("pkg rospackage", "package")},
-    "output": {**_all("filename path name target", "file"), **_all("format type kind generator", "backend")},
-    "acceptance": {**_all("rules id", "rule"), **_all("why note comment", "reason")},
+    "edge": _POSE,
     "use": {
         **_POSE,
-        **_PARENT,
-        **_WITH,
+        **_all("position pos translation trans location offset", "xyz"),
+        **_all("rotation rot orientation euler eulerangles angles rpydeg", "rpy"),
+        **_all("parentlink base from attachedto mounton relativeto refframe", "parent"),
+        **_all("params parameters param args arguments arg config options settings values inputs", "with"),
         **_all("macro module template component of type name", "part"),
         **_all("namespace ns suffix", "prefix"),
     },
     "arg": {
-        **_all("choices enum options values allowed oneof", "one_of"),
-        **_all("description doc about desc comment", "help"),
-        **_all("value", "default"),
         **_all("minimum maximum min max range", "write one_of: [...], or refuse a value with ${error('...')}"),
     },
     "part": {
@@ -401,6 +271,19 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("ros2control controllermanager ros2controllers", "controllers"),
     },
 }
+
+
+@cache
+def words_for(kind: str) -> Mapping[str, str]:
+    """Return what each word is called in an entry of a kind, or the way out for it."""
+    known = schema()["properties"] if kind == "top" else schema()["$defs"].get(kind, {}).get("properties", {})
+    also = {word: key for key, fragment in known.items() for word in _also(fragment)}
+    return {**KEYS.get(kind, {}), **also}
+
+
+def _also(fragment: Mapping[str, Any]) -> list[str]:
+    """Return what others call a key: what stands beside it, and with what it refers to."""
+    return f"{fragment.get('x-also', '')} {resolve(dict(fragment)).get('x-also', '')}".split()
 
 
 def plain(word: str) -> str:

@@ -143,7 +143,7 @@ def servo_group_of(name: str, entry: Mapping[str, Any], problem: Problem) -> Ser
     if float(entry["rad_per_pulse"]) == 0:
         message = "a pulse of no angle moves nothing"
         problem("pulse-range", message, ("servos", name, "rad_per_pulse"), "give the angle of one pulse")
-    return record_of(ServoGroup, entry, name=name)
+    return record_of(ServoGroup, entry, name=name, flipped=entry.get("flipped", False))
 
 
 def pose_of_joints(

@@ -23,7 +23,7 @@ def record_of(kind: type[T], entry: Mapping[str, Any] | None, /, **given: Any) -
 
 
 @cache
-def _fields(kind: type) -> tuple[tuple[str, Convert], ...]:
+def _fields(kind: Any) -> tuple[tuple[str, Convert], ...]:
     """Return the fields of a record, each with what makes its value of one of a description."""
     hints = get_type_hints(kind)
     return tuple((field.name, _converter(hints[field.name])) for field in fields(kind))

@@ -21,7 +21,7 @@ from typing import Any
 from authoring_sections import added_definitions, added_sections
 from authoring_sections import definitions as plain_definitions
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.annotations import WORDS as ANNOTATIONS
+from rosorin_compile.frontend.annotations import WORDS
 from rosorin_compile.frontend.schema import resolve, with_formats
 from rosorin_compile.units import UNITS, parse_unit
 
@@ -36,6 +36,8 @@ _SAME = ("description", "title", "default", "const", "minLength", "minItems", "f
 
 _WORDS = {"number": "a number", "integer": "a whole number", "boolean": "true or false", "array": "a list"}
 _WORDS["object"] = "a mapping"
+
+ANNOTATIONS = {*WORDS, "x-also"}  # what only the compiler reads
 
 CONTROLS: Schema = {
     "for": {"$ref": "#/definitions/for"},
@@ -149,7 +151,7 @@ def _with_definitions(fragment: Any) -> Any:
         return fragment
     made = {}
     for key, value in fragment.items():
-        if key in ANNOTATIONS or (key == "propertyNames" and value.keys() <= ANNOTATIONS.keys()):
+        if key in ANNOTATIONS or (key == "propertyNames" and value.keys() <= ANNOTATIONS):
             continue
         made[key] = value.replace("#/$defs/", "#/definitions/") if key == "$ref" else _with_definitions(value)
     return made

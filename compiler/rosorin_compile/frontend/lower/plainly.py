@@ -15,7 +15,7 @@ T = TypeVar("T")
 Convert = Callable[[Any], Any]
 
 
-def record_of(kind: type[T], entry: Mapping[str, Any] | None, /, **given: Any) -> T:
+def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **given: Any) -> T:
     """Return a record of a kind: each field from its key in the entry, or from ``given``; else it has its default."""
     said = entry or {}
     found = {name: convert(said[name]) for name, convert in _fields(kind) if name in said and name not in given}

@@ -21,7 +21,7 @@ from typing import Any
 from authoring_sections import added_definitions, added_sections
 from authoring_sections import definitions as plain_definitions
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.annotations import WORDS
+from rosorin_compile.frontend.annotations import ANNOTATIONS
 from rosorin_compile.frontend.schema import resolve, with_formats
 from rosorin_compile.units import UNITS, parse_unit
 
@@ -36,8 +36,6 @@ _SAME = ("description", "title", "default", "const", "minLength", "minItems", "f
 
 _WORDS = {"number": "a number", "integer": "a whole number", "boolean": "true or false", "array": "a list"}
 _WORDS["object"] = "a mapping"
-
-ANNOTATIONS = {*WORDS, "x-also"}  # what only the compiler reads
 
 CONTROLS: Schema = {
     "for": {"$ref": "#/definitions/for"},

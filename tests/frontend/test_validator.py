@@ -17,7 +17,7 @@ from jsonschema import Draft7Validator
 
 from rosorin_compile.diagnostics import Source, Span
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.annotations import WORDS
+from rosorin_compile.frontend.annotations import ANNOTATIONS
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.schema import schema, with_formats, with_outputs
 from rosorin_compile.frontend.tree import Map, Seq, Text
@@ -89,7 +89,7 @@ def test_references_stay_in_the_schema_and_nothing_that_counts_stands_beside_the
     references = [part for part in parts(whole) if "$ref" in part]
     for part in references:
         assert part["$ref"].startswith(("#/$defs/", "#/definitions/"))
-        assert part.keys() - WORDS.keys() <= SAYING
+        assert part.keys() - ANNOTATIONS <= SAYING
     if "definitions" not in whole:  # that of editors holds itself, and nothing is validated with it here
         assert not any("$ref" in part for part in parts(inlined(whole)))
 

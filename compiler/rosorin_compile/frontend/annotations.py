@@ -58,6 +58,9 @@ WORDS = {
     "x-sourced": "sourced",
 }
 
+# Beside them what ``synonyms`` reads: all that validators and editors have no use for.
+ANNOTATIONS = frozenset((*WORDS, "x-also"))
+
 
 @dataclass(frozen=True)
 class Node:

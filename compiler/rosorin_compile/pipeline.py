@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .frontend.expand.files import Kept
     from .frontend.expand.included_robots import How, Tell
     from .project import Resolved
+    from .rules.case import Case
 
 Search = Callable[[Map, Sequence[Output]], "Searched"]
 
@@ -116,6 +117,17 @@ class Understood(NamedTuple):
     lowered: Lowered | None
     diagnostics: list[Diagnostic]
     used: frozenset[Entry] = frozenset()
+
+    @property
+    def case(self) -> Case | None:
+        """The robot with the places of all that it says, to be asked about; None of one with errors."""
+        from .rules.case import Case
+        from .rules.remarkable import collect
+
+        tree, lowered = self.expanded.tree, self.lowered
+        if lowered is None or lowered.robot is None or tree is None or has_errors(self.diagnostics):
+            return None
+        return Case(lowered.robot, tree, lowered.places, collect(tree))
 
 
 def understand(

@@ -13,19 +13,16 @@ from ..diagnostics.console import Console
 from ..diagnostics.wording import counted, listed
 from ..project import Description, stdin_of
 from ..world import environment
-from .given import Given, given_arguments
-from .options import console_of
-from .robots import Run, no_stdin, one
-from .usage import FINE, PROBLEMS, WrongUsage
+from .given import Given
+from .usage import FINE, PROBLEMS
 
 if TYPE_CHECKING:
-    import argparse
-
     from ..diagnostics import Diagnostic
     from ..formats.mesh_files import Searched
     from ..frontend.tree import Map
     from ..model import Output
     from ..pipeline import Compiled
+    from .robots import Run
 
 
 def compile_one(
@@ -67,28 +64,6 @@ def proven(compiled: Compiled) -> Compiled:
 
     wrong = agreement(compiled.robot, compiled.artifacts)
     return replace(compiled, artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
-
-
-def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[Console, Description, Compiled | None]:
-    """Compile the one robot that a command asks for, and say what is wrong; None for one with errors or no artifacts.
-
-    ``several`` says why it is one. Raises WrongUsage.
-    """
-    from ..diagnostics import has_errors
-
-    given, names = given_arguments(options, options.words)
-    no_stdin(names, "name a file")
-    if len(names) > 1:
-        raise WrongUsage(f"{several}: {how}")
-    description = one(names[0] if names else "", how)
-    console = console_of(options)
-    console.begin(description.name)
-    compiled = compile_proven(given, description, console)
-    console.show(compiled.diagnostics)
-    if compiled.robot is not None and not has_errors(compiled.diagnostics):
-        return console, description, compiled
-    nothing_written(console, description.name, compiled.diagnostics)
-    return console, description, None
 
 
 def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,6 +12,13 @@ from .usage import WrongUsage
 
 if TYPE_CHECKING:
     import argparse
+
+    from ..diagnostics.console import Console
+    from ..formats.mesh_files import Searched
+    from ..frontend.tree import Map
+    from ..model import Output
+    from ..pipeline import Compiled, Understood
+    from ..project import Description
 
 MARK = ":="  # between name and value of an argument, as xacro has it
 
@@ -34,6 +41,33 @@ class Given(NamedTuple):
         from ..frontend.arguments import read
 
         return read(self.files, self.texts)
+
+    def compile(
+        self, description: Description, console: Console, meshes: bool = False, wanted: Sequence[str] = ()
+    ) -> Compiled:
+        """Return what becomes of a description with them; a file of arguments that is no good is a problem like others.
+
+        What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
+        for; ``wanted`` are the only outputs that are made.
+        """
+        from .compiling import compile_one
+
+        return compile_one(self, description, console, meshes, wanted)
+
+    def search_meshes(self, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
+        """Look for the meshes of a robot, and read those that belong to its artifacts."""
+        from .compiling import search_meshes
+
+        return search_meshes(self, description, tree, outputs)
+
+    def understand(self, description: Description, console: Console) -> Understood:
+        """Return what a description, or a robot in another format in its place, says with them. Raises LoadError.
+
+        What has to be said before anything is run is printed on the console.
+        """
+        from .understanding import read
+
+        return read(self, description, console)
 
 
 def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Given, list[str]]:

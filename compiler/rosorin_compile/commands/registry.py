@@ -1,8 +1,8 @@
 """The records that there are, found by their names: those of the program's own packages, and those of plug-ins.
 
 Own packages say theirs in the modules of ``SHIPPED``: ``COMMANDS``, ``CHECKS``, and in ``SERVICES`` what they do for
-commands of the core. Those of others are entry points; the name of one is that of its record, so nothing of a plug-in
-is imported that is not called.
+others: for commands of the core, and for each other. Those of others are entry points; the name of one is that of its
+record, so nothing of a plug-in is imported that is not called.
 """
 
 from __future__ import annotations
@@ -196,7 +196,7 @@ def names(group: str) -> dict[str, str]:
 
 
 def service(name: str) -> Callable[..., Any]:
-    """Return what a package of ours does for a command of the core, which asks by name and knows no package."""
+    """Return what a package of ours does for others, who ask by name and know no package. Raises LookupError."""
     for module in _modules():
         if name in getattr(module, "SERVICES", {}):
             return _function(module.SERVICES[name], module.__package__ or "")

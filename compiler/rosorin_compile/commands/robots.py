@@ -38,6 +38,7 @@ from .usage import FINE, WrongUsage
 if TYPE_CHECKING:
     import argparse
 
+    from ..model.kinematics.quaternions import Position
     from ..pipeline import Compiled
     from ..rules.case import Case
 
@@ -52,6 +53,21 @@ class Run(NamedTuple):
     options: argparse.Namespace
     console: Console
     given: Given
+
+    @classmethod
+    def alone(cls, options: argparse.Namespace, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
+        """Return the run of a command about one robot, and that robot: the one that is named, or the only one here.
+
+        ``several`` says why it is one, ``how`` how it is named; ``stdin`` is the way out where none is taken from
+        standard input. Raises WrongUsage.
+        """
+        given, words = given_arguments(options, options.words)
+        if stdin:
+            no_stdin(words, stdin)
+        if len(words) > 1:
+            raise WrongUsage(f"{several}: {how}")
+        description = one(words[0] if words else "", how)
+        return cls(options, console_of(options), given), description
 
     def compiled(self, description: Description) -> Compiled | None:
         """Return what a robot is compiled to, its meshes found and all of it proven; None, once said, with errors."""
@@ -74,6 +90,15 @@ class Run(NamedTuple):
 
         known = understood(self.given, description, Console("json") if quietly else self.console)
         return None if known is None else known.case
+
+    def positions(self, case: Case) -> dict[str, Position] | None:
+        """Return where --pose, --pulse and --joint put the joints of a robot; None, once said, with a wrong pulse.
+
+        What is beyond a limit is told. Raises WrongUsage.
+        """
+        from .transforms.states import asked_for
+
+        return asked_for(case, self.options, self.console)
 
 
 def take_stdin(names: Sequence[str]) -> None:

@@ -44,21 +44,19 @@ def read(given: Given, description: Description, console: Console) -> Understood
 
 def understood(given: Given, description: Description, console: Console) -> Known | None:
     """Return the robot of a description; None, after saying what is wrong, of one with errors."""
-    from ..diagnostics import has_errors
     from ..frontend.load import LoadError
-    from ..rules.case import Case
-    from ..rules.remarkable import collect
 
     try:
-        expanded, lowered, diagnostics, _ = read(given, description, console)
+        found = read(given, description, console)
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    if lowered is None or lowered.robot is None or expanded.tree is None or has_errors(diagnostics):
-        console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
+    case = found.case
+    if case is None:
+        console.show([diagnostic for diagnostic in found.diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
         return None
-    return Known(lowered.robot, Case(lowered.robot, expanded.tree, lowered.places, collect(expanded.tree)))
+    return Known(case.robot, case)
 
 
 def mode_states(robot: Robot, texts: Sequence[str]) -> dict[str, bool]:

@@ -19,7 +19,7 @@ from ..project import Description, NoDescription
 from .given import Given
 
 if TYPE_CHECKING:
-    from ..pipeline import Compiled
+    from ..pipeline import Compiled, Understood
     from .explain.explanation import Answer, Explanation
 
     Name = str | os.PathLike[str]
@@ -73,11 +73,28 @@ class Explained:
     answers: tuple[Explanation | Answer, ...]
     diagnostics: tuple[Diagnostic, ...]
 
-    def __str__(self) -> str:
-        """Return what the command line prints."""
+    @classmethod
+    def of(cls, found: Understood, arguments: Mapping[str, Any], names: Sequence[str], pose: str = "") -> Explained:
+        """Return the same of a description without errors that was read with these arguments. Raises KeyError."""
+        from .explain.answer import NotThere, explain
+
+        if found.lowered is None:
+            raise ValueError("a description with errors has no meaning to explain")
+        try:
+            answers = explain(found.expanded, found.lowered, arguments, names, pose)
+        except NotThere as problem:
+            raise KeyError(str(problem)) from None
+        return cls(tuple(answers), tuple(found.diagnostics))
+
+    def lines(self) -> list[str]:
+        """Return what the command line prints, line by line."""
         from .explain.text import lines
 
-        return "\n".join(line for answer in self.answers for line in lines(answer))
+        return [line for answer in self.answers for line in lines(answer)]
+
+    def __str__(self) -> str:
+        """Return what the command line prints."""
+        return "\n".join(self.lines())
 
 
 def check(
@@ -143,20 +160,15 @@ def explain(
     takes them. Raises KeyError for a name that the robot does not have, with what is near.
     """
     from ..pipeline import understand
-    from .explain.answer import NotThere
-    from .explain.answer import explain as answers
 
     description, given, wrong = _asked(path, arguments, packages, None)
     if description is None:
         return Explained((), tuple(wrong))
     values = given.values()
-    expanded, lowered, said, _ = understand(description.path, values, packages=given.packages)
-    if lowered is None or lowered.robot is None or has_errors(said):
-        return Explained((), tuple(said))
-    try:
-        return Explained(tuple(answers(expanded, lowered, values, names, pose)), tuple(said))
-    except NotThere as problem:
-        raise KeyError(str(problem)) from None
+    found = understand(description.path, values, packages=given.packages)
+    if found.lowered is None or found.lowered.robot is None or has_errors(found.diagnostics):
+        return Explained((), tuple(found.diagnostics))
+    return Explained.of(found, values, names, pose)
 
 
 def schema(name: str = "authoring") -> dict[str, Any]:

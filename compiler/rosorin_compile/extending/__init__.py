@@ -13,7 +13,6 @@ from ..startup.lazily import lazily
 
 if TYPE_CHECKING:
     from ..commands.answer import give_result
-    from ..commands.compiling import compile_one, search_meshes
     from ..commands.given import Given, given_arguments
     from ..commands.older import older_option, robot_first
     from ..commands.options import (
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
         place,
         quiet_option,
     )
+    from ..commands.registry import service
     from ..commands.robots import Run, for_each, is_foreign
     from ..commands.understanding import mode_states
     from ..commands.usage import FINE, PROBLEMS, WrongUsage
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from ..output.ours import Held
     from ..output.placing import Holding, holding
     from ..output.staging import Stage
+    from ..output.watch import Inputs
     from ..pipeline import compile_robot
     from ..project import Description, NoDescription, tool_folders
     from ..units import Quantity
@@ -73,6 +74,7 @@ _HOMES = {
     "Held": "output.ours",
     "Holding": "output.placing",
     "Imported": "formats.imported",
+    "Inputs": "output.watch",
     "LoadError": "frontend.load",
     "Map": "frontend.tree",
     "MarkupError": "xml.markup",
@@ -97,7 +99,6 @@ _HOMES = {
     "argument_options": "commands.options",
     "check_options": "commands.options",
     "compare": "meaning.golden",
-    "compile_one": "commands.compiling",
     "compile_robot": "pipeline",
     "console_of": "commands.options",
     "declared": "frontend.arguments",
@@ -126,7 +127,7 @@ _HOMES = {
     "read_utf8": "frontend.load",
     "robot_first": "commands.older",
     "scalar": "frontend.yaml_text",
-    "search_meshes": "commands.compiling",
+    "service": "commands.registry",
     "static_transforms": "formats.static_tf",
     "tool_folders": "project",
     "world": "world",
@@ -148,6 +149,7 @@ __all__ = [
     "Held",
     "Holding",
     "Imported",
+    "Inputs",
     "LoadError",
     "Map",
     "MarkupError",
@@ -171,7 +173,6 @@ __all__ = [
     "argument_options",
     "check_options",
     "compare",
-    "compile_one",
     "compile_robot",
     "console_of",
     "declared",
@@ -200,7 +201,7 @@ __all__ = [
     "read_utf8",
     "robot_first",
     "scalar",
-    "search_meshes",
+    "service",
     "static_transforms",
     "tool_folders",
     "world",

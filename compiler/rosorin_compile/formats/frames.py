@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import first_of, listed
-from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
+from ..model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
+from ..model.joint import UNPUBLISHED
 from ..numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
 from ..rules.proof import in_words, prove
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name

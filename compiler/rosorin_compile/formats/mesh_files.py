@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import os
 import posixpath
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -147,6 +147,25 @@ class Places(NamedTuple):
     packages: Mapping[str, Path]
     environment: Mapping[str, str]
 
+    def meshes(self, tree: Map, outputs: Sequence[Output] = ()) -> Mapping[str, Path]:
+        """Return the files of all meshes that are found, by their names in a description; also if no artifact has any.
+
+        ``outputs`` are those of the robot.
+        """
+        opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
+        naming = [output for output in outputs if RECORDS[output.backend].meshes]
+        return _Search(self, opening, naming, written(tree)).run(list(named_meshes(tree))).by_name
+
+    def textures(self, tree: Map) -> Mapping[str, Path]:
+        """Return the files of all images that are found, by their names in a description."""
+        return _Search(self, [], [], written(tree)).run(named_textures(tree)).by_name
+
+    def awaited(self, tree: Map, found: Container[str]) -> Iterator[Path]:
+        """Yield where meshes would be that were not ``found``: they may come."""
+        for one in named_meshes(tree):
+            if one.name not in found and "://" not in one.name:
+                yield from (Path(span.source.path).parent / one.name for span in one.spans)
+
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Look for all meshes that a description names, and textures, for the artifacts that are made of it."""
@@ -163,7 +182,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
         if (beside and is_relative(one.name)) or any(opened_by(output, one.name) for output in opening)
     ]
     named += named_in_elements(tree) if opening else []
-    images = textures_of(tree, places) if embedding else {}
+    images = places.textures(tree) if embedding else {}
     if not (named or images) or not (opening or naming or embedding):
         return Searched((), frozenset(), [])
     found = _Search(places, opening, naming, written(tree)).run(named)
@@ -173,13 +192,6 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
         return found
     by_name = {**images, **found.by_name}
     return found._replace(by_name=by_name, inputs=(*found.inputs, *by_name.values()))
-
-
-def files_of(tree: Map, outputs: Sequence[Output], places: Places) -> Mapping[str, Path]:
-    """Return the files of all meshes that are found, by their names in a description; also if no artifact has any."""
-    opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
-    naming = [output for output in outputs if RECORDS[output.backend].meshes]
-    return _Search(places, opening, naming, written(tree)).run(list(named_meshes(tree))).by_name
 
 
 def files_named(tree: Map, source: Path, packages: Mapping[str, Path], relative: bool = True) -> Searched:
@@ -192,11 +204,6 @@ def files_named(tree: Map, source: Path, packages: Mapping[str, Path], relative:
     searched = _Search(places, [], []).run(named)
     told = [d if d.severity == ERROR else d._replace(severity=WARNING) for d in searched.diagnostics]
     return searched._replace(diagnostics=told)
-
-
-def textures_of(tree: Map, places: Places) -> Mapping[str, Path]:
-    """Return the files of all images that are found, by their names in a description."""
-    return _Search(places, [], [], written(tree)).run(named_textures(tree)).by_name
 
 
 class _Search:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import groupby
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import world
-from ..diagnostics import Diagnostic, Span, error
+from ..diagnostics import WARNING, Diagnostic, Span, error
 from ..diagnostics.installing import pip_install
 from ..diagnostics.registry import MESHES, Rule
 from ..diagnostics.wording import counted
@@ -25,6 +25,8 @@ from ..diagnostics.wording import counted
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from ..rules.case import Case
 
     Floats = NDArray[np.float64]
 
@@ -82,6 +84,28 @@ class TriangleMesh:
     colours: tuple[tuple[int, Colour | None], ...] = ()
 
     FORMATS: ClassVar[tuple[str, ...]] = ("stl", "obj", "dae", "gltf", "glb")
+
+    @classmethod
+    def of_shape(
+        cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
+    ) -> TriangleMesh | Diagnostic:
+        """Return the mesh of a shape, or a warning at its place if it cannot be read.
+
+        ``shape`` is the link, "visual" or "collision", and the number there; ``files`` were found by the names in the
+        description.
+        """
+        link, purpose, number = shape
+        mesh = getattr(case.robot.link[link], purpose)[number].geometry
+        file = files.get(mesh.file)
+        help = "its shape is left out here; a package is named by --package NAME=PATH"
+        message = f'the mesh {mesh.file} of link "{link}" is not found'
+        if file is not None:
+            try:
+                return load_mesh(file, mesh.scale, coloured)
+            except ExtractProblem as problem:
+                message, help = problem.diagnostic.message, "its shape is left out here"
+        path = (*case.link(link), purpose, number, "mesh", "file")
+        return case.problem("mesh-unreadable", message, path, help, severity=WARNING)
 
     @staticmethod
     def needed() -> None:

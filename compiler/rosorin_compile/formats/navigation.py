@@ -13,8 +13,8 @@ from ..diagnostics import ERROR, Diagnostic, did_you_mean
 from ..diagnostics.registry import NAVIGATION, Rule
 from ..diagnostics.wording import listed, quoted
 from ..frontend.tree import Path, exists
-from ..model import UNPUBLISHED, Output, Publisher, Robot
-from ..model.joint import NODE
+from ..model import Output, Publisher, Robot
+from ..model.joint import NODE, UNPUBLISHED
 from ..rules.case import Case
 from ..rules.conditions import holds, modes_in
 from ..rules.tf_tree import is_tree

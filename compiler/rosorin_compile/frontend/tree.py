@@ -61,6 +61,14 @@ class Map(dict[str, "Any"]):
         """Return the keys whose values are to be calculated: an expression stands somewhere in them."""
         return [key for key, value in self.items() if _has_expression(value)]
 
+    def at(self, path: Path) -> Any:
+        """Return the value at a path; None if there is none."""
+        return at(self, path)
+
+    def has(self, path: Path) -> bool:
+        """Say whether there is a value at a path."""
+        return exists(self, path)
+
     def copied(self) -> Map:
         """Return a mapping of the same entries, which may grow."""
         made = Map(self.span, self.via)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Fact, Value
-from ..model import SEVERAL_COORDINATES, UNPUBLISHED, Robot
-from ..model.joint import MOVING_TYPES
+from ..model import Robot
+from ..model.joint import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED
 from .tolerance import Turn
 from .view import View
 from .wording import NEW, REMOVED, About, Hung, Row, Sentence, existence, renamed, value_change

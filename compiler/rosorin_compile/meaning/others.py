@@ -12,8 +12,9 @@ from functools import reduce
 from typing import NamedTuple
 
 from ..formats import FORMATS, Fact, Value
-from ..model import UNPUBLISHED, Edge, Inertial, Publisher, Robot, Transform, Vector
+from ..model import Edge, Inertial, Publisher, Robot, Transform, Vector
 from ..model.geometry import minus, norm
+from ..model.joint import UNPUBLISHED
 from ..model.robot import JointPose, ServoGroup
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side

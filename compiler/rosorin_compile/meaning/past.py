@@ -12,9 +12,9 @@ from dataclasses import replace
 
 from ..formats import FORMATS, Fact
 from ..formats.facts import AXES, Solid
-from ..model import SEVERAL_COORDINATES, Joint, Link, Mesh, Pose, Robot, Shape, Transform, Vector
+from ..model import Joint, Link, Mesh, Pose, Robot, Shape, Transform, Vector
 from ..model.geometry import pose_of
-from ..model.joint import MOVING_TYPES, Mimic
+from ..model.joint import MOVING_TYPES, SEVERAL_COORDINATES, Mimic
 from ..model.shape import MERGED, ROWS
 from .entities import Pair, joints_by_child
 from .solids import delta, match, shape_of, solid_from

@@ -6,14 +6,14 @@ and what one asks a robot), ``kinematics`` (where frames sit in each other). The
 have), ``frame_tree``.
 """
 
+from typing import TYPE_CHECKING
+
 from ..startup.lazily import lazily
 from .control import Controller
 from .geometry import Pose, Transform, Vector
 from .joint import (
     ROBOT_STATE_PUBLISHER,
-    SEVERAL_COORDINATES,
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Joint,
     Limit,
     Publisher,
@@ -22,15 +22,18 @@ from .link import Inertial, Link
 from .robot import Edge, Output, Robot, Sensor
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
+if TYPE_CHECKING:
+    from .driving import Twist
+    from .moveit import DisabledCollision
+
 __all__ = [
     "ROBOT_STATE_PUBLISHER",
-    "SEVERAL_COORDINATES",
     "STATIC_TRANSFORM_PUBLISHER",
-    "UNPUBLISHED",
     "Box",
     "Capsule",
     "Controller",
     "Cylinder",
+    "DisabledCollision",
     "Edge",
     "Ellipsoid",
     "Geometry",
@@ -48,6 +51,7 @@ __all__ = [
     "Shape",
     "Sphere",
     "Transform",
+    "Twist",
     "Vector",
 ]
 
@@ -80,6 +84,7 @@ _BEFORE = {
     "Replicas": "model.simulated",
     "Root": "model.simulation",
     "SENSOR_ELEMENT": "model.simulated",
+    "SEVERAL_COORDINATES": "model.joint",
     "SafetyController": "model.joint",
     "SdfElement": "model.simulated",
     "Simulated": "model.simulated",
@@ -87,6 +92,7 @@ _BEFORE = {
     "Source": "model.link",
     "Stop": "model.simulation",
     "TEMPLATE_ELEMENT": "model.simulated",
+    "UNPUBLISHED": "model.joint",
     "Tendon": "model.simulation",
     "Values": "model.simulation",
     "inertial_of": "model.mass",
@@ -97,4 +103,11 @@ _BEFORE = {
     "volume_of": "model.mass",
 }
 
-__getattr__ = lazily(__name__, _BEFORE, globals())
+# What few ask for.
+_HOMES = {"DisabledCollision": "model.moveit", "Twist": "model.driving"}
+
+__getattr__ = lazily(__name__, {**_HOMES, **_BEFORE}, globals())
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -107,6 +107,11 @@ class Publisher:
     simulated: bool = False
 
     @property
+    def publishes(self) -> bool:
+        """Whether anybody does; where nobody does, ``about`` says why."""
+        return self.kind != UNPUBLISHED
+
+    @property
     def is_node(self) -> bool:
         """Whether it is a node that is neither robot_state_publisher nor a static_transform_publisher."""
         return self.kind == NODE
@@ -144,6 +149,11 @@ class Joint:
     def moves(self) -> bool:
         """Whether the joint has a position: one number. Those of SEVERAL_COORDINATES have more than one."""
         return self.type in MOVING_TYPES
+
+    @property
+    def is_several(self) -> bool:
+        """Whether more than one number says where it is."""
+        return self.type in SEVERAL_COORDINATES
 
     @property
     def is_axleless(self) -> bool:

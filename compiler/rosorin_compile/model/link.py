@@ -74,3 +74,11 @@ class Link:
         counts = {"visual": len(self.visual), "collision": len(self.collision)}
         shapes = [f"{count} {word}" for word, count in counts.items() if count]
         return f"<Link {self.name}: {', '.join(mass + shapes) or 'a frame'}>"
+
+    @property
+    def size(self) -> Vector | None:
+        """The sides (m) of the box around all of its shapes, along its axes; None without any, or with a mesh."""
+        from .bounds import bounds_of
+
+        bounds = bounds_of((*self.collision, *self.visual))
+        return None if bounds is None else bounds.size

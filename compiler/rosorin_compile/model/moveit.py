@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 from .geometry import Vector
 from .link import NO_SOURCE, Source
@@ -69,11 +70,17 @@ class Ball:
 
 @dataclass(frozen=True)
 class DisabledCollision:
-    """A pair of links that is not checked, and why.
+    """A pair of links that is not checked, and why: ``reason`` is one of ``REASONS``, the words of MoveIt.
 
     ``nearest`` is the smallest distance that was seen (m, below zero inside each other), ``beyond`` one that was never
     reached; None where nobody looked.
     """
+
+    ADJACENT: ClassVar[str] = ADJACENT
+    DEFAULT: ClassVar[str] = DEFAULT
+    ALWAYS: ClassVar[str] = ALWAYS
+    NEVER: ClassVar[str] = NEVER
+    REASONS: ClassVar[tuple[str, ...]] = REASONS
 
     links: Pair
     reason: str = USER

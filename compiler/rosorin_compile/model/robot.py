@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from .control import Block, Controller
+    from .driving import Driving
+    from .frame_tree import Row
     from .kinematics import Kinematics
     from .moveit import Moveit
 
@@ -360,6 +362,26 @@ class Robot:
         from .kinematics import Kinematics
 
         return Kinematics(self)
+
+    @property
+    def driving(self) -> Driving:
+        """What its wheels turn at for a velocity of the base, and back. Raises ValueError where there is no drive."""
+        from .driving import driving_of
+
+        return driving_of(self)
+
+    @property
+    def own_colours(self) -> Mapping[str, Rgba]:
+        """A colour for each link, by its name, where the description says none: the same wherever it is shown."""
+        from .looks import own_colours
+
+        return own_colours(self)
+
+    def frame_tree(self) -> tuple[Row, ...]:
+        """Return all edges of the tree of frames: joints from the root down, then the transforms of other nodes."""
+        from .frame_tree import rows
+
+        return rows(self)
 
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:

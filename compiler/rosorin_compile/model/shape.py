@@ -274,6 +274,13 @@ class Shape:
             self._pieces[form] = tuple(replace(self, geometry=box, name=name) for box, name in boxes)
         return self._pieces[form]
 
+    @property
+    def volume(self) -> float:
+        """The volume in m^3. Raises ValueError for a mesh, whose file is not read here."""
+        from .mass import volume_of
+
+        return volume_of(self.geometry)
+
     @cached_property
     def notes(self) -> dict[str, object]:
         """What has been found out about the shape: several ask, and many links may share it."""

@@ -53,6 +53,11 @@ class Actuator:
     force: tuple[float, float] | None = None
     mjcf: Values = field(default_factory=dict, hash=False)
 
+    @property
+    def holds_position(self) -> bool:
+        """Whether it is asked for a position, and holds it."""
+        return self.type == POSITION
+
 
 @dataclass(frozen=True)
 class Contact:

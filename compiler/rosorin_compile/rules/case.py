@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span, or_else
-from ..frontend.accepting import names_at
+from ..frontend.accepting import accepted, names_at, settled, unused
 from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import told
 from ..frontend.mentions import Mention, mentions
@@ -156,6 +156,22 @@ class Case(NamedTuple):
         from .tf_tree import pieces
 
         return pieces([*((step.parent, step.child) for step in self.transforms()), *published])
+
+    def accepts(self, found: Diagnostic) -> bool:
+        """Say whether the description accepts what was found."""
+        from . import acceptable
+
+        return accepted(self.tree, found, acceptable())
+
+    def settled(self, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
+        """Return what was found without what is accepted, and a warning for each entry that accepts nothing.
+
+        ``asked`` is what the run asked for (``Rule.asked``).
+        """
+        from . import acceptable
+
+        left = settled(self.tree, found, acceptable())
+        return [*left.diagnostics, *unused(self.tree, left.used, acceptable(), (asked,))]
 
     def stands_in(self, *paths: Path) -> str:
         """Return " (a stand-in)" if one of the values at some paths only holds a place, else nothing."""

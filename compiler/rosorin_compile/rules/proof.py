@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from ..diagnostics.wording import listed
 from ..frontend.expression import ExpressionError
-from ..model import UNPUBLISHED, Robot
+from ..model import Robot
+from ..model.joint import UNPUBLISHED
 from .conditions import MAX_MODES, combinations, holds, modes_in
 
 

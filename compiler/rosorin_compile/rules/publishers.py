@@ -10,7 +10,8 @@ from ..diagnostics.registry import FRAMES, JOINTS, Check, rule
 from ..diagnostics.wording import first_of, listed, quoted
 from ..frontend.tree import Map, Path, Seq, at, exists
 from ..frontend.wanted import is_listed
-from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
+from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Publisher
+from ..model.joint import UNPUBLISHED
 from . import conditions
 from .case import Case, first_fed
 from .kinematics import children

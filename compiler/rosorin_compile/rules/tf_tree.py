@@ -9,7 +9,8 @@ from ..diagnostics import WARNING, Diagnostic, nearest, swaps
 from ..diagnostics.registry import FRAMES, Check, rule
 from ..diagnostics.wording import listed, quoted
 from ..frontend.tree import Path
-from ..model import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Edge
+from ..model import ROBOT_STATE_PUBLISHER, Edge
+from ..model.joint import SEVERAL_COORDINATES, UNPUBLISHED
 from . import conditions
 from .case import Case
 from .kinematics import WORLD_FRAMES

@@ -12,7 +12,7 @@ import pytest
 from rosorin_compile.commands.given import Given
 from rosorin_compile.commands.understanding import understood
 from rosorin_compile.diagnostics.console import Console
-from rosorin_compile.formats.mesh_files import Places, files_of
+from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.formats.srdf.planning import Planning, urdf_of
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import Description
@@ -74,7 +74,7 @@ def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[flo
     urdf = urdf_of(known.robot)
     assert urdf is not None
     planning = Planning(known.robot, urdf)
-    files = files_of(known.case.tree, known.robot.outputs, Places(path, outputs, {}, os.environ))
+    files = Places(path, outputs, {}, os.environ).meshes(known.case.tree, known.robot.outputs)
     meshes = Meshes(known.case, files)
     for named in named_meshes(known.case):
         assert meshes.read(named) is not None

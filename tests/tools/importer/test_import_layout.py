@@ -14,7 +14,7 @@ from rosorin_compile.diagnostics import Source, Span
 from rosorin_compile.frontend.expand.ledger import Ledger
 from rosorin_compile.frontend.expand.scope import Scope
 from rosorin_compile.frontend.load import parse_yaml, plain_scalar
-from rosorin_compile.frontend.tree import Place, first_line
+from rosorin_compile.frontend.tree import Place
 from rosorin_compile.frontend.yaml_text import escaped, scalar
 from rosorin_compile.tools.importer.layout import (
     WIDTH,
@@ -76,7 +76,7 @@ def expanded(text: str) -> Any:
     """Return what the language makes of a file: read, and its expressions evaluated."""
     source = Source("robot.yaml", text)
     scope = Scope(Ledger())
-    made = scope.resolve(parse_yaml(source), Place(first_line(source), None))
+    made = scope.resolve(parse_yaml(source), Place(source.start(), None))
     assert scope.ledger.diagnostics == []
     return made
 

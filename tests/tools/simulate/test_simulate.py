@@ -14,7 +14,7 @@ import pytest
 from rosorin_compile.cli import main
 from rosorin_compile.commands.given import Given
 from rosorin_compile.commands.understanding import Known, understood
-from rosorin_compile.diagnostics import Diagnostic
+from rosorin_compile.diagnostics import Diagnostic, arrange
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.extending import world
@@ -46,10 +46,10 @@ def simulated(path: Path) -> list[Diagnostic]:
     found, description = known(path)
     with quiet() as mujoco:
         base = FREE if found.robot.drive else FIXED
-        world = command._world(mujoco, found, description, Given({}, ()), base)
+        world = command._world(mujoco, found.case, description, Given({}, ()), base)
         trials = all_trials(world, 2.0, lambda _done, _total: None)
         limits = {name: one.value for name, one in LIMITS.items()}
-        return command._settled(found, Judge(found.case, world, limits).all(trials))
+        return arrange(found.case.settled(Judge(found.case, world, limits).all(trials), "simulation"))
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)

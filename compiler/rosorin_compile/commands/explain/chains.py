@@ -11,7 +11,6 @@ from ...frontend.tree import Path
 from ...model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Box,
     Capsule,
     Cylinder,
@@ -29,7 +28,7 @@ from ...model import (
 )
 from ...model import Edge as NodeEdge
 from ...model import Transform as Rigid
-from ...model.joint import NODE
+from ...model.joint import NODE, UNPUBLISHED
 from ...numbers import exact
 from .explanation import Edge, Number, Placed, Shape, Transform
 from .origins import Origins

@@ -6,17 +6,24 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from ...diagnostics import Diagnostic, did_you_mean
+from ...diagnostics import WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import ASKING, Rule
 from ...frontend.expression import ExpressionError, evaluate
 from ...model import Joint, Robot
 from ...model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
-from ...model.pulses import to_radians
+from ...model.pulses import NoPulse, NoServo, to_radians
 from ...numbers import exact
 from ...units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of, unknown_unit
 from ..understanding import Known
+from ..usage import WrongUsage
+
+if TYPE_CHECKING:
+    import argparse
+
+    from ...diagnostics.console import Console
+    from ...rules.case import Case
 
 RULES = (
     Rule(
@@ -152,6 +159,22 @@ def given(robot: Robot, pose: str, joints: Iterable[str], pulses: Iterable[str])
         name, value = split(text, "JOINT=POSITION")
         found[name] = place(robot, name, value)
     return found
+
+
+def asked_for(case: Case, options: argparse.Namespace, console: Console) -> dict[str, Position] | None:
+    """Return the positions that options say (see ``given``), and tell those beyond limits; None with a wrong pulse.
+
+    Raises WrongUsage.
+    """
+    try:
+        state = given(case.robot, options.pose, options.joints, options.pulses)
+    except (NoState, NoServo) as problem:
+        raise WrongUsage(str(problem.args[0])) from None
+    except NoPulse as problem:
+        console.warn(f"rosorin-compile: {problem}")
+        return None
+    console.show([beyond_limit(Known(case.robot, case), found, WARNING) for found in beyond(case.robot, state)])
+    return state
 
 
 def whole(text: str) -> int:

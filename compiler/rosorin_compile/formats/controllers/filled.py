@@ -67,6 +67,13 @@ def filled(robot: Robot, distribution: str) -> list[Filled]:
     return made
 
 
+def distribution_of(robot: Robot, controllers: str) -> str:
+    """Return the distribution, humble or jazzy, that the output ``controllers`` is for; without it, that of another."""
+    said = sorted(robot.outputs, key=lambda one: one.name != controllers)
+    words = (one.options.get("distribution") or one.options.get("control") for one in said)
+    return known_distribution(str(next(filter(None, words), JAZZY)))
+
+
 def managed(output: Output, distribution: str) -> dict[str, Any]:
     """Return the parameters of the controller_manager itself."""
     values = {

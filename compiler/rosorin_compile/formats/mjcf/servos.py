@@ -10,7 +10,7 @@ from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import Joint, Output, Robot
 from ...model.simulated import Attribute
-from ...model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator
+from ...model.simulation import GENERAL, MOTOR, VELOCITY, Actuator
 from ...rules.case import Case
 from ...xml.elements import found_in
 from .unsaid import position_range
@@ -57,7 +57,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
     if actuator.range is not None or joint is None:
         return actuator.range
     gear = actuator.gear[0] if actuator.gear else 1.0
-    if actuator.type == POSITION:
+    if actuator.holds_position:
         ends = position_range(joint)
         return None if ends is None else _ordered(gear * ends[0], gear * ends[1])
     if actuator.type == VELOCITY:

@@ -13,7 +13,6 @@ from ...model.joint import Dynamics
 from ...model.motion import plane_axes
 from ...model.robot import JointPose
 from ...model.simulated import Attribute
-from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of
 from ...numbers import NumberFormat, numbers, vector
 from ...xml.escaping import Markup
@@ -152,7 +151,7 @@ def _control(drive: Drive, pose: JointPose, at: Callable[[Joint], Sequence[float
     """Return what a pose asks of an actuator: a servo of positions is to hold it."""
     if drive.name in pose.controls:
         return pose.controls[drive.name]
-    if drive.actuator.type != POSITION or drive.joint is None or not drive.joint.moves:
+    if not drive.actuator.holds_position or drive.joint is None or not drive.joint.moves:
         return 0.0
     return at(drive.joint)[0] * (drive.actuator.gear[0] if drive.actuator.gear else 1.0)
 

@@ -21,12 +21,11 @@ from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of, listed
 from ...model import Output, Pose, Robot
-from ...model.seen import Data
 from ...project import data_folder
 from ..facts import frame_facts
 from ..format import Fact, Facts, Format, Value
 from ..templating import Templates
-from .data import mesh_names, robot_data, texture_names
+from .data import Data, mesh_names, robot_data, texture_names
 from .images import Side, beside, image_type
 
 RULES = (

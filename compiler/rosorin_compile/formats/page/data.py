@@ -7,17 +7,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 from ...model import Box, Capsule, Cylinder, Ellipsoid, Inertial, Joint, Link, Mesh, Pose, Robot, Sensor, Shape, Sphere
-from ...model.frame_tree import Row, publishers, rows
+from ...model.frame_tree import Row, publishers
 from ...model.joint import MOVING_TYPES
-from ...model.looks import own_colours
 from ...model.robot import JointPose, ServoGroup
-from ...model.seen import Data, numbers, placed, seen_by
+from ...model.seen import numbers, placed, seen_by
 from ...model.shape import Rgba
 from ..drawing.letters import colours
 from ..drawing.situations import Situation, TooMany, situations
 from ..static_tf import describe
+
+Data = dict[str, Any]
 
 _PURPOSES = ("visual", "collision")
 
@@ -32,7 +34,7 @@ def robot_data(robot: Robot) -> Data:
         "sensors": [_sensor(sensor) for sensor in robot.sensors],
         "poses": [_pose(pose) for pose in robot.poses],
         "modes": list(robot.modes),
-        "publishers": dict(colours(publishers(rows(robot)))),
+        "publishers": dict(colours(publishers(robot.frame_tree()))),
         "situations": _situations(robot),
         "collision_only": not robot.has_looks,
         "meshes": {},
@@ -71,7 +73,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
 
 
 def _link(robot: Robot, link: Link) -> Data:
-    made: Data = {"name": link.name, "colour": _hexadecimal(own_colours(robot)[link.name])}
+    made: Data = {"name": link.name, "colour": _hexadecimal(robot.own_colours[link.name])}
     if link.inertial is not None:
         made["inertial"] = _inertial(link.inertial)
     made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
@@ -158,7 +160,7 @@ def _situations(robot: Robot) -> list[Data]:
     try:
         found = situations(robot, {})
     except TooMany:
-        return [{"label": "", "modes": [{}], "edges": [_edge(row) for row in rows(robot)]}]
+        return [{"label": "", "modes": [{}], "edges": [_edge(row) for row in robot.frame_tree()]}]
     return [_situation(one) for one in found]
 
 

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import FORMATS, Rule
-from ...model import SEVERAL_COORDINATES, Box, HeightMap, Joint, Output, Pose, Robot, Shape, Vector
+from ...model import Box, HeightMap, Joint, Output, Pose, Robot, Shape, Vector
 from ...model.geometry import IDENTITY
+from ...model.joint import SEVERAL_COORDINATES
 from ...model.robot import ServoGroup
 from ...rules.case import Case
 from ...startup.remembering import remembered

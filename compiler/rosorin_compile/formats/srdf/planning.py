@@ -9,12 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from ...model import Joint, Output, Robot, Shape
 from ...model.drive import SLIDING
 from ...model.moveit import FIXED, FLOATING, PLANAR, DisabledCollision, Group, Moveit, Pair, VirtualJoint
 from ...model.robot import JointPose, of_robot
 from ..urdf.masses import joints_of, links_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .matrix import Parts
 
 URDF = "urdf"
 ODOM, WORLD = "odom", "world"
@@ -54,6 +60,31 @@ class Planning:
         from .matrix import digest
 
         return digest(self)
+
+    @property
+    def meshes(self) -> list[str]:
+        """The names of the mesh files that collide, each once, sorted."""
+        from .matrix import meshes_of
+
+        return meshes_of(self)
+
+    def digests(self, files: Mapping[str, Path]) -> dict[str, str]:
+        """Return the digests of those of its mesh files that were found and can be read, by name."""
+        from .matrix import digests
+
+        return digests(self.meshes, files)
+
+    def parts(self, meshes: Mapping[str, str]) -> Parts:
+        """Return the digests of what decides on single pairs; ``meshes`` are those of mesh files, by name."""
+        from .matrix import parts
+
+        return parts(self, meshes)
+
+    def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
+        """Return the pairs of its matrix that are the same as then; None for one to be checked."""
+        from .matrix import same_pairs
+
+        return same_pairs(self, now)
 
     @cached_property
     def root(self) -> str:

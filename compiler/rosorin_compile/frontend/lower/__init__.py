@@ -21,7 +21,6 @@ from ...diagnostics.wording import listed
 from ...model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Edge,
     Joint,
     Link,
@@ -32,7 +31,7 @@ from ...model import (
     Sensor,
 )
 from ...model.geometry import pose_of
-from ...model.joint import AXLELESS
+from ...model.joint import AXLELESS, UNPUBLISHED
 from ...model.link import Source
 from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, GazeboSensor, Replicas, Simulated
 from ...model.simulation import NO_SIMULATION

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import NamedTuple
 
-from .. import UNPUBLISHED, Edge, Joint, Pose, Publisher, Robot, Transform
+from .. import Edge, Joint, Pose, Publisher, Robot, Transform
+from ..joint import UNPUBLISHED
 from .quaternions import Positions, at
 
 

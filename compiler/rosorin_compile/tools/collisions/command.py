@@ -6,19 +6,18 @@ import argparse
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import Console, Heading, Progress, Rule, counted, error, listed
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
     Description,
-    Given,
     Holding,
+    Run,
     WrongUsage,
     argument_options,
-    console_of,
     give_result,
-    given_arguments,
     json_option,
     one_robot,
     package_option,
@@ -27,12 +26,12 @@ from rosorin_compile.extending import (
     scalar,
     world,
 )
+from rosorin_compile.model import DisabledCollision
 
-from ...commands.robots import no_stdin, one
-from ...commands.understanding import Known, understood
-from ...formats.srdf.matrix import Parts, digest, digests, meshes_of, parts, same_pairs
-from ...formats.srdf.planning import Planning, ordered, urdf_of
-from ...model.moveit import NEVER, REASONS, DisabledCollision, Pair
+from .planning import Pair, Parts, Planning, ordered, planning_of
+
+if TYPE_CHECKING:
+    from rosorin_compile import Case
 
 RULES = (
     Rule(
@@ -61,27 +60,23 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compute the matrix of a robot, and write it."""
-    given, words = given_arguments(options, options.words)
-    if len(words) > 1:
-        raise WrongUsage(f"the matrix of one robot is computed at a time: {_HOW}")
-    no_stdin(words, "name its file")
-    description = one(words[0] if words else "", _HOW)
-    console = console_of(options)
+    run, description = Run.alone(options, "the matrix of one robot is computed at a time", _HOW, "name its file")
+    console = run.console
     if not options.quiet:
         console.log_progress()
-    known = understood(given, description, console)
-    if known is None:
+    case = run.understood(description)
+    if case is None:
         return PROBLEMS
-    urdf = urdf_of(known.robot)
-    if urdf is None:
-        return _refused(console, f"{known.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
+    planning = planning_of(case.robot)
+    if planning is None:
+        return _refused(console, f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
     path = Path(options.output) if options.output else description.path.parent / FILE
     if world.stands(path) and world.kind(path) != world.FILE:
         raise WrongUsage(f"{path} cannot be written: it is no regular file")
     if not _is_ours(path):
         help = "name another file with -o, or remove it"
         return _refused(console, f"{path} is there, and rosorin-compile has not written it", help)
-    return _compute(options, console, Planning(known.robot, urdf), known, description, given, path)
+    return _compute(run, planning, case, description, path)
 
 
 def _refused(console: Console, message: str, help: str) -> int:
@@ -97,32 +92,23 @@ def _is_ours(path: Path) -> bool:
         return True  # it is not there, or writing says why not
 
 
-def _compute(
-    options: argparse.Namespace,
-    console: Console,
-    planning: Planning,
-    known: Known,
-    description: Description,
-    given: Given,
-    path: Path,
-) -> int:
+def _compute(run: Run, planning: Planning, case: Case, description: Description, path: Path) -> int:
     from rosorin_compile.extending import Places
 
-    from ...formats.mesh_files import files_of
-
+    options, console = run.options, run.console
     files: Mapping[str, Path] = {}
-    if meshes_of(planning):
-        places = Places(description.path, description.outputs, given.packages, world.environment())
-        files = files_of(known.case.tree, known.robot.outputs, places)
-    meshes, matrix, of = digests(meshes_of(planning), files), planning.said.matrix, digest(planning)
+    if planning.meshes:
+        places = Places(description.path, description.outputs, run.given.packages, world.environment())
+        files = places.meshes(case.tree, case.robot.outputs)
+    meshes, matrix, of = planning.digests(files), planning.said.matrix, planning.digest
     if matrix is not None and matrix.of == of and dict(matrix.meshes) == meshes and not options.force:
         console.say(f"{planning.robot.name}: the collision matrix is that of {planning.urdf.file}; --force computes it")
         give_result(options, {"robot": planning.robot.name, "file": str(path), "written": False}, str)
         return FINE
     _need()
-    now = parts(planning, meshes)
-    same = {} if options.force else same_pairs(planning, now)
-    pairs, tried = _searched(console, planning, known, files, same)
+    now = planning.parts(meshes)
+    same = {} if options.force else planning.same_pairs(now)
+    pairs, tried = _searched(console, planning, case, files, same)
     if pairs is None:
         return PROBLEMS
     if same:
@@ -147,7 +133,7 @@ def _need() -> None:
 def _searched(
     console: Console,
     planning: Planning,
-    known: Known,
+    case: Case,
     files: Mapping[str, Path],
     same: Mapping[Pair, DisabledCollision | None],
 ) -> tuple[list[DisabledCollision] | None, int]:
@@ -155,9 +141,9 @@ def _searched(
     from ..physics.files import Meshes, named_meshes
     from .search import Search
 
-    meshes = Meshes(known.case, files)
-    for named in named_meshes(known.case):
-        if named.purpose == "collision" and named.mesh.file in meshes_of(planning):
+    meshes, colliding = Meshes(case, files), planning.meshes
+    for named in named_meshes(case):
+        if named.purpose == "collision" and named.mesh.file in colliding:
             meshes.read(named)
     if meshes.told:
         console.show(meshes.told)
@@ -168,7 +154,11 @@ def _searched(
     if search.by_hulls:
         names = listed([" and ".join(pair) for pair in sorted(search.by_hulls)], 3)
         console.say(f"checked all the same: {names}, whose hulls touch, and not the meshes")
-    wrong = [one.links for one in planning.said.disabled if one.reason == NEVER and ordered(one.links) in search.hit]
+    wrong = [
+        one.links
+        for one in planning.said.disabled
+        if one.reason == DisabledCollision.NEVER and ordered(one.links) in search.hit
+    ]
     if wrong:
         names = listed([" and ".join(pair) for pair in wrong], 3)
         console.warn(f"disabled_collisions says Never of {names}, which do collide")
@@ -224,7 +214,7 @@ def _write(
         return PROBLEMS
     every = len(planning.solids) * (len(planning.solids) - 1) // 2
     counts = Counter(pair.reason for pair in pairs)
-    reasons = listed(f"{counts[reason]} {reason}" for reason in REASONS if counts[reason]) or "none"
+    reasons = listed(f"{counts[reason]} {reason}" for reason in DisabledCollision.REASONS if counts[reason]) or "none"
     console.say(f"{path}: {counted(every, 'pair')} of links, need no check: {reasons}; {every - len(pairs)} to check")
     console.say(f"tried: {counted(tried, 'random state')}, seed {planning.said.search.seed}")
     if description.path != description.ON_STDIN and planning.said.matrix is None:

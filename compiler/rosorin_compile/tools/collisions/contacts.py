@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Transform
 
-from ...formats.srdf.planning import Planning, ordered
-from ...model.moveit import Pair
 from ..physics.scene import Overlap, Scene, solids_of
+from .planning import Pair, Planning, ordered
 
 if TYPE_CHECKING:
     import numpy as np

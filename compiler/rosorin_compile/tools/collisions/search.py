@@ -27,12 +27,11 @@ from typing import Any
 
 from rosorin_compile.diagnostics import Progress
 from rosorin_compile.extending import world
-from rosorin_compile.model import Joint
+from rosorin_compile.model import DisabledCollision, Joint
 
-from ...formats.srdf.planning import Planning, ordered
-from ...model.moveit import ADJACENT, ALWAYS, DEFAULT, NEVER, DisabledCollision, Pair
 from ..physics.files import Meshes
 from .contacts import FAR, TOUCH, Contacts
+from .planning import Pair, Planning, ordered
 
 ROUND = 200
 _MOST_ROUNDS = 50
@@ -75,15 +74,15 @@ class Search:
         links = sorted(self.planning.solids)
         pairs = list(combinations(links, 2))
         for pair in adjacent(self.planning):
-            self.found[pair] = DisabledCollision(pair, ADJACENT)
+            self.found[pair] = DisabledCollision(pair, DisabledCollision.ADJACENT)
         for pair, one in self.same.items():
-            if pair not in self.found and (one is None or one.reason != ADJACENT):
+            if pair not in self.found and (one is None or one.reason != DisabledCollision.ADJACENT):
                 self.found |= {} if one is None else {pair: one}
                 self.hit |= {pair} if one is None else set()
         start = default_state(self.planning)
         for pair, far in self.contacts.touching(start).items():
             if pair not in self.found and pair not in self.hit and self._is_real(pair, [start]):
-                self.found[pair] = DisabledCollision(pair, DEFAULT, _rounded(far))
+                self.found[pair] = DisabledCollision(pair, DisabledCollision.DEFAULT, _rounded(far))
         kept = {*self.found, *self.hit}
         rigid = [pair for pair in pairs if pair not in kept and not self.between(pair)]
         self._measure(rigid, start)
@@ -125,8 +124,8 @@ class Search:
 
     def _far(self, pair: Pair, nearest: float) -> DisabledCollision:
         if nearest >= FAR:
-            return DisabledCollision(pair, NEVER, beyond=FAR)
-        return DisabledCollision(pair, NEVER, _rounded(nearest))
+            return DisabledCollision(pair, DisabledCollision.NEVER, beyond=FAR)
+        return DisabledCollision(pair, DisabledCollision.NEVER, _rounded(nearest))
 
     def _rounds(self) -> None:
         """Find the pairs that are in collision in nearly every state."""
@@ -144,7 +143,7 @@ class Search:
             always = [pair for pair, states in hits.items() if len(states) > most and pair not in self.by_hulls]
             always = [pair for pair in always if self._is_real(pair, hits[pair][:_ASKED])]
             for pair in always:
-                self.found[pair] = DisabledCollision(pair, ALWAYS, _rounded(deepest[pair]))
+                self.found[pair] = DisabledCollision(pair, DisabledCollision.ALWAYS, _rounded(deepest[pair]))
             if not always:
                 return
 

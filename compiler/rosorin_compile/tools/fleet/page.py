@@ -54,7 +54,7 @@ def write(fleet: Fleet, diagnostics: Sequence[Diagnostic], options: argparse.Nam
         write_file(
             file,
             text.encode(errors="replace"),
-            [fleet.file.path, *shown.understood.expanded.files, *shown.meshes.values()],
+            [fleet.file.path, *shown.files, *shown.meshes.values()],
         )
     except OutputError as problem:
         raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.diagnostics import NOTE, Diagnostic, Heading, Rule, error, listed
 from rosorin_compile.model import Robot
 
-from ...formats.distributions import HUMBLE, JAZZY, known
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
@@ -64,6 +63,7 @@ _ACTIONS = {
     "effort_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
     "parallel_gripper_action_controller/GripperActionController": ("ParallelGripperCommand", "gripper_cmd"),
 }
+_HUMBLE = "humble"
 _OF_ONE_AXIS = ("revolute", "continuous", "prismatic")  # of others MoveIt limits each axis by a name of its own
 _STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
@@ -143,7 +143,7 @@ class Bringup(NamedTuple):
 
     def remarks(self) -> list[Diagnostic]:
         """Return what is to be said of what is made."""
-        planning = self._planning() if MOVEIT in self.starts else None
+        planning = planning_of(self.robot) if MOVEIT in self.starts else None
         names = [one.name for one in self._limits(planning) if one.acceleration is not None] if planning else []
         if not names:
             return []
@@ -153,10 +153,9 @@ class Bringup(NamedTuple):
         return [Diagnostic("package-acceleration", NOTE, message, help=help)]
 
     def _distribution(self) -> str:
-        """Return the distribution of the controllers; without those, the one that another output is for."""
-        said = sorted(self.robot.outputs, key=lambda one: one.name != self.outputs.get(_CONTROLLERS))
-        words = (one.options.get("distribution") or one.options.get(CONTROL) for one in said)
-        return known(str(next(filter(None, words), JAZZY)))
+        from ...formats.controllers.filled import distribution_of
+
+        return distribution_of(self.robot, self.outputs.get(_CONTROLLERS, ""))
 
     def _namespace(self) -> str:
         """Return the namespace of the controllers that are started, empty for none."""
@@ -182,7 +181,7 @@ class Bringup(NamedTuple):
             for driver in drives:
                 found.setdefault(driver.name, []).append((driver.command, COMMAND))
         return {
-            "humble": self._distribution() == HUMBLE,
+            "humble": self._distribution() == _HUMBLE,
             "drives": bool(drives),
             "spawned": [
                 Spawned(one.controller.name, tuple(found.get(one.controller.name, ())), one.controller.inactive)
@@ -210,7 +209,7 @@ class Bringup(NamedTuple):
         return {"slam": str(SLAM in kinds and AMCL not in kinds), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
-        planning = self._planning()
+        planning = planning_of(self.robot)
         if planning is None:  # then there is no SRDF either
             return {"solved": [], "limited": [], "moved": []}
         return {
@@ -219,18 +218,12 @@ class Bringup(NamedTuple):
             "moved": list(self._moved(planning)),
         }
 
-    def _planning(self) -> Planning | None:
-        from ...formats.srdf.planning import Planning, urdf_of
-
-        urdf = urdf_of(self.robot)
-        return Planning(self.robot, urdf) if urdf is not None else None
-
     def _limits(self, planning: Planning) -> Iterator[Limited]:
         """Yield the limits of the joints that groups move, where there are any.
 
         Each has one of acceleration: else MoveIt plans nothing, but for that of Humble, which has a default.
         """
-        acceleration = None if self._distribution() == HUMBLE else _STAND_IN
+        acceleration = None if self._distribution() == _HUMBLE else _STAND_IN
         names = {name for group in planning.groups.values() for name in planning.active(group)}
         for name, joint in planning.joints.items():
             if name in names and joint.type in _OF_ONE_AXIS:
@@ -298,10 +291,15 @@ def _missing(word: str, outputs: Mapping[str, str]) -> str:
     return "" if outputs.keys() & {_NAV2, _EKF} else "their parameters"
 
 
+def planning_of(robot: Robot) -> Planning | None:
+    """Return a robot as MoveIt has it; None if it has no URDF that an SRDF could belong to."""
+    from ...formats.srdf import planning
+
+    return planning.planning_of(robot)
+
+
 def _urdf_of_moveit(robot: Robot, placed: Mapping[str, Artifact]) -> str:
     """Return the place of the URDF that the SRDF belongs to."""
-    from ...formats.srdf.planning import urdf_of
-
-    urdf = urdf_of(robot)
-    found = (place for place, one in placed.items() if urdf is not None and one.output == urdf.name)
+    planning = planning_of(robot)
+    found = (place for place, one in placed.items() if planning is not None and one.output == planning.urdf.name)
     return next(found, "")

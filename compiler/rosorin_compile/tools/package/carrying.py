@@ -228,13 +228,12 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
     It has to say the same to the byte, and to read nothing outside.
     """
     from rosorin_compile.diagnostics import has_errors
-    from rosorin_compile.extending import compile_one
 
     packages = compiled.packages
     packages |= {**given.packages, package: there}
     alike = given._replace(packages=packages, trust=True)
     copy = Description(package, there / carried.description, there / Description.OUTPUTS)
-    again = compile_one(alike, copy, Console("json"), meshes=True, wanted=(carried.urdf,))
+    again = alike.compile(copy, Console("json"), meshes=True, wanted=(carried.urdf,))
     wrong = [one for one in again.diagnostics if one.severity == "error"]
     if has_errors(again.diagnostics):
         message = f"the description does not compile from the package: {wrong[0].message}"

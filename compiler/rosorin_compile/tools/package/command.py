@@ -12,17 +12,16 @@ from rosorin_compile.diagnostics import Console
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
+    Run,
     WrongUsage,
     argument_options,
     format_options,
     give_result,
-    given_arguments,
     one_robot,
     package_option,
     place,
 )
 
-from ...commands.compiling import compiled_one
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
@@ -83,7 +82,10 @@ def run(options: argparse.Namespace) -> int:
     """Compile a robot and write its package."""
     from rosorin_compile.extending import OutputError, holding
 
-    console, description, compiled = compiled_one(options, "a package is for one robot", _HOW)
+    run, description = Run.alone(options, "a package is for one robot", _HOW, "name a file")
+    console = run.console
+    console.begin(description.name)
+    compiled = run.compiled(description)
     code = PROBLEMS
     if compiled is not None and compiled.robot is not None:
         robot = compiled.robot
@@ -91,8 +93,7 @@ def run(options: argparse.Namespace) -> int:
             with holding(Path(options.output)) as held:
                 console.show(held.finished.told())
                 asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
-                given = given_arguments(options, options.words)[0]
-                code = _write(options, console, asked, compiled, given, description, Path(options.output), held)
+                code = _write(options, console, asked, compiled, run.given, description, Path(options.output), held)
         except OutputError as problem:
             console.show([problem.diagnostic])
     console.finish()

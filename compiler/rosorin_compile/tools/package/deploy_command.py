@@ -11,6 +11,7 @@ from rosorin_compile.diagnostics import Console, Heading, Rule
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
+    Run,
     WrongUsage,
     argument_options,
     format_options,
@@ -21,8 +22,6 @@ from rosorin_compile.extending import (
     place,
     world,
 )
-
-from ...commands.compiling import compiled_one
 
 if TYPE_CHECKING:
     from rosorin_compile import Artifact
@@ -78,7 +77,10 @@ def run(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     if world.kind(folder) != world.FOLDER:
         raise WrongUsage(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
-    console, _, compiled = compiled_one(options, "one robot is deployed at a time", _HOW)
+    run, description = Run.alone(options, "one robot is deployed at a time", _HOW, "name a file")
+    console = run.console
+    console.begin(description.name)
+    compiled = run.compiled(description)
     code = PROBLEMS
     if compiled is not None and compiled.robot is not None:
         try:

@@ -20,7 +20,6 @@ from rosorin_compile.extending import Document, StaticTransform
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Joint,
     Pose,
     Publisher,
@@ -169,8 +168,9 @@ def _owned(owners: Sequence[Publisher], static: Understood, span: Span) -> Diagn
 
 
 def _named(owner: Publisher) -> str:
-    urdf = f"{owner.name}, from the URDF"
-    return {ROBOT_STATE_PUBLISHER: urdf, UNPUBLISHED: "nobody"}.get(owner.kind, owner.name)
+    if not owner.publishes:
+        return "nobody"
+    return f"{owner.name}, from the URDF" if owner.kind == ROBOT_STATE_PUBLISHER else owner.name
 
 
 def _compared(joint: Joint, static: Understood, span: Span) -> Iterator[Diagnostic]:

@@ -26,6 +26,7 @@ COMMANDS = (
         order=20,
     ),
 )
+SERVICES = {"planning of MoveIt": "bringup:planning_of"}
 CHECKS = (
     Check(
         name="deployed",

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rosorin_compile import Case
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Related, Rule, error
 from rosorin_compile.extending import Path
-from rosorin_compile.model import UNPUBLISHED, Publisher
+from rosorin_compile.model import Publisher
 
 from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic
@@ -165,12 +165,12 @@ def declared(case: Case) -> list[Declared]:
     """Return the transforms of the description that somebody publishes, joints first."""
     found = []
     for joint in case.robot.joints:
-        if joint.publisher.kind != UNPUBLISHED:
+        if joint.publisher.publishes:
             who = f'{joint.publisher.name} (joint "{joint.name}")'
             path = case.end(joint, "child")
             found.append(Declared(joint.parent, joint.child, joint.publisher, path, "", who))
     for index, edge in enumerate(case.robot.edges):
-        if edge.publisher.kind != UNPUBLISHED:
+        if edge.publisher.publishes:
             path = case.edge(index, "child")
             found.append(Declared(edge.parent, edge.child, edge.publisher, path, edge.when, edge.publisher.name))
     return found

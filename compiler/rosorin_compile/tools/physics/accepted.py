@@ -1,7 +1,7 @@
 """What a description accepts of the findings about its physics: by the rule, and by the names of links and joints.
 
 A note that sums up many pairs or joints is made of those that nobody accepts by name; each of the others goes with it
-as a diagnostic of its own, which ``settle`` takes.
+as a diagnostic of its own, which ``Case.settled`` takes.
 """
 
 from __future__ import annotations
@@ -12,15 +12,7 @@ from typing import TypeVar
 from rosorin_compile import Case
 from rosorin_compile.diagnostics import NOTE, Diagnostic
 
-from ...frontend.accepting import accepted, settled, unused
-from ...rules import acceptable
-
 Member = TypeVar("Member")
-
-
-def is_accepted(case: Case, found: Diagnostic) -> bool:
-    """Say whether the description accepts a finding."""
-    return accepted(case.tree, found, acceptable())
 
 
 def apart(
@@ -31,17 +23,8 @@ def apart(
     left: list[Member] = []
     for member in members:
         found = Diagnostic(rule, NOTE, "", of=tuple(names(member)))
-        if is_accepted(case, found):
+        if case.accepts(found):
             taken.append(found)
         else:
             left.append(member)
     return taken, left
-
-
-def settle(case: Case, found: Iterable[Diagnostic], asked: str = "physics") -> list[Diagnostic]:
-    """Return the findings without those that are accepted, and a warning for each entry that accepts nothing.
-
-    ``asked`` is what the run asked for (``Rule.asked``).
-    """
-    left = settled(case.tree, found, acceptable())
-    return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), (asked,))]

@@ -11,10 +11,8 @@ from rosorin_compile import Case
 from rosorin_compile.diagnostics import Diagnostic, Progress, arrange, counted, listed
 from rosorin_compile.extending import Description, Places, world
 
-from ...formats.mesh_files import files_of
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
-from .accepted import settle
 from .files import Meshes, named_meshes
 from .overlaps import ZERO, State
 from .scene import Scene
@@ -59,7 +57,7 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
         Progress.step("checking the physics", done, total)
 
     places = Places(description.path, description.outputs, packages, world.environment())
-    meshes = Meshes(case, files_of(case.tree, case.robot.outputs, places))
+    meshes = Meshes(case, places.meshes(case.tree, case.robot.outputs))
     for one in named:
         meshes.read(one)
         tick()
@@ -75,7 +73,7 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
     at = [counted(len(poses) - 1, "pose"), "zero"]
     at += [f"the ranges of {counted(len(joints), 'joint')}"] if joints else []
     at += [counted(len({one.mesh.file for one in named}), "mesh")] if named else []
-    return Looked(arrange(settle(case, found)), listed(at if len(poses) > 1 else at[1:]))
+    return Looked(arrange(case.settled(found, "physics")), listed(at if len(poses) > 1 else at[1:]))
 
 
 def _legal(scene: Scene) -> State:

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Case
-from rosorin_compile.diagnostics import WARNING, Diagnostic
-from rosorin_compile.extending import ExtractProblem, load_mesh
-from rosorin_compile.model import Mesh, Shape, Vector
+from rosorin_compile.diagnostics import Diagnostic
+from rosorin_compile.extending import TriangleMesh
+from rosorin_compile.model import Mesh, Shape
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,11 +34,10 @@ class Hull(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """A mesh that was read: ``triangles`` (n, 3, 3) in metres, times its scale; ``colours`` as in ``load_mesh``."""
+    """A mesh that was read: ``triangles`` (n, 3, 3) in metres, times its scale."""
 
     file: str
     triangles: Floats
-    colours: tuple[tuple[int, Vector | None], ...] = ()
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
@@ -126,13 +125,9 @@ def named_meshes(case: Case) -> Iterator[Named]:
 
 
 class Meshes:
-    """Reads the meshes of a robot, whose ``files`` were found by their names in the description.
+    """Reads the meshes of a robot, whose ``files`` were found by their names in the description."""
 
-    ``coloured``: with the colours that they have themselves.
-    """
-
-    def __init__(self, case: Case, files: Mapping[str, Path], coloured: bool = False) -> None:
-        self.coloured = coloured
+    def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
         self.case = case
         self.files = files
         self.told: list[Diagnostic] = []
@@ -149,16 +144,8 @@ class Meshes:
         return self._known[named.mesh]
 
     def _read(self, named: Named) -> Loaded | None:
-        path = (*self.case.link(named.link), named.purpose, named.number, "mesh", "file")
-        file = self.files.get(named.mesh.file)
-        help = "its shape is left out here; a package is named by --package NAME=PATH"
-        if file is None:
-            message = f'the mesh {named.mesh.file} of link "{named.link}" is not found'
-        else:
-            try:
-                loaded = load_mesh(file, named.mesh.scale, self.coloured)
-                return Loaded(named.mesh.file, loaded.triangles, loaded.colours)
-            except ExtractProblem as problem:
-                message, help = problem.diagnostic.message, "its shape is left out here"
-        self.told.append(self.case.problem("mesh-unreadable", message, path, help, severity=WARNING))
-        return None
+        found = TriangleMesh.of_shape(self.case, (named.link, named.purpose, named.number), self.files)
+        if isinstance(found, Diagnostic):
+            self.told.append(found)
+            return None
+        return Loaded(named.mesh.file, found.triangles)

@@ -14,8 +14,6 @@ from rosorin_compile import Case
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, first_of
 from rosorin_compile.model import Inertial, Link, Mesh, Robot, Shape
 
-from ...model.mass import principal_moments, volume_of
-from ...rules.case import number
 from .accepted import apart
 from .files import PURPOSES, Meshes, Named, named_meshes
 from .overlaps import at_most
@@ -118,9 +116,7 @@ def _sizes(case: Case, meshes: Meshes, one: Named, named: Sequence[Named]) -> It
     path = case.link(one.link, one.purpose, one.number, "mesh", "scale" if one.mesh.scale != (1, 1, 1) else "file")
     rest = _rest(case.robot, meshes, one, named)
     longest = loaded.longest
-    what = (
-        f'the mesh {one.mesh.file.rpartition("/")[2]} of link "{one.link}" is {number(float(f"{longest:.3g}"))} m long'
-    )
+    what = f'the mesh {one.mesh.file.rpartition("/")[2]} of link "{one.link}" is {float(f"{longest:.3g}"):.6g} m long'
     if longest > LONGEST_PART or (rest > SHORTEST_PART and longest > TIMES * rest):
         than = f", {longest / rest:,.4g} times as long as all else in the robot" if longest > TIMES * rest > 0 else ""
         message, help = f"{what}{than}: that looks like millimetres", "scale: [0.001, 0.001, 0.001]"
@@ -186,7 +182,7 @@ def _volume(meshes: Meshes, links: Iterable[Link], purpose: str) -> float:
             loaded = meshes.of(shape.geometry)
             total += loaded.hull.volume if loaded and loaded.hull else 0.0
         else:
-            total += volume_of(shape.geometry)
+            total += shape.volume
     return total
 
 
@@ -194,8 +190,8 @@ def _mass(case: Case, link: Link, mass: float, volume: float) -> Diagnostic:
     density = mass / volume
     than = "no material is as heavy" if density > HEAVIEST else "less than air"
     message = (
-        f'link "{link.name}" weighs {number(mass)} kg, and the hull of its shapes has'
-        f" {number(float(f'{1000 * volume:.3g}'))} litres: that is {density:,.3g} kg/m^3, {than}"
+        f'link "{link.name}" weighs {mass:.6g} kg, and the hull of its shapes has'
+        f" {float(f'{1000 * volume:.3g}'):.6g} litres: that is {density:,.3g} kg/m^3, {than}"
     )
     help = "check the unit of the mass (grams?) and the scale of the mesh (millimetres?)"
     made = case.problem("mesh-mass", message, case.link(link.name, "inertial", "mass"), help, severity=WARNING)
@@ -236,7 +232,7 @@ def _centre(case: Case, link: Link, inertial: Inertial, points: Floats) -> Itera
 def _moments(case: Case, meshes: Meshes, link: Link, inertial: Inertial, points: Floats) -> Iterator[Diagnostic]:
     import numpy as np
 
-    largest = principal_moments(inertial)[2]
+    largest = inertial.principal_moments[2]
     if largest <= 0:
         return
     reach = float(np.linalg.norm(points - np.array(inertial.pose.xyz), axis=1).max())
@@ -247,14 +243,14 @@ def _moments(case: Case, meshes: Meshes, link: Link, inertial: Inertial, points:
     own = max((_even(one.corners) for one in hull if one), default=0.0) * inertial.mass
     if gyration > FAR_INERTIA * reach:
         message = (
-            f'the inertia of link "{link.name}" is too large: {number(inertial.mass)} kg would sit'
-            f" {number(float(f'{gyration:.3g}'))} m away from the centre of mass, and its shapes reach"
-            f" {number(float(f'{reach:.3g}'))} m"
+            f'the inertia of link "{link.name}" is too large: {inertial.mass:.6g} kg would sit'
+            f" {float(f'{gyration:.3g}'):.6g} m away from the centre of mass, and its shapes reach"
+            f" {float(f'{reach:.3g}'):.6g} m"
         )
     elif own and largest < SMALL_INERTIA * own:
         message = (
-            f'the inertia of link "{link.name}" is too small: its largest moment is {number(largest)} kg*m^2, and'
-            f" {number(inertial.mass)} kg in the hull of its mesh have {number(float(f'{own:.3g}'))} kg*m^2"
+            f'the inertia of link "{link.name}" is too small: its largest moment is {largest:.6g} kg*m^2, and'
+            f" {inertial.mass:.6g} kg in the hull of its mesh have {float(f'{own:.3g}'):.6g} kg*m^2"
         )
     else:
         return

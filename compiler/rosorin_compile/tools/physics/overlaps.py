@@ -27,8 +27,7 @@ from rosorin_compile.diagnostics import (
 from rosorin_compile.extending import Path
 from rosorin_compile.model import Joint, Mesh
 
-from ...frontend.tree import at
-from .accepted import apart, is_accepted
+from .accepted import apart
 from .scene import Overlap, Pair, Scene, Solid
 
 RULES = (
@@ -266,7 +265,7 @@ def at_most(case: Case, found: Sequence[Diagnostic], others: str = "of this kind
 
     Those that the description accepts do not count.
     """
-    taken = [one for one in found if is_accepted(case, one)]
+    taken = [one for one in found if case.accepts(one)]
     found = [one for one in found if one not in taken]
     if len(found) <= MOST_TOLD:
         return [*found, *taken]
@@ -302,7 +301,7 @@ def shape_word(case: Case, solid: Solid) -> str:
 def stands_in(case: Case, path: Path) -> bool:
     """Say whether what is written at a path, or what holds it, is a stand-in; the nearest source says it."""
     for depth in range(len(path), 1, -1):
-        source: Any = at(case.tree, (*path[:depth], "source"))
+        source: Any = case.tree.at((*path[:depth], "source"))
         if source:
             return bool(source.get("status") == "stand_in")
     return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rosorin_compile import Check
 
+SERVICES = {"links inside each other": "touching:Touching"}
 CHECKS = (
     Check(
         name="physics",

@@ -14,8 +14,6 @@ from rosorin_compile import Case, Templates
 from rosorin_compile.diagnostics import ERROR, WARNING, Diagnostic, Heading, Rule
 from rosorin_compile.model import Joint, Robot
 
-from ...model.simulation import POSITION
-from ...rules.case import number
 from ..simulate.moved import first_to_go, moved
 from ..simulate.world import FIXED, Refused, joint_of, moving, quiet, set_joints, simulated, without_meshes
 from .overlaps import ZERO, State
@@ -121,7 +119,7 @@ def _judged(case: Case, state: State, ended: _Ended) -> Iterator[Diagnostic]:
     where = f'in pose "{state.name}"' if state.name != ZERO else "at zero"
     help = "look for parts that start inside each other, for masses and inertias far too small, for gains far too large"
     if ended.broken is not None:
-        message = f"left to itself {where}, the robot leaves the numbers after {number(ended.broken)} s in MuJoCo"
+        message = f"left to itself {where}, the robot leaves the numbers after {ended.broken:.6g} s in MuJoCo"
         message += first_to_go(case.robot, ended.first)
         yield case.problem("explodes-at-rest", message, ("robot",), help, severity=ERROR)._replace(of=())
         return
@@ -143,7 +141,7 @@ def _placed(case: Case, state: State, where: str, joint: Joint, ended: _Ended) -
     """Yield a warning about a joint that is not where it was left."""
     begun, now = state.positions.get(joint.name, 0.0), ended.positions[joint.name]
     limit, unit = joint.limit, _unit(joint)
-    moved = f"from {number(round(begun, 3))} to {number(round(now, 3))} {unit} within a second in MuJoCo"
+    moved = f"from {round(begun, 3):.6g} to {round(now, 3):.6g} {unit} within a second in MuJoCo"
     if joint.type != "continuous" and limit is not None and limit.lower is not None and limit.upper is not None:
         started_inside = limit.lower - BEYOND <= begun <= limit.upper + BEYOND
         if started_inside and not limit.lower - BEYOND <= now <= limit.upper + BEYOND:
@@ -154,7 +152,7 @@ def _placed(case: Case, state: State, where: str, joint: Joint, ended: _Ended) -
             return
     if (
         joint.actuator is None
-        or joint.actuator.type != POSITION
+        or not joint.actuator.holds_position
         or abs(now - begun) <= (SUNK_SLIDE if joint.type == "prismatic" else SUNK)
     ):
         return
@@ -162,10 +160,10 @@ def _placed(case: Case, state: State, where: str, joint: Joint, ended: _Ended) -
     if (now - begun) * load > 0:
         return  # pushed by a part that it started in, which is told
     force = "N" if joint.type == "prismatic" else "N*m"
-    effort = f" and an effort of {number(limit.effort)} {force}" if limit and limit.effort else ""
+    effort = f" and an effort of {limit.effort:.6g} {force}" if limit and limit.effort else ""
     message = (
         f'left to itself {where}, joint "{joint.name}" sinks {moved}: it carries'
-        f" {abs(load):.3g} {force}, held by kp {number(joint.actuator.kp or 0.0)}{effort}"
+        f" {abs(load):.3g} {force}, held by kp {joint.actuator.kp or 0.0:.6g}{effort}"
     )
     help = "check the mass that it carries, kp of its actuator, and its effort"
     yield case.problem("sinks-at-rest", message, case.joint(joint, "actuator"), help, severity=WARNING, key=True)

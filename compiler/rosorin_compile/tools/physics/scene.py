@@ -27,7 +27,6 @@ from rosorin_compile.model import (
     Transform,
 )
 
-from ...model.mass import volume_of
 from .files import Hull, Loaded, Meshes
 
 if TYPE_CHECKING:
@@ -65,7 +64,7 @@ class Solid(NamedTuple):
     @property
     def volume(self) -> float:
         """The volume in m^3, of a mesh that of its hull."""
-        return self.hull.volume if self.hull else volume_of(self.shape.geometry)
+        return self.hull.volume if self.hull else self.shape.volume
 
 
 class Overlap(NamedTuple):

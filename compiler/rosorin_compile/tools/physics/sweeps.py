@@ -17,7 +17,6 @@ from rosorin_compile import Case
 from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, and_more, counted
 from rosorin_compile.model import Joint, Robot
 
-from ...rules.case import number
 from .accepted import apart
 from .overlaps import CORNER, ZERO, State, at_most, shape_path, shape_word
 from .scene import Overlap, Pair, Scene
@@ -260,8 +259,8 @@ def _others(case: Case, meetings: Sequence[Meeting]) -> list[Diagnostic]:
 
 def _position(joint: Joint, position: float) -> str:
     if joint.type == "prismatic":
-        return f"{number(float(f'{position:.3g}'))} m"
-    return f"{number(round(position, 2))} rad ({math.degrees(position):.0f} deg)"
+        return f"{float(f'{position:.3g}'):.6g} m"
+    return f"{round(position, 2):.6g} rad ({math.degrees(position):.0f} deg)"
 
 
 def _start(state: State) -> str:

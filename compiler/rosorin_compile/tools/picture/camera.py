@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import Vector
 
-from ...model.geometry import minus, plus, unit
-
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -84,12 +82,19 @@ def fitted(box: Box, direction: Vector, width: int, height: int) -> Camera:
     narrow = min(1.0, width / height)
     distance = ROOM * radius / math.sin(FIELD / 2) / narrow
     towards = unit(direction)
-    eye = plus(box.centre, (towards[0] * distance, towards[1] * distance, towards[2] * distance))
-    ahead = unit(minus(box.centre, eye))
+    (x, y, z), (a, b, c) = box.centre, towards
+    eye = (x + a * distance, y + b * distance, z + c * distance)
+    ahead = unit((x - eye[0], y - eye[1], z - eye[2]))
     up: Vector = (0.0, 0.0, 1.0) if math.hypot(*ahead[:2]) > 1e-9 else (1.0, 0.0, 0.0)
     right = unit(cross(ahead, up))
     down = cross(ahead, right)
     return Camera(eye, right, down, ahead, height / 2 / math.tan(FIELD / 2), width, height)
+
+
+def unit(vector: Vector) -> Vector:
+    """Return a direction at length 1."""
+    length = math.hypot(*vector)
+    return (vector[0] / length, vector[1] / length, vector[2] / length)
 
 
 def cross(a: Vector, b: Vector) -> Vector:

@@ -9,16 +9,15 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.diagnostics import WARNING, Console, Progress, error, pip_install
+from rosorin_compile.diagnostics import Console, Progress, error, pip_install
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
     Quantity,
+    Run,
     WrongUsage,
     argument_options,
-    console_of,
     give_result,
-    given_arguments,
     json_option,
     mode_option,
     mode_states,
@@ -28,12 +27,10 @@ from rosorin_compile.extending import (
     quiet_option,
     world,
 )
-
-from ...commands.robots import one
-from ...commands.understanding import Known
+from rosorin_compile.model import Mesh
 
 if TYPE_CHECKING:
-    from rosorin_compile.model import Mesh, Robot, Transform, Vector
+    from rosorin_compile.model import Robot, Transform, Vector
 
     from ..view.showing import Shown
     from .camera import Box, Camera
@@ -112,18 +109,15 @@ def run(options: argparse.Namespace) -> int:
 
     from ..view.showing import look
 
-    given, words = given_arguments(options, options.words)
-    value = next((word for word in words if "=" in word), None)
+    value = next((word for word in options.words if "=" in word and ":=" not in word), None)
     if value is not None:
         raise WrongUsage(f"write --joint {value} for a position, --pulse {value} for a pulse")
-    if len(words) > 1:
-        raise WrongUsage(f"a picture shows one robot: {_HOW}")
     target, size, direction = Path(options.output), _size(options.size), _direction(options.view)
     _check(target, options.force)
-    console = console_of(options)
-    description = one(words[0] if words else "", _HOW)
+    run, description = Run.alone(options, "a picture shows one robot", _HOW)
+    console = run.console
     try:
-        looked = look(given, description, console)
+        looked = look(run.given, description, console)
     except LoadError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
@@ -135,33 +129,23 @@ def run(options: argparse.Namespace) -> int:
     visual = robot.has_looks
     collision = options.collision or not visual
     asked = Asked(visual, collision, _frames(robot, options), direction, *size, options.transparent, options.theme)
-    return _draw(looked.shown, asked, options, target, looked.files, console)
+    return _draw(run, looked.shown, asked, target, looked.files)
 
 
-def _draw(
-    shown: Shown, asked: Asked, options: argparse.Namespace, target: Path, inputs: Sequence[Path], console: Console
-) -> int:
+def _draw(run: Run, shown: Shown, asked: Asked, target: Path, inputs: Sequence[Path]) -> int:
     """Draw a robot and write the picture."""
     from rosorin_compile.extending import Holding, OutputError, write_file
 
-    from ...commands.transforms.states import NoState, beyond, beyond_limit, given
-    from ...model.pulses import NoPulse, NoServo
-
+    options, console = run.options, run.console
     lacking = _lacking(shown.robot)
     if lacking:
         help = f"{pip_install('view')} brings what draws pictures"
         message = f"a picture{lacking[1]} needs the package {lacking[0]}, which is not installed"
         console.show([error("extra-missing", message, None, help)])
         return PROBLEMS
-    try:
-        state = given(shown.robot, options.pose, options.joints, options.pulses)
-    except (NoState, NoServo) as problem:
-        raise WrongUsage(str(problem.args[0])) from None
-    except NoPulse as problem:
-        console.warn(f"rosorin-compile: {problem}")
+    state = run.positions(shown.case)
+    if state is None:
         return PROBLEMS
-    known = Known(shown.robot, shown.case())
-    console.show([beyond_limit(known, found, WARNING) for found in beyond(shown.robot, state)])
     from .raster import TooMuch
 
     try:
@@ -247,18 +231,23 @@ def _size_of(pieces: Sequence[Piece], box: Box) -> float:
 
 def _meshes(shown: Shown, console: Console) -> Surfaces:
     """Return what reads the meshes of a robot; those that cannot be read are told once, and left out."""
-    from ..physics.files import Meshes, named_meshes
+    from rosorin_compile.diagnostics import Diagnostic
+    from rosorin_compile.extending import TriangleMesh
+
     from .soup import Surface
 
-    case = shown.case()
-    reader = Meshes(case, shown.meshes, coloured=True)
-    for named in named_meshes(case):
-        reader.read(named)
-    console.show(reader.told)
+    found: dict[Mesh, TriangleMesh | Diagnostic] = {}
+    for link in shown.robot.links:
+        for purpose in ("collision", "visual"):
+            for number, shape in enumerate(getattr(link, purpose)):
+                if isinstance(shape.geometry, Mesh) and shape.geometry not in found:
+                    place = (link.name, purpose, number)
+                    found[shape.geometry] = TriangleMesh.of_shape(shown.case, place, shown.meshes, coloured=True)
+    console.show([one for one in found.values() if isinstance(one, Diagnostic)])
 
     def surfaces(mesh: Mesh) -> list[Surface] | None:
-        loaded = reader.of(mesh)
-        if loaded is None:
+        loaded = found.get(mesh)
+        if loaded is None or isinstance(loaded, Diagnostic):
             return None
         ends = [0, *accumulate(many for many, _ in loaded.colours)]
         return [
@@ -345,12 +334,11 @@ def _frames(robot: Robot, options: argparse.Namespace) -> list[str]:
 def _published(robot: Robot, modes: Mapping[str, bool]) -> set[str]:
     """Return the frames that are published in modes; all of a robot of which nobody publishes any."""
     from ...formats.drawing.situations import TooMany, situations
-    from ...model.frame_tree import rows
 
     try:
         found = situations(robot, modes)
         edges = found[0].edges if found else ()
     except TooMany:
-        edges = tuple(rows(robot))
+        edges = robot.frame_tree()
     published = {name for edge in edges if edge.published for name in (edge.parent, edge.child)}
     return published or {link.name for link in robot.links}

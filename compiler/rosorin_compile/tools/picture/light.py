@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from rosorin_compile.model import Vector
 
-from ...model.geometry import unit
-from .camera import Box, along, cross
+from .camera import Box, along, cross, unit
 from .raster import NOTHING, Whole, first_seen, scene
 
 Floats = NDArray[np.float64]

@@ -30,7 +30,6 @@ from rosorin_compile.model import (
     Vector,
 )
 
-from ...model.looks import own_colours
 from .camera import Box
 
 Floats = NDArray[np.float64]
@@ -90,7 +89,7 @@ def pieces(
         for purpose, shown, shape in _shapes(link, surfaces, visual, collision):
             veiled = purpose == "collision" and visual and collision
             rgba = robot.colour(shape) if purpose == "visual" else None if robot.has_looks else robot.look_of(link)
-            colour = COLLISION if veiled else rgba[:3] if rgba else own_colours(robot)[link.name][:3]
+            colour = COLLISION if veiled else rgba[:3] if rgba else robot.own_colours[link.name][:3]
             opacity = VEIL if veiled else rgba[3] if rgba else 1.0
             at = places[link.name].then(shape.origin().transform())
             own = purpose == "visual" and rgba is None

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, TypedDict
 
-from ...model.driving import Twist
+from rosorin_compile.model import Twist
 
 
 class GivenLimit(TypedDict):

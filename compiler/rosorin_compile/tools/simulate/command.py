@@ -24,11 +24,10 @@ from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
     Description,
+    Run,
     WrongUsage,
     argument_options,
-    console_of,
     give_result,
-    given_arguments,
     json_option,
     one_robot,
     package_option,
@@ -37,11 +36,10 @@ from rosorin_compile.extending import (
     world,
 )
 
-from ...commands.robots import one
-from ...commands.understanding import Known, understood
 from .judging import LIMITS, Judge
 
 if TYPE_CHECKING:
+    from rosorin_compile import Case
     from rosorin_compile.extending import Given
 
     from .trials import Trials
@@ -90,21 +88,17 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Simulate a robot, and say how it behaves."""
-    given, words = given_arguments(options, options.words)
-    if len(words) > 1:
-        raise WrongUsage(f"one robot is simulated at a time: {_HOW}")
     limits = _limits(options.limits)
     if not _LEAST_SECONDS <= options.seconds <= _MOST_SECONDS:
         raise WrongUsage(f"--seconds takes {_LEAST_SECONDS:g} to {_MOST_SECONDS:g}")
     lacking = [name for name in ("mujoco", "numpy") if not world.package(name)]
     if lacking:
         raise WrongUsage(f"simulate needs what is not installed ({listed(lacking)}): {pip_install('simulate')}")
-    description = one(words[0] if words else "", _HOW)
-    console = console_of(options)
-    known = understood(given, description, console)
-    if known is None:
+    run, description = Run.alone(options, "one robot is simulated at a time", _HOW)
+    case = run.understood(description)
+    if case is None:
         return PROBLEMS
-    return _simulate(known, description, given, limits, options, console)
+    return _simulate(run, case, description, limits)
 
 
 def _limits(texts: Sequence[str]) -> dict[str, float]:
@@ -125,56 +119,43 @@ def _limits(texts: Sequence[str]) -> dict[str, float]:
     return made
 
 
-def _simulate(
-    known: Known,
-    description: Description,
-    given: Given,
-    limits: dict[str, float],
-    options: argparse.Namespace,
-    console: Console,
-) -> int:
+def _simulate(run: Run, case: Case, description: Description, limits: dict[str, float]) -> int:
     """Go through the trials, and tell what came of them."""
     from .trials import all_trials
     from .world import FIXED, FREE, Refused, quiet
 
-    base = options.base or (FREE if known.robot.drive else FIXED)
+    options, console = run.options, run.console
+    base = options.base or (FREE if case.robot.drive else FIXED)
     with quiet() as mujoco:
         try:
-            world = _world(mujoco, known, description, given, base)
+            world = _world(mujoco, case, description, run.given, base)
         except Refused as problem:
-            message = f"{known.robot.name} cannot be simulated: {problem}"
+            message = f"{case.robot.name} cannot be simulated: {problem}"
             console.show([*problem.diagnostics, error("simulation-refused", message, None, "check names the place")])
             return PROBLEMS
         trials = all_trials(world, options.seconds, lambda done, total: Progress.step("simulating", done, total))
-        found = _settled(known, Judge(known.case, world, limits).all(trials))
+        found = arrange(case.settled(Judge(case, world, limits).all(trials), "simulation"))
     _tell(world, trials, found, limits, options, console)
-    if options.html is not None and not _written(world, trials, found, Path(options.html), known, console):
+    if options.html is not None and not _written(world, trials, found, Path(options.html), case, console):
         return PROBLEMS
     return PROBLEMS if any(one.severity != "note" for one in found) else FINE
 
 
-def _world(mujoco: object, known: Known, description: Description, given: Given, base: str) -> World:
+def _world(mujoco: object, case: Case, description: Description, given: Given, base: str) -> World:
     """Return the robot in MuJoCo. Raises Refused."""
     from rosorin_compile import Templates
-    from rosorin_compile.extending import FORMATS, search_meshes
+    from rosorin_compile.extending import FORMATS
 
     from .world import World, simulated
 
-    robot = known.robot
+    robot = case.robot
     formats = [one.name for one in FORMATS.values() if one.refusal is not None and one.write is not None]
     output = next((one for one in robot.outputs if one.backend in formats), None)
-    meshes = search_meshes(given, description, known.case.tree, robot.outputs)
+    meshes = given.search_meshes(description, case.tree, robot.outputs)
     robot = meshes.told_to(robot)
     text = simulated(robot, output, Templates(description.path.parent), base)
     folder = (description.outputs / (output.file if output else "")).parent if output else description.outputs
     return World(mujoco, robot, text, base, folder, meshes.files)
-
-
-def _settled(known: Known, found: object) -> list[Diagnostic]:
-    """Return the findings without those that the description accepts."""
-    from ..physics.accepted import settle
-
-    return arrange(settle(known.case, found, "simulation"))  # type: ignore[arg-type]
 
 
 def _tell(
@@ -210,14 +191,14 @@ def _tell(
 
 
 def _written(
-    world: World, trials: Trials, found: Sequence[Diagnostic], file: Path, known: Known, console: Console
+    world: World, trials: Trials, found: Sequence[Diagnostic], file: Path, case: Case, console: Console
 ) -> bool:
     """Write the page; say whether that was possible."""
     from rosorin_compile.extending import OutputError, write_file
 
     from .telling import page
 
-    inputs = {Path(span.source.path) for span in known.case.tree.value_spans.values()}
+    inputs = {Path(span.source.path) for span in case.tree.value_spans.values()}
     try:
         write_file(file, page(world, trials, found).encode(), sorted(inputs))
     except OutputError as problem:

@@ -11,8 +11,6 @@ from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Headin
 from rosorin_compile.extending import Path
 from rosorin_compile.model import Joint
 
-from ...frontend.tree import exists
-from ...rules.case import number
 from .moved import first_to_go, moved
 from .trials import Driven, Held, Stop, Swept, Swung, Trials
 from .world import Touch, World
@@ -116,13 +114,11 @@ class Judge:
 
     def _pose(self, name: str) -> Path:
         path: Path = ("poses", name)
-        return path if exists(self.case.tree, path) else ("robot",)
+        return path if self.case.tree.has(path) else ("robot",)
 
     def _breaks(self, where: str, stop: Stop, path: Path) -> Diagnostic:
         help = "look for parts that start inside each other, for masses and inertias far too small, for gains too large"
-        message = (
-            f"{where}, after {number(round(stop.time, 3))} s: {stop.why}{first_to_go(self.case.robot, stop.joint)}"
-        )
+        message = f"{where}, after {round(stop.time, 3):.6g} s: {stop.why}{first_to_go(self.case.robot, stop.joint)}"
         return self.case.problem("simulation-breaks", message, path, help, severity=ERROR, key=True)._replace(of=())
 
     def _held(self, held: Held) -> Iterator[Diagnostic]:
@@ -232,14 +228,14 @@ class Judge:
                 continue
             unit = "m" if joint.type == "prismatic" else "rad"
             message = (
-                f'led to its {side} limit of {number(round(end.asked, 4))} {unit}, joint "{joint.name}" ends'
+                f'led to its {side} limit of {round(end.asked, 4):.6g} {unit}, joint "{joint.name}" ends'
                 f" {end.error:.3g} {unit} before it"
             )
             path = self.case.joint(joint, "limit", side)
             touch = end.touches[0] if end.touches else None
             if touch is not None:
                 message += f": {_touching(touch)}"
-                message += f", from {number(round(end.begins, 2))} {unit} on" if end.first else ""
+                message += f", from {round(end.begins, 2):.6g} {unit} on" if end.first else ""
                 help = "a planner has to know; narrower limits, or disabled_contacts for a pair that is meant to touch"
                 yield self.case.problem("limit-not-reached", message, path, help, severity=NOTE)
             else:

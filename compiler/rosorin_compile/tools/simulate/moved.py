@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from rosorin_compile.model import Robot
 
-from ...model.bounds import bounds_of
-from ...rules.case import number
-
 _GRAMS = 1e-3  # kg
 
 
@@ -20,13 +17,13 @@ def moved(robot: Robot, joint: str) -> str:
     child = robot.joint[joint].child
     links = [robot.link[name] for name in robot.below(child)]
     mass = sum(link.inertial.mass for link in links if link.inertial is not None)
-    bounds = bounds_of((*robot.link[child].collision, *robot.link[child].visual))
-    size = f" of {number(round(1000 * max(bounds.size), 1))} mm" if bounds else ""
+    sides = robot.link[child].size
+    size = f" of {round(1000 * max(sides), 1):.6g} mm" if sides else ""
     return f'moving {_weight(mass)} with "{child}"{size}'
 
 
 def _weight(mass: float) -> str:
     """Return a mass (kg) in the unit that a person would take."""
     if mass >= 1.0:
-        return f"{number(mass)} kg"
-    return f"{number(mass / _GRAMS)} g" if mass >= _GRAMS else f"{number(1e6 * mass)} mg"
+        return f"{mass:.6g} kg"
+    return f"{mass / _GRAMS:.6g} g" if mass >= _GRAMS else f"{1e6 * mass:.6g} mg"

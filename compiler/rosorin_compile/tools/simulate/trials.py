@@ -12,9 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import Joint
+from rosorin_compile.model import Joint, Robot, Twist
 
-from ...model.driving import Driving, Twist, driving_of
 from .world import FREE, POSITION, Broken, Touch, World, moving
 
 if TYPE_CHECKING:
@@ -255,8 +254,9 @@ def _wrapped(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
-def commands_of(driving: Driving) -> dict[str, Twist]:
-    """Return the commands that a drive of a kind can follow."""
+def commands_of(robot: Robot) -> dict[str, Twist]:
+    """Return the commands that the drive of a robot can follow."""
+    driving = robot.driving
     if driving.slides:
         return dict(COMMANDS)
     if driving.steering:
@@ -266,8 +266,8 @@ def commands_of(driving: Driving) -> dict[str, Twist]:
 
 def drive(world: World, positions: Mapping[str, float], command: str, asked: Twist) -> Driven:
     """Drive a command from a pose: half a second to get to speed, a second to settle, and one that counts."""
-    driving = driving_of(world.robot)
-    scale = _scale(world, driving, asked)
+    driving = world.robot.driving
+    scale = _scale(world, asked)
     asked = Twist(*(scale * part for part in asked))
     made, seen = Driven(command, asked, scale=scale), _Seen(world.sample)
     angles = driving.angles(asked)
@@ -329,10 +329,10 @@ class _Track:
         return (cosine * x + sine * y) / seconds, (cosine * y - sine * x) / seconds, turned / seconds
 
 
-def _scale(world: World, driving: Driving, asked: Twist) -> float:
+def _scale(world: World, asked: Twist) -> float:
     """Return how much of a command the wheels can be asked for (0 to 1)."""
     scale = 1.0
-    for name, speed in driving.speeds(asked).items():
+    for name, speed in world.robot.driving.speeds(asked).items():
         highest = world.highest_speed(name)
         limit = world.robot.joint[name].limit
         known = [one for one in (highest, limit.known("velocity") if limit else None) if one]
@@ -476,7 +476,7 @@ def _jobs(world: World, seconds: float, made: Trials) -> Iterator[Callable[[], N
             hold(world, name, positions, seconds)
         )
     if world.robot.drive is not None and world.base == FREE:
-        for command, twist in commands_of(driving_of(world.robot)).items():
+        for command, twist in commands_of(world.robot).items():
             yield lambda command=command, twist=twist: made.drives.append(  # type: ignore[misc]
                 drive(world, home, command, twist)
             )

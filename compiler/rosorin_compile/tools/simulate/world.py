@@ -201,9 +201,7 @@ class World:
 
     def _speed_gain(self, name: str, mass: float) -> float:
         """Return a gain (N*m*s/rad) that brings a wheel with a share of the robot's mass to speed in a moment."""
-        from ...model.driving import driving_of
-
-        radius = next(wheel.radius for wheel in driving_of(self.robot).wheels if wheel.joint == name)
+        radius = next(wheel.radius for wheel in self.robot.driving.wheels if wheel.joint == name)
         damping = float(self.model.joint(name).damping[0])
         return max(mass * radius**2 / _SPEED_UP, _OVER_DAMPING * damping)
 

@@ -149,7 +149,7 @@ class Maker:
     def compiled(self, variant: Variant) -> Compiled:
         """Return what becomes of a variant; nothing is written."""
         from rosorin_compile import Compiled
-        from rosorin_compile.extending import Given, compile_robot, search_meshes
+        from rosorin_compile.extending import Given, compile_robot
 
         from ...commands.compiling import proven
 
@@ -158,7 +158,7 @@ class Maker:
         given = Given({}, (), self.job.packages, self.job.trust)
         path = self.job.description.path
         placed = replace(self.job.description, outputs=self.folder.place(variant.name))
-        search = partial(search_meshes, given, placed)
+        search = partial(given.search_meshes, placed)
         tell = _silent if self.job.trust else None
         arguments = merged(self.job.shared, variant)
         return proven(compile_robot(path, arguments, tell, given.packages, search, kept=self.kept))

@@ -19,7 +19,6 @@ from rosorin_compile.extending import (
     NoDescription,
     WrongUsage,
     argument_options,
-    compile_one,
     console_of,
     give_result,
     given_arguments,
@@ -128,7 +127,7 @@ def run(options: argparse.Namespace) -> int:
 def _compiled(given: Given, description: Description, console: Console) -> Compiled:
     """Return a description, or a robot in another format, with its artifacts."""
     if not is_foreign(description.path):
-        return compile_one(given, description, console)
+        return given.compile(description, console)
     from rosorin_compile import Compiled
     from rosorin_compile.extending import LoadError
 

@@ -11,9 +11,7 @@ from typing import NamedTuple
 from rosorin_compile.extending import FORMATS, ExpressionError, evaluate
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
-    SEVERAL_COORDINATES,
     STATIC_TRANSFORM_PUBLISHER,
-    UNPUBLISHED,
     Joint,
     Publisher,
     Robot,
@@ -183,9 +181,9 @@ def _edges(robot: Robot) -> Iterator[Expected]:
     urdf = Tolerance(EXACT, SIX_ANGLE) if six else Tolerance()
     for joint in robot.joints_down():
         kind = joint.publisher.kind
-        if kind == UNPUBLISHED or (kind == ROBOT_STATE_PUBLISHER and joint.is_axleless):
+        if not joint.publisher.publishes or (kind == ROBOT_STATE_PUBLISHER and joint.is_axleless):
             continue
-        free = joint.type in SEVERAL_COORDINATES and kind != ROBOT_STATE_PUBLISHER
+        free = joint.is_several and kind != ROBOT_STATE_PUBLISHER
         still = None if free else joint.transform(0.0)
         tolerance = urdf if kind == ROBOT_STATE_PUBLISHER else Tolerance()
         place: tuple[str | int, ...] = ("joint", joint.name)
@@ -193,13 +191,13 @@ def _edges(robot: Robot) -> Iterator[Expected]:
             joint.parent, joint.child, joint.publisher, joint.moves or free, still, joint, "", tolerance, place
         )
     for index, edge in enumerate(robot.edges):
-        if edge.joint and edge.publisher.kind != UNPUBLISHED:
+        if edge.joint and edge.publisher.publishes:
             joint = robot.joint[edge.joint]
-            free = joint.type in SEVERAL_COORDINATES
+            free = joint.is_several
             still = None if free else joint.transform(0.0)
             moving, place = joint.moves or free, ("joint", joint.name)
             yield Expected(edge.parent, edge.child, edge.publisher, moving, still, joint, edge.when, place=place)
-        elif edge.publisher.kind != UNPUBLISHED:
+        elif edge.publisher.publishes:
             value = edge.pose.transform() if edge.pose is not None else None
             place = ("edges", index)
             yield Expected(edge.parent, edge.child, edge.publisher, edge.moving, value, None, edge.when, place=place)

@@ -16,8 +16,7 @@ from rosorin_compile.extending import Given, WrongUsage, world
 from rosorin_compile.model import Robot
 
 from ...formats.page import MAX_MEGABYTES, Embedding, data_of, html, left_out
-from ...formats.page.data import before_data
-from ...model.seen import Data
+from ...formats.page.data import Data, before_data
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
@@ -227,7 +226,7 @@ def of_sides(shown: Sequence[Shown], difference: Difference, prefix: str | None)
     notes += [f"not compared: {line}" for line in difference.not_compared]
     did = difference.brief()
     said = f"{Path(a.label).name} -> {Path(b.label).name}: {difference.summary()}{f' ({did})' if did else ''}"
-    inputs = tuple(file for one in shown for file in (*one.understood.expanded.files, *one.meshes.values()))
+    inputs = tuple(file for one in shown for file in (*one.files, *one.meshes.values()))
     return Picture(shown[1], overlay, shown[0].meshes, changes, notes, said, inputs)
 
 

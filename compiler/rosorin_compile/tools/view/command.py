@@ -19,23 +19,22 @@ from rosorin_compile.extending import (
     PROBLEMS,
     Description,
     Given,
+    Inputs,
+    Run,
     WrongUsage,
     argument_options,
-    console_of,
     give_result,
-    given_arguments,
     json_option,
     one_robot,
     package_option,
+    page_options,
     quiet_option,
+    service,
     world,
 )
-from rosorin_compile.model import SEVERAL_COORDINATES, Joint
+from rosorin_compile.model import Joint
 
-from ...commands.options import page_options
-from ...commands.robots import one
 from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
-from ...output.watch import Inputs
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from .showing import Looked, Shown, look, on_disk, served
 
@@ -64,10 +63,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Show a robot."""
-    given, names = given_arguments(options, options.words)
-    if len(names) > 1:
-        raise WrongUsage(f"a page shows one robot: {_HOW}")
-    description = one(names[0] if names else "", _HOW)
+    run, description = Run.alone(options, "a page shows one robot", _HOW)
     if options.max_megabytes is not None and not options.max_megabytes >= 0:
         raise WrongUsage("--max-megabytes wants a number from 0 on")
     if options.html is None and options.format != "text":
@@ -75,8 +71,8 @@ def run(options: argparse.Namespace) -> int:
     if options.html is None and (options.no_meshes or options.max_megabytes is not None):
         raise WrongUsage("--no-meshes and --max-megabytes go with --html FILE")
     if options.html is not None:
-        return _write(options, given, description)
-    return _Followed(given, description, options.quiet).serve(options)
+        return _write(run, description)
+    return _Followed(run.given, description, options.quiet).serve(options)
 
 
 def _looked(given: Given, description: Description, console: Console) -> Looked:
@@ -88,12 +84,12 @@ def _looked(given: Given, description: Description, console: Console) -> Looked:
         return Looked(None, [problem.diagnostic], (description.path,))
 
 
-def _write(options: argparse.Namespace, given: Given, description: Description) -> int:
+def _write(run: Run, description: Description) -> int:
     """Write the page of a robot into a file."""
     from rosorin_compile.extending import OutputError, write_file
 
-    console = console_of(options)
-    looked = _looked(given, description, console)
+    options, console = run.options, run.console
+    looked = _looked(run.given, description, console)
     console.show([one for one in looked.diagnostics if one.severity == "error"])
     if looked.shown is None:
         console.warn(f"{description.name}: a robot with errors is not shown")
@@ -209,18 +205,18 @@ class _Followed:
 
 
 class _Touching:
-    """Which links are inside each other, by MuJoCo where that is installed; its scene is made at the first question."""
+    """Which links are inside each other, as the package says that has an engine; made at the first question."""
 
     def __init__(self, shown: Shown, lock: threading.Lock) -> None:
         self.shown = shown
         self.lock = lock
-        self.scene: Any = None
+        self.engine: Any = None
 
     def __call__(self, state: Mapping[str, Any]) -> list[list[str]]:
         """Return pairs of links at positions by joint (rad or m), neighbours left aside. Raises Unknown."""
-        from ..physics.checking import lacking
-
-        missing = lacking()
+        if self.engine is None:
+            self.engine = service("links inside each other")(self.shown.case, self.shown.meshes)
+        missing = self.engine.lacking()
         if missing:
             raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
         with self.lock:
@@ -230,24 +226,16 @@ class _Touching:
                 raise Unknown(" ".join(str(problem).split())[:200] or type(problem).__name__) from None
 
     def _found(self, state: Mapping[str, Any]) -> list[list[str]]:
-        if self.scene is None:
-            self.scene = self._made()
         joints = self.shown.robot.joint
         positions = {name: _position(joints[name], at) for name, at in state.items() if name in joints}
-        found = self.scene.overlaps(positions)
-        return [list(pair) for pair in found if self.scene.joint_of(pair) is None]
-
-    def _made(self) -> Any:
-        from ..physics.files import Meshes
-        from ..physics.scene import Scene
-
-        return Scene(self.shown.robot, Meshes(self.shown.case(), self.shown.meshes))
+        found: list[list[str]] = self.engine.pairs(positions)
+        return found
 
 
 def _position(joint: Joint, at: object) -> float | list[float]:
     """Return where a joint is. Raises ValueError unless there is a number for each of its coordinates."""
     numbers = [float(one) for one in at] if isinstance(at, list) else [float(at)]  # type: ignore[arg-type]
-    if isinstance(at, list) != (joint.type in SEVERAL_COORDINATES) or len(numbers) != len(joint.coordinates):
+    if isinstance(at, list) != joint.is_several or len(numbers) != len(joint.coordinates):
         raise ValueError(f"joint {joint.name} is at {len(joint.coordinates)} numbers, not at {len(numbers)}")
     return numbers if isinstance(at, list) else numbers[0]
 

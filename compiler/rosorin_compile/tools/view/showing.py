@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.diagnostics import WARNING, Console, Diagnostic, Span, has_errors, printable
-from rosorin_compile.extending import Description, Given, Map, Places, is_foreign, locate, world
+from rosorin_compile import Explained
+from rosorin_compile.diagnostics import WARNING, Console, Diagnostic, Span, printable
+from rosorin_compile.extending import Description, Given, Places, is_foreign, locate, world
 
-from ...commands.understanding import read
-from ...formats.mesh_files import files_of, textures_of
-from ...formats.named_files import named_meshes
 from ...formats.page import MESHES, Embedding
-from ...formats.page.data import mesh_names, robot_data, texture_names
+from ...formats.page.data import Data, mesh_names, robot_data, texture_names
 from ...formats.page.images import Side, beside, image_type
-from ...model.seen import Data
 
 if TYPE_CHECKING:
     from rosorin_compile import Case
     from rosorin_compile.model import Robot
-
-    from ...pipeline import Understood
 
 _BYTES = "application/octet-stream"
 _NO_IMAGE = "not found, or no image that browsers read"
@@ -32,39 +28,23 @@ _EXPLAINED = 300  # links; of more than that a page on disk does not say where e
 
 
 class Shown(NamedTuple):
-    """A robot to look at: the model, its data for the page, its mesh and image files by name, and what explains it."""
+    """A robot to look at: its data for the page, its mesh and image files by name, and the files that say it.
 
-    robot: Robot
+    ``case`` has the places of all that it says, for checks. ``explained`` returns where the numbers of a frame come
+    from, as ``explain`` says it; nothing of a foreign robot.
+    """
+
+    case: Case
     data: Data
     meshes: Mapping[str, Path]
     images: Mapping[str, Path]
-    understood: Understood
-    arguments: Mapping[str, Any]
+    files: tuple[Path, ...]
+    explained: Callable[[str], list[str]]
 
-    def explained(self, frame: str) -> list[str]:
-        """Return where the numbers of a frame come from, as ``explain`` says it; empty for a foreign robot."""
-        from ...commands.explain.answer import NotThere, explain
-        from ...commands.explain.text import lines
-
-        expanded, lowered = self.understood.expanded, self.understood.lowered
-        if expanded.scope is None or lowered is None:
-            return []
-        try:
-            found = explain(expanded, lowered, self.arguments, [frame])
-        except NotThere:
-            return []
-        return [line for one in found for line in lines(one)]
-
-    def case(self) -> Case:
-        """Return the robot with the places of all that it says, for checks."""
-        from rosorin_compile import Case
-
-        from ...rules.remarkable import collect
-
-        tree, lowered = self.understood.expanded.tree, self.understood.lowered
-        assert tree is not None  # noqa: S101 - it was shown
-        assert lowered is not None  # noqa: S101
-        return Case(self.robot, tree, lowered.places, collect(tree))
+    @property
+    def robot(self) -> Robot:
+        """The model."""
+        return self.case.robot
 
 
 class Looked(NamedTuple):
@@ -77,25 +57,31 @@ class Looked(NamedTuple):
 
 def look(given: Given, description: Description, console: Console) -> Looked:
     """Read a robot, in any format, for its page. Raises LoadError for a file of arguments that is no good."""
-    understood = read(given, description, console)
-    expanded, lowered, diagnostics, _ = understood
-    if lowered is None or lowered.robot is None or expanded.tree is None or has_errors(diagnostics):
-        return Looked(None, diagnostics, expanded.files)
+    understood = given.understand(description, console)
+    case, said_in, diagnostics = understood.case, understood.expanded.files, understood.diagnostics
+    if case is None:
+        return Looked(None, diagnostics, said_in)
     places = Places(description.path, description.outputs, given.packages, world.environment())
-    meshes, images = files_of(expanded.tree, (), places), textures_of(expanded.tree, places)
-    data = robot_data(lowered.robot)
-    foreign = is_foreign(description.path)
+    meshes, images = places.meshes(case.tree), places.textures(case.tree)
+    data = robot_data(case.robot)
     for link in data["links"]:
-        where = _where(understood, link["name"])
+        where = _where(case, link["name"])
         if where is not None:
             link["where"] = where
     warnings = [_warning(one) for one in diagnostics if one.severity == WARNING]
     if warnings:
         data["warnings"] = warnings
-    shown = Shown(lowered.robot, data, meshes, images, understood, {} if foreign else given.values())
+    arguments = {} if is_foreign(description.path) else given.values()
+
+    def explained(frame: str) -> list[str]:
+        if understood.expanded.scope is not None:
+            with suppress(KeyError):
+                return Explained.of(understood, arguments, [frame]).lines()
+        return []
+
     beside_meshes = (side.file for name, file in meshes.items() for side in _sides(name, file))
-    found = (*meshes.values(), *images.values(), *beside_meshes, *_awaited(expanded.tree, meshes))
-    return Looked(shown, diagnostics, (*expanded.files, *found))
+    found = (*meshes.values(), *images.values(), *beside_meshes, *places.awaited(case.tree, meshes))
+    return Looked(Shown(case, data, meshes, images, said_in, explained), diagnostics, (*said_in, *found))
 
 
 def _sides(name: str, mesh: Path) -> list[Side]:
@@ -108,21 +94,10 @@ def _sides(name: str, mesh: Path) -> list[Side]:
         return []
 
 
-def _awaited(tree: Map, meshes: Mapping[str, Path]) -> Iterator[Path]:
-    """Yield where meshes would be that are not there: they may come."""
-    for one in named_meshes(tree):
-        if one.name not in meshes and "://" not in one.name:
-            yield from (Path(span.source.path).parent / one.name for span in one.spans)
-
-
-def _where(understood: Understood, link: str) -> Data | None:
+def _where(case: Case, link: str) -> Data | None:
     """Return where a frame is said: file, line and column, and the path for an editor."""
-    tree, lowered = understood.expanded.tree, understood.lowered
-    if tree is None or lowered is None:
-        return None
-    path = lowered.places.get(("link", link))
-    span = locate(tree, path, key=True).span if path is not None else None
-    return None if span is None else _placed(span)
+    path = case.places.get(("link", link))
+    return None if path is None else _placed(locate(case.tree, path, key=True).span)
 
 
 def _warning(told: Diagnostic) -> Data:
@@ -182,7 +157,7 @@ def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
     data = dict(shown.data)
     if embedding is not None:
         embedding.take(data, shown.robot, {**shown.images, **shown.meshes})
-    named = [*shown.understood.expanded.files, *map(Path, (*shown.meshes, *shown.images))]
+    named = [*shown.files, *map(Path, (*shown.meshes, *shown.images))]
     files = {str(path): _said(path) for path in named if path.is_absolute()}
     if "warnings" in data:
         told = ({**one, "text": _without(one["text"], files)} for one in data["warnings"])

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from ..formats.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
     from ..formats.reading import read_robot
     from ..formats.static_tf import StaticTransform, static_transforms
-    from ..frontend.arguments import declared
+    from ..frontend.arguments import Argument
     from ..frontend.expression import ExpressionError, evaluate
     from ..frontend.load import LoadError, load_mapping, parse_yaml, read_utf8
     from ..frontend.tree import Map, Path, Seq, Text, locate
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
 
 # Each public name and the module that has it.
 _HOMES = {
+    "Argument": "frontend.arguments",
     "Change": "meaning.entities",
     "Comparison": "meaning.golden",
     "Description": "project",
@@ -101,7 +102,6 @@ _HOMES = {
     "compare": "meaning.golden",
     "compile_robot": "pipeline",
     "console_of": "commands.options",
-    "declared": "frontend.arguments",
     "evaluate": "frontend.expression",
     "exact": "numbers",
     "for_each": "commands.robots",
@@ -138,6 +138,7 @@ __all__ = [
     "FINE",
     "FORMATS",
     "PROBLEMS",
+    "Argument",
     "Change",
     "Comparison",
     "Description",
@@ -175,7 +176,6 @@ __all__ = [
     "compare",
     "compile_robot",
     "console_of",
-    "declared",
     "evaluate",
     "exact",
     "for_each",

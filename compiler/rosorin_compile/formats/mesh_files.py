@@ -156,6 +156,16 @@ class Places(NamedTuple):
         naming = [output for output in outputs if RECORDS[output.backend].meshes]
         return _Search(self, opening, naming, written(tree)).run(list(named_meshes(tree))).by_name
 
+    def named(self, tree: Map, relative: bool = True) -> Searched:
+        """Return what becomes of the meshes and textures of a robot of others, as they are named in its file.
+
+        Without ``relative`` names that are relative to that file are left aside.
+        """
+        named = [one for one in (*named_meshes(tree), *named_textures(tree)) if relative or not is_relative(one.name)]
+        searched = _Search(self, [], []).run(named)
+        told = [d if d.severity == ERROR else d._replace(severity=WARNING) for d in searched.diagnostics]
+        return searched._replace(diagnostics=told)
+
     def textures(self, tree: Map) -> Mapping[str, Path]:
         """Return the files of all images that are found, by their names in a description."""
         return _Search(self, [], [], written(tree)).run(named_textures(tree)).by_name
@@ -192,18 +202,6 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
         return found
     by_name = {**images, **found.by_name}
     return found._replace(by_name=by_name, inputs=(*found.inputs, *by_name.values()))
-
-
-def files_named(tree: Map, source: Path, packages: Mapping[str, Path], relative: bool = True) -> Searched:
-    """Return what becomes of the meshes and textures of a robot of others, as they are named in its file.
-
-    Without ``relative`` names that are relative to that file are left aside.
-    """
-    places = Places(source, source.parent, packages, world.environment())
-    named = [one for one in (*named_meshes(tree), *named_textures(tree)) if relative or not is_relative(one.name)]
-    searched = _Search(places, [], []).run(named)
-    told = [d if d.severity == ERROR else d._replace(severity=WARNING) for d in searched.diagnostics]
-    return searched._replace(diagnostics=told)
 
 
 class _Search:

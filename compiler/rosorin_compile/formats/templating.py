@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import jinja2
 
@@ -88,8 +88,11 @@ def comment(text: str) -> str:
 class Templates:
     """Renders the templates of the tool and those in ``folder``, the folder of a description.
 
+    The names of those of the tool begin with ``BUILTIN``.
     ``first`` is the first file of that description: where it is a link, so may the templates be (``project.homes``).
     """
+
+    BUILTIN: ClassVar[str] = BUILTIN
 
     comment = staticmethod(comment)
 

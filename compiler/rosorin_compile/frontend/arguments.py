@@ -34,6 +34,16 @@ class Argument(NamedTuple):
     value: str = ""
     set_at: Span | None = None
 
+    @classmethod
+    def declared(
+        cls, path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
+    ) -> tuple[list[Argument], list[Diagnostic]]:
+        """Return the arguments of the description whose first file is ``path``, and what is wrong.
+
+        Of a description that has other faults the arguments are listed all the same, as long as its files can be read.
+        """
+        return declared(path, arguments, packages)
+
 
 def read(files: Iterable[Path], texts: Mapping[str, str]) -> Map:
     """Return the arguments that YAML files map to values, the later file before the earlier, ``texts`` before both.

@@ -99,6 +99,13 @@ class LoadError(Exception):
         super().__init__(diagnostic.message)
         self.diagnostic = diagnostic
 
+    @classmethod
+    def explained(cls, source: Source, problem: yaml.YAMLError) -> LoadError:
+        """Return what is wrong with a text that a parser of YAML refuses, in the words of people."""
+        from .yaml_mistakes import explained
+
+        return cls(explained(source, problem))
+
 
 _unsaved: dict[str, bytes] = {}
 
@@ -154,7 +161,6 @@ def parse_yaml(source: Source, via: Instance | None = None) -> Any:
 def _refused(source: Source, problem: yaml.YAMLError) -> LoadError:
     """Return what is wrong with a text that the parser of YAML refuses."""
     from ..diagnostics.bounded import is_too_deep
-    from .yaml_mistakes import explained
 
     mark = getattr(problem, "problem_mark", None)
     if is_too_deep(problem) and mark is not None:  # libyaml looks ahead: what stands before has the level too much
@@ -165,7 +171,7 @@ def _refused(source: Source, problem: yaml.YAMLError) -> LoadError:
             return LoadError(told.diagnostic._replace(span=span and span._replace(source=source)))
         except yaml.YAMLError:
             pass
-    return LoadError(explained(source, problem))
+    return LoadError.explained(source, problem)
 
 
 class Entry(NamedTuple):

@@ -10,7 +10,6 @@ from rosorin_compile.diagnostics import Span
 from rosorin_compile.extending import Map, Seq
 from rosorin_compile.model import Pose, Transform
 
-from ...model.geometry import IDENTITY
 from ..importer.layout import number
 from . import writing
 
@@ -78,7 +77,7 @@ def seen_from(points: Floats, pose: Pose) -> Floats:
 def rounded_pose(xyz: Floats, rpy: Vector, digits: int) -> Pose:
     """Return a pose whose position has a number of decimals."""
     x, y, z = (round(float(value), digits) + 0.0 for value in xyz)
-    return Pose((x, y, z), rpy) if (x, y, z) != (0, 0, 0) or rpy != (0, 0, 0) else IDENTITY
+    return Pose((x, y, z), rpy) if (x, y, z) != (0, 0, 0) or rpy != (0, 0, 0) else Pose()
 
 
 def up(value: float, digits: int) -> float:

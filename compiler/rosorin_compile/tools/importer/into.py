@@ -273,9 +273,9 @@ def _again(package: Package, description: str, files: Mapping[str, str], asked: 
     others = [file for file, text in files.items() if _differs(there / file, text.encode())]
     if not others:
         return Again({}, record_of(files, asked.words), [], [], [])
-    record = f"{Description.ROOT_FILE}{ENDING}"
+    called = f"{Description.ROOT_FILE}{ENDING}"
     message = (
-        f"{description} stands otherwise than it would be imported ({listed(others)}), and no {record} "
+        f"{description} stands otherwise than it would be imported ({listed(others)}), and no {called} "
         "there says how it was imported: what the source changed cannot be told from what was changed here"
     )
     help = f"import it beside this one with --name, or the source as it was then with -o, and copy the {ENDING} files"

@@ -6,6 +6,7 @@ import random
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -29,9 +30,9 @@ from rosorin_compile.diagnostics import (
 from rosorin_compile.extending import (
     FORMATS,
     Description,
+    Given,
     Imported,
     Map,
-    Places,
     ReadOptions,
     compile_robot,
     read_robot,
@@ -41,9 +42,7 @@ from rosorin_compile.formats.imported import Outputs
 from rosorin_compile.model import Joint, Output, Robot, Transform
 
 from ...commands.init import SCHEMA
-from ...commands.mesh_copies import brought
 from ...formats.imported import Proof
-from ...formats.mesh_files import search
 from ...formats.reading import join
 from ...frontend.lower import lower
 from ...meaning.sameness import different, differently_said
@@ -235,15 +234,15 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     if format is None or format.prove is None or format.name not in wanted.entries:
         return Proof()
     Progress.step("proving the import in its engine")
-    outputs = Description.at(folder / Description.ROOT_FILE).outputs.absolute()
-    places = Places(folder / Description.ROOT_FILE, outputs, packages, world.environment())
+    description = Description.at(folder / Description.ROOT_FILE)
+    description = replace(description, outputs=description.outputs.absolute())
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         for file, text in write(seen_from(shown, folder), wanted).items():
             Path(name, file).write_text(text, "utf-8")
         compiled = compile_robot(
             Path(name, Description.ROOT_FILE),
             packages=packages,
-            search=lambda tree, asked: brought(search(tree, asked, places), outputs),
+            search=partial(Given({}, (), packages).search_meshes, description),
             wanted=[format.name],
         )
     made = next((one.text for one in compiled.artifacts), None)

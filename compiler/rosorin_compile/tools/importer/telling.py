@@ -17,11 +17,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
-from rosorin_compile.extending import Description, Imported, Map, Seq, world
+from rosorin_compile.extending import Description, Imported, Map, Places, Seq, world
 
 from ...formats.checked import copied
 from ...formats.described import as_tree
-from ...formats.mesh_files import files_named
 from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
 from ...frontend.packages import Packages, package_name
 
@@ -62,7 +61,8 @@ def renamed(
     folder. What is not found is told. Nothing is lost by that: it is no ``import-cannot-carry``.
     """
     place = tree.value_spans.get("robot", tree.span)
-    searched = files_named(tree, source, packages, relative=meshes is None)
+    places = Places(source, source.parent, packages, world.environment())
+    searched = places.named(tree, relative=meshes is None)
     files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
     known = {name: _seen(at, here) for name, at in _packages(files, here)}
     base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)

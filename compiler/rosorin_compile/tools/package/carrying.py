@@ -24,9 +24,8 @@ from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
     from rosorin_compile import Compiled
-    from rosorin_compile.extending import Given
+    from rosorin_compile.extending import Argument, Given
 
-    from ...frontend.arguments import Argument
     from .package import Options
 
 RULES = (
@@ -99,7 +98,7 @@ def carry(
     The arguments of this run become the defaults at launch; ``modes`` are names of launch arguments that are taken.
     Raises LoadError.
     """
-    from rosorin_compile.extending import declared
+    from rosorin_compile.extending import Argument
 
     main = next((one for one in compiled.artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
     if main is None:
@@ -114,7 +113,7 @@ def carry(
         return None, problems
     files = {place: world.read(file) for file, place in places.items()}
     taken = [*(argument.name for argument in ARGUMENTS), *modes, WORDS]
-    passed = tuple(_passed(declared(path, values)[0], values, taken))
+    passed = tuple(_passed(Argument.declared(path, values)[0], values, taken))
     read = [
         name
         for name, folder in packages.items()

@@ -120,7 +120,7 @@ def _write(
     if robot is None:
         return PROBLEMS
     carried, wrong = described(compiled, description, given, asked)
-    package = make(robot, artifacts, asked, sources, target, compiled.meshes, carried)
+    package = make(robot, artifacts, asked, sources, target, compiled, carried)
     if carried is not None and package.files:
         wrong = _proven(carried, compiled, given, package.files, asked.name)
     problem = refused(target, package.files)

@@ -12,16 +12,14 @@ import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from types import MappingProxyType
+from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, first_of
 from rosorin_compile.extending import world
 
 from .naming import is_legal
-
-if TYPE_CHECKING:
-    from ...formats.mesh_files import Searched
 
 RULES = (
     Rule(
@@ -52,14 +50,20 @@ def named(urdf: str) -> list[str]:
     return list(dict.fromkeys(unescape(match[3], _ENTITIES) for match in _FILE.finditer(urdf)))
 
 
-def settle(urdf: str, package: str, folders: Sequence[Path], target: Path, searched: Searched | None = None) -> Meshes:
+def settle(
+    urdf: str,
+    package: str,
+    folders: Sequence[Path],
+    target: Path,
+    known: Mapping[str, Path] = MappingProxyType({}),
+    told_before: Container[str] = (),
+) -> Meshes:
     """Return a URDF with its meshes in a package.
 
-    Meshes were ``searched``, and what was not found is told; textures, and meshes that nobody looked for, are looked
-    for in ``folders``, one after the other. ``target`` is the folder of the package, which may hold meshes already.
+    The files of meshes are ``known`` by name, and what was not found was ``told_before``; textures, and meshes that
+    nobody looked for, are looked for in ``folders``, one after the other. ``target`` is the folder of the package,
+    which may hold meshes already.
     """
-    known: Mapping[str, Path] = searched.by_name if searched else {}
-    told_before = searched.missing if searched else ()
     addresses: dict[str, str] = {}
     files: dict[str, Path] = {}
     packages: set[str] = set()

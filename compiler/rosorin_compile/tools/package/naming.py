@@ -11,9 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rosorin_compile.diagnostics import Heading, Rule, error
-from rosorin_compile.extending import LoadError, load_mapping, world
-
-from ...frontend.yaml_text import quoted
+from rosorin_compile.extending import LoadError, Text, load_mapping, world
 
 RULES = (
     Rule(
@@ -92,6 +90,7 @@ def text(folder: Path, robot: str, places: Mapping[str, str]) -> str:
     robots[robot] = dict(places)
     lines = [f"# Where rosorin-compile deploy puts artifacts in this folder ({NOWHERE}: not here).", "robots:"]
     for name in sorted(robots):
-        lines.append(f"  {quoted(name)}:")
-        lines += [f"    {quoted(output)}: {quoted(place)}" for output, place in sorted(robots[name].items())]
+        lines.append(f"  {Text(name).quoted()}:")
+        entries = sorted(robots[name].items())
+        lines += [f"    {Text(output).quoted()}: {Text(place).quoted()}" for output, place in entries]
     return "\n".join(lines) + "\n"

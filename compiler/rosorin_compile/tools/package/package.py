@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact, Templates
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error
-from rosorin_compile.extending import FORMATS, Description, world
+from rosorin_compile.extending import FORMATS, Description, Text, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 
-from ...formats.templating import BUILTIN
-from ...frontend.yaml_text import quoted
 from . import meshes, papers, starting, views
 from .bringup import Bringup, bringup
 from .naming import file_name
 
 if TYPE_CHECKING:
-    from ...formats.mesh_files import Searched
+    from rosorin_compile import Compiled
+
     from .carrying import Carried
 
 RULES = (
@@ -77,10 +76,10 @@ def make(
     options: Options,
     sources: Sequence[Path],
     target: Path,
-    searched: Searched | None = None,
+    compiled: Compiled | None = None,
     carried: Carried | None = None,
 ) -> Package:
-    """Return the package of a robot, whose meshes were ``searched``; ``carried`` is compiled at launch.
+    """Return the package of a robot that was ``compiled``, its meshes searched; ``carried`` is compiled at launch.
 
     ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
     package will stand, which may hold such files already.
@@ -98,16 +97,19 @@ def make(
     files: dict[str, bytes] = {}
     needs: set[str] = set(started.packages())
     diagnostics: list[Diagnostic] = []
+    searched = None if compiled is None else compiled.meshes
+    found: Mapping[str, Path] = {} if searched is None else searched.by_name
+    lost = frozenset[str]() if searched is None else searched.missing
     for place, artifact in placed.items():
         beside = FORMATS[artifact.backend].beside
         if artifact.names_meshes:
-            settled = meshes.settle(artifact.text, options.name, sources, target, searched)
+            settled = meshes.settle(artifact.text, options.name, sources, target, found, lost)
             artifact = artifact._replace(text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: world.read(path) for name, path in settled.files.items()})
         elif beside is not None:
-            left = _left(place, artifact, beside, searched, sources, files)
+            left = _left(place, artifact, beside, {} if searched is None else searched.files, sources, files)
             diagnostics += meshes.beside(place, meshes.not_placed(place, left, placed), target)
         files[place] = artifact.text.encode()
     if carried is not None:
@@ -131,12 +133,15 @@ def _left(
     place: str,
     artifact: Artifact,
     beside: Callable[[str], Iterable[str]],
-    searched: Searched | None,
+    data: Mapping[str, bytes],
     sources: Sequence[Path],
     files: dict[str, bytes],
 ) -> list[str]:
-    """Copy the files that an artifact has beside it into ``files``; return the names of those that are not found."""
-    known = _meshes(artifact, searched)
+    """Copy the files that an artifact has beside it into ``files``; return the names of those that are not found.
+
+    ``data`` are mesh files by their names in the folder of the artifacts.
+    """
+    known = _meshes(artifact, data)
     return [name for name in dict.fromkeys(beside(artifact.text)) if not _copied(place, name, known, sources, files)]
 
 
@@ -163,10 +168,10 @@ def folder_of(artifact: Artifact) -> str:
     return next(others, "") or next(formats, "config")
 
 
-def _meshes(artifact: Artifact, searched: Searched | None) -> Mapping[str, bytes]:
+def _meshes(artifact: Artifact, files: Mapping[str, bytes]) -> Mapping[str, bytes]:
     """Return the mesh files that belong to an artifact, by their names as seen from it."""
     folder = artifact.file.rpartition("/")[0]
-    return {posixpath.relpath(name, folder or "."): data for name, data in (searched.files if searched else {}).items()}
+    return {posixpath.relpath(name, folder or "."): data for name, data in files.items()}
 
 
 def _copied(
@@ -206,7 +211,7 @@ def _made(
         "urdf": urdf.removeprefix("urdf/"),
         "rviz": rviz,
         "literal": repr,
-        "quoted": quoted,
+        "quoted": lambda text: Text(text).quoted(),
         "comment": Templates.comment,
         "contents": sorted([*_contents(placed, rviz, carried), *started.contents()]),
         "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],
@@ -219,7 +224,8 @@ def _made(
     templates |= {name: f"package_{name}" for name in ("package.xml", "README.md", *_BUILT_BY[options.build_type])}
     templates |= starting.templates(carried) | papers.templates(options) | started.templates()
     engine = Templates()
-    made = {n: engine.render(f"{BUILTIN}{template}.jinja", values).encode() for n, template in templates.items()}
+    texts = {n: engine.render(f"{engine.BUILTIN}{template}.jinja", values) for n, template in templates.items()}
+    made = {name: text.encode() for name, text in texts.items()}
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
 
 

@@ -103,9 +103,9 @@ def read(source: Source) -> tuple[list[Section], list[Diagnostic]]:
     try:
         reader.document()
     except yaml.YAMLError as problem:
-        from ...frontend.yaml_mistakes import explained
+        from rosorin_compile.extending import LoadError
 
-        told = explained(source, problem)
+        told = LoadError.explained(source, problem).diagnostic
         raise NoParameters(told._replace(rule="parameters-syntax")) from None
     return list(reader.sections.values()), reader.told
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from rosorin_compile import Case
 from rosorin_compile.diagnostics import Diagnostic, Heading, Related, Rule, did_you_mean, error, quoted
@@ -12,9 +11,6 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from ...formats.parameters.tables import Key
 from .nodes import DEFAULT, Node, Setting
 from .owners import Claim
-
-if TYPE_CHECKING:
-    from ...rules.tf_tree import Step
 
 RULES = (
     Rule(
@@ -37,7 +33,6 @@ BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 
 def check(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
     """Yield what is wrong with the frames that nodes name. What they publish is judged by ``owners``."""
-    steps = case.transforms()
     simulated = case.robot.simulated_frames
     known = {*case.robot.frames, *(name for edge in case.robot.edges for name in (edge.parent, edge.child))}
     claimed = {claim.node.full: {claim.parent.span, claim.child.span} for claim in found if not claim.silent}
@@ -50,7 +45,7 @@ def check(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator
             own = setting.given and setting.span in claimed.get(node.full, ())
             if own and setting.value not in simulated and _is_end(node, key, found):
                 continue  # told, if it is wrong, with the edge
-            yield from _frame(case, node, key, name, setting, known | made, parts, steps)
+            yield from _frame(case, node, key, name, setting, known | made, parts)
 
 
 def _prefixed(node: Node) -> Iterator[Diagnostic]:
@@ -94,7 +89,6 @@ def _frame(
     setting: Setting,
     known: set[str],
     parts: Sequence[set[str]],
-    steps: Sequence[Step],
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with one name of a frame."""
     if not setting.value and key.frame == SENSOR:
@@ -107,7 +101,7 @@ def _frame(
         return
     value = value.removeprefix("/")
     if key.frame == BASE:
-        yield from _base(case, node, key, setting, value, parts, steps)
+        yield from _base(case, node, key, setting, value, parts)
     elif value not in known:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
         yield error("parameters-frame", message, setting.span, did_you_mean(value, known, "name a frame of the robot"))
@@ -122,13 +116,13 @@ def _unpublished(case: Case, frame: str) -> list[Related]:
 
 
 def _base(
-    case: Case, node: Node, key: Key, setting: Setting, value: str, parts: Sequence[set[str]], steps: Sequence[Step]
+    case: Case, node: Node, key: Key, setting: Setting, value: str, parts: Sequence[set[str]]
 ) -> Iterator[Diagnostic]:
     """Yield that a base frame is not moved by the odometry."""
     name = f'"{key.name}" of {node.shown}'
     assumed = f" {DEFAULT}" if not setting.given else ""
-    odom = _odometry(node, steps)
-    moved = [step for step in steps if step.parent == odom]
+    odom = _odometry(case, node)
+    moved = [step for step in case.transforms() if step.parent == odom]
     part = next((part for part in parts if odom in part), set[str]())
     if value in part or not moved:
         return
@@ -144,12 +138,12 @@ def _base(
         yield error("parameters-frame", message, setting.span, near if near.startswith("did") else help, related)
 
 
-def _odometry(node: Node, steps: Sequence[Step]) -> str:
+def _odometry(case: Case, node: Node) -> str:
     """Return the frame that the odometry is given in: as the node says, if it is there, else as the description has it.
 
     That is the parent of the transform of another node that leads to the robot and hangs on no other, but for a map.
     """
-    said = [s.value for key, _, s in _named(node) if key.frame == ODOM]
+    said, steps = [s.value for key, _, s in _named(node) if key.frame == ODOM], case.transforms()
     parents = [step.parent for step in steps if step.edge is not None]
     if said and said[0] in parents:
         return str(said[0])

@@ -12,6 +12,7 @@ from rosorin_compile.diagnostics import NOTE, WARNING, Console, Diagnostic, Head
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
+    Argument,
     Description,
     Given,
     LoadError,
@@ -19,7 +20,6 @@ from rosorin_compile.extending import (
     WrongUsage,
     argument_options,
     console_of,
-    declared,
     format_options,
     give_result,
     given_arguments,
@@ -185,7 +185,7 @@ def _listed(
     options: argparse.Namespace, shared: Mapping[str, Any], given: Given, description: Description
 ) -> tuple[Variants, list[Diagnostic]]:
     """Return the list of variants, and what is wrong with it as a whole. Raises WrongUsage."""
-    arguments, wrong = declared(description.path, shared, given.packages)
+    arguments, wrong = Argument.declared(description.path, shared, given.packages)
     types = {argument.name: argument.type for argument in arguments}
     path = Path(options.over)
     if options.whole and world.kind(path) != world.FOLDER:

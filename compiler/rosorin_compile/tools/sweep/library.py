@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile import Compiled, Variant
 from rosorin_compile.diagnostics import Diagnostic, error
-from rosorin_compile.extending import declared
+from rosorin_compile.extending import Argument
 
 from ...frontend.asked import ask, description_of
 from ...frontend.expand.files import Kept
@@ -43,7 +43,7 @@ def sweep(
     if first is None:
         yield Compiled(None, (), wrong, ())
         return
-    known, told = declared(first, asked.arguments, asked.packages)
+    known, told = Argument.declared(first, asked.arguments, asked.packages)
     listed, wrong = _listed(variants, [argument.name for argument in known])
     wrong = [one for one in told if one.severity == "error"] or wrong
     if wrong:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.model import Robot
 
 from ....model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, Drive
-from ....model.driving import driving_of
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -185,13 +184,13 @@ class _Drives:
         """Hold the numbers of a plug-in against those of the robot; return why they are about another drive."""
         self.radius: float | None = None
         try:
-            driving = driving_of(replace(self.robot, drive=drive))
+            driving = replace(self.robot, drive=drive).driving
         except (ValueError, KeyError, ArithmeticError):
             if radius is None:
                 return "nothing says how large its wheels are"
             self.radius = radius
             try:
-                driving = driving_of(replace(self.robot, drive=replace(drive, radius=radius)))
+                driving = replace(self.robot, drive=replace(drive, radius=radius)).driving
             except (ValueError, KeyError, ArithmeticError) as problem:
                 return str(problem) or "the joints do not place its wheels"
         pairs = [("separation of its wheels", _number(plugin, known.separation), driving.track)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,16 @@ import pytest
 from rosorin_compile.commands import answer
 from rosorin_compile.world import listening, notes
 from support.answers import held_envelope
+from support.asked_once import ask_once
 from support.commands import write_files
 from support.robots import copy_of_rosorin
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _asks_once() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        ask_once(patch)
+        yield
 
 
 @pytest.fixture(autouse=True)

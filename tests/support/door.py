@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,7 +43,8 @@ def past_the_door(package: Path, public: Mapping[str, Sequence[str]]) -> list[Ta
     """Return what the tools of a package take that is no public name; imports for types alone count, too.
 
     ``public`` are the names of each module of the door. Of a module that is imported as a whole each name counts that
-    is taken of it.
+    is taken of it. What a module of its own only hands on counts as that which it imports, and so does a module that
+    is imported by its name as text; of a name that is made at run time nobody knows which one it is.
     """
     known = modules(package)
     tools = [module for module in known.values() if module.name.startswith("tools.")]
@@ -59,10 +61,45 @@ def _taken(
 ) -> Iterator[Taken]:
     own = owner(module.name)
     for of, name, line in _names(ast.parse(module.text), module, known, package):
+        of, name = _origin(of, name, known, package, public)
         if name in public.get(of, ()) or (of == "tools" or (of.startswith("tools.") and not owner(of))):
             continue
         if owner(of) != own or not own:
             yield Taken(own, f"{of}.{name}".strip("."), module.name, line)
+
+
+def _origin(
+    of: str, name: str, known: Mapping[str, Module], package: str, public: Mapping[str, Sequence[str]]
+) -> tuple[str, str]:
+    """Return the module that a name is of, and what it is called there; a name of the door is of the door."""
+    while of in known and name not in public.get(of, ()):
+        brought = _brought(known[of], package)
+        if name not in brought:
+            break
+        of, name = brought[name]
+    return of, name
+
+
+@cache
+def _brought(module: Module, package: str) -> Mapping[str, tuple[str, str]]:
+    """Return the names that a module imports at its top of others of its package, each with where it is from."""
+    found: dict[str, tuple[str, str]] = {}
+    for node in ast.parse(module.text).body:
+        if isinstance(node, ast.ImportFrom) and (of := origin_of(node, module, package)) is not None:
+            found |= {alias.asname or alias.name: (of, alias.name) for alias in node.names}
+    return found
+
+
+def _by_text(node: ast.Call, package: str) -> str | None:
+    """Return the module of the package that a call imports by its name as text; "?" for one made at run time."""
+    called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    if called not in ("import_module", "__import__") or not node.args:
+        return None
+    text = node.args[0].value if isinstance(node.args[0], ast.Constant) else None
+    if not isinstance(text, str) or text.startswith("."):
+        return "?"
+    top, _, name = text.partition(".")
+    return name if top == package else None
 
 
 def _names(tree: ast.AST, module: Module, known: Mapping[str, Module], package: str) -> Iterator[tuple[str, str, int]]:
@@ -70,7 +107,9 @@ def _names(tree: ast.AST, module: Module, known: Mapping[str, Module], package: 
     whole: dict[str, str] = {}  # modules that are imported as a whole, by the names that they have here
     used: set[str] = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
+        if isinstance(node, ast.Call) and (text := _by_text(node, package)) is not None:
+            yield text, "", node.lineno
+        elif isinstance(node, ast.Import):
             for alias in node.names:
                 top, _, name = alias.name.partition(".")
                 if top == package:

@@ -101,7 +101,7 @@ HOUSE = {
     "tools/view/command.py": "from ...model import Robot\nfrom .page import html\nfrom ...formats.page import data\n",
     "tools/view/page.py": "",
     "tools/fleet/__init__.py": "",
-    "formats/page/__init__.py": "",
+    "formats/page/__init__.py": "from ...world import kind\n",
 }
 
 
@@ -115,6 +115,9 @@ HOUSE = {
         ("view/page.py", "import house.world", "world"),
         ("view/page.py", "def f():\n    from ...world import kind", "world.kind"),
         ("view/page.py", "if TYPE_CHECKING:\n    from ...world import kind", "world.kind"),
+        ("view/page.py", "from ...formats.page import kind", "world.kind"),
+        ("view/page.py", "from importlib import import_module\nimport_module('house.world')", "world"),
+        ("view/page.py", "import importlib\nimportlib.import_module('house.' + 'world')", "?"),
         ("fleet/page.py", "from ..view.page import html", "tools.view.page.html"),
         ("fleet/page.py", "from ...formats.page import html", "formats.page.html"),
     ],

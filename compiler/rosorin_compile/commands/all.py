@@ -10,8 +10,8 @@ from .. import world
 from ..diagnostics.registry import WRITING, Rule
 from ..project import Description
 from .answer import tell_of_robot
-from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
-from .robots import Run, check_depfile, for_each, no_stdin, once
+from .robots import check_depfile, no_stdin
+from .run import Run, for_each, once
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..output import Written
     from ..pipeline import Compiled
+    from .parser import Parser
 
 RULES = (
     Rule(
@@ -37,24 +38,24 @@ RULES = (
 )
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    robot_options(command)
+    command.add_robots()
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--prune", action="store_true", help="remove what is no artifact from the outputs folder")
-    hook_option(command, "; exit 1 if anything was written")
+    command.add_hook("; exit 1 if anything was written")
     command.add_argument(
         "--only",
         action="append",
         default=[],
-        type=place,
+        type="path",
         metavar="OUTPUT",
         help="write this output, with the meshes that belong to it, and leave the others alone; may be given again",
     )
-    output_options(command)
-    depfile_options(command, "the first artifact of --only, else by the names of the outputs")
+    command.add_output()
+    command.add_depfile("the first artifact of --only, else by the names of the outputs")
     command.add_argument("--notes", action="store_true", help="list stand-ins, too: without it they are counted")
-    format_options(command)
+    command.add_messages()
 
 
 def run(options: argparse.Namespace) -> int:

@@ -8,32 +8,31 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics.console import Console
 from ..project import Description
 from .answer import give_result
-from .given import Given, given_arguments
-from .options import console_of, json_option, quiet_option, robot_options
+from .given import Given
 from .robots import descriptions
+from .run import Run
 from .usage import FINE, PROBLEMS
 
 if TYPE_CHECKING:
     from ..diagnostics import Span
     from ..frontend.arguments import Argument
+    from .parser import Parser
 
 _HEADS = ("name", "type", "allowed", "default", "set to", "where")
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    robot_options(command)
-    quiet_option(command)
-    json_option(command)
+    command.add_robots()
+    command.add_result()
 
 
 def run(options: argparse.Namespace) -> int:
     """List the arguments of each robot; those that are given are shown, and checked."""
-    given, names = given_arguments(options, options.words)
-    console = console_of(options)
+    run = Run.of(options)
     code, listed = FINE, []
-    for description in descriptions(names):
-        found = _declared(given, description, console)
+    for description in descriptions(run.words):
+        found = _declared(run.given, description, run.console)
         if found is None:
             code = PROBLEMS
         else:

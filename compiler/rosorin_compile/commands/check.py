@@ -22,10 +22,10 @@ from ..diagnostics.wording import counted
 from ..project import ON_STDIN, Description
 from ..world import FOLDER, kind, spoil
 from .compiling import count, mesh_files, proven, read_by, search_meshes, tell_build, telling
-from .options import check_options, console_of, depfile_options, page_options
 from .pictures import pictures
 from .registry import checks, own_checks
-from .robots import Run, check_depfile, for_each, is_foreign, once
+from .robots import check_depfile, is_foreign
+from .run import Run, console_of, for_each, once
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ RULES = (
 
 def options(command: Parser) -> None:
     """Add what this command takes, and the options that asked for checks before those had names."""
-    check_options(command, hook=True)
+    command.add_check_options(hook=True)
     command.listed, command.formatter_class = _listed, argparse.RawDescriptionHelpFormatter
     command.add_argument(
         "--every-argument",
@@ -67,10 +67,8 @@ def options(command: Parser) -> None:
         help="compile with every combination of the arguments that have a list of values; nothing is compared",
     )
     command.add_argument("--full", action="store_true", help="show text differences in full")
-    page_options(
-        command, "write a page that shows the robots, what is committed under what is compiled, and what changed"
-    )
-    depfile_options(command, "none, it has to be named")
+    command.add_page("write a page that shows the robots, what is committed under what is compiled, and what changed")
+    command.add_depfile("none, it has to be named")
     for one in _comparing():
         command.add_argument(*one.record.old, action="store_true", dest=one.record.name, help=argparse.SUPPRESS)
 

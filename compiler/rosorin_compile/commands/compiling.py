@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..frontend.tree import Map
     from ..model import Output
     from ..pipeline import Compiled
-    from .robots import Run
+    from .run import Run
 
 
 def compile_one(

@@ -5,28 +5,29 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
 from .answer import give_result
-from .given import given_arguments, named, packages_of
-from .options import argument_options, console_of, json_option, package_option, page_options, quiet_option
+from .given import named
 from .pictures import pictures
 from .robots import one, take_stdin
+from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ..meaning.difference import Difference, Side
     from .given import Given
+    from .parser import Parser
     from .sides import Read
 
 _SIDES = ("A", "B")
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     from ..formats import FORMATS
 
@@ -59,11 +60,9 @@ def options(command: argparse.ArgumentParser) -> None:
         "default: 1e-9",
     )
     command.add_argument("--full", action="store_true", help="show every difference")
-    page_options(command, "write a page that shows B, with A under it, and what differs")
-    quiet_option(command)
-    package_option(command)
-    json_option(command)
-    argument_options(command)
+    command.add_page("write a page that shows B, with A under it, and what differs")
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:
@@ -72,19 +71,19 @@ def run(options: argparse.Namespace) -> int:
     from ..meaning.difference import DEFAULT_TOLERANCE, as_json, lines
     from ..meaning.robots import compare_robots
 
-    given, words = given_arguments(options, options.words)
+    run = Run.of(options)
+    given, words = run.given, run.words
     if len(words) != 2:
         raise WrongUsage(f"diff compares two robots, and was given {len(words)}: {', '.join(words) or 'none'}")
     take_stdin(words)
     try:
         arguments = given.values()
     except LoadError as problem:
-        console_of(options).show([problem.diagnostic])
+        run.console.show([problem.diagnostic])
         return PROBLEMS
     own = [{**arguments, **named(texts)} for texts in (options.a_arg, options.b_arg)]
-    packages = packages_of(options)
-    read = [_read(word, values, packages, options.trust) for word, values in zip(words, own, strict=True)]
-    sides = _sides(read, words, console_of(options))
+    read = [_read(word, values, given.packages, given.trust) for word, values in zip(words, own, strict=True)]
+    sides = _sides(read, words, run.console)
     if sides is None:
         return PROBLEMS
     _check_arguments(options, read, words, bool(arguments))
@@ -122,7 +121,7 @@ def _tolerance(text: str) -> float:
     return value
 
 
-def _read(word: str, arguments: dict[str, Any], packages: dict[str, Path], trust: bool) -> Read:
+def _read(word: str, arguments: dict[str, Any], packages: Mapping[str, Path], trust: bool) -> Read:
     from ..project import NoDescription
     from .sides import read_side
 

@@ -12,19 +12,8 @@ from .. import world
 from ..diagnostics.console import paint
 from ..diagnostics.registry import OUTPUTS, Rule
 from .answer import give_result
-from .given import given_arguments
-from .options import (
-    argument_options,
-    console_of,
-    json_option,
-    mode_option,
-    one_robot,
-    package_option,
-    place,
-    quiet_option,
-)
-from .robots import one
-from .understanding import mode_states, understood
+from .run import Run
+from .understanding import mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -33,6 +22,7 @@ if TYPE_CHECKING:
     from ..formats.drawing.terminal import Look
     from ..model import Robot
     from ..model.frame_tree import Row
+    from .parser import Parser
 
 RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", OUTPUTS),)
 
@@ -40,37 +30,32 @@ _HOW = "rosorin-compile frames ROBOT"
 _LINES = "└├│─╌"
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    one_robot(command)
+    command.add_robot()
     command.add_argument("--frame", metavar="FRAME", help="only the way to a frame, and who publishes each step")
     command.add_argument("--publisher", metavar="NODE", help="only the edges of a publisher; nobody is one, too")
-    mode_option(command, "on and off, each in a tree")
+    command.add_modes("on and off, each in a tree")
     command.add_argument(
         "-o",
         "--output",
-        type=place,
+        type="path",
         metavar="FILE",
         help="write a picture: .svg, .dot, .gv (Graphviz), .mmd (Mermaid), .md; FOLDER/: an SVG for each tree",
     )
     command.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
     command.add_argument("--ascii", action="store_true", help="draw the tree with plain letters")
-    json_option(command)
-    quiet_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:
     """Show the tree of frames of one robot."""
-    given, words = given_arguments(options, options.words)
-    if len(words) > 1:
-        raise WrongUsage(f"one robot at a time: {_HOW}")
     chosen = [name for name in ("frame", "publisher", "output") if getattr(options, name) is not None]
     if len(chosen) > 1:
         raise WrongUsage(f"--{chosen[0]} and --{chosen[1]} do not go together")
-    console = console_of(options)
-    known = understood(given, one("".join(words), _HOW), console)
+    run, description = Run.alone(options, "one robot at a time", _HOW)
+    known = run.understood(description)
     if known is None:
         return PROBLEMS
     from ..formats.drawing.situations import TooMany, situations
@@ -80,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     except TooMany as problem:
         raise WrongUsage(f"{problem}; name modes: --mode NAME") from None
     if options.output is not None:
-        return _write(known.robot, shown, options, console)
+        return _write(known.robot, shown, options, run.console)
     _check_names(known.robot, options)
     give_result(
         options,

@@ -69,9 +69,24 @@ class Given(NamedTuple):
 
         return read(self, description, console)
 
+    def as_written(self) -> dict[str, str]:
+        """Return all arguments by name, as a xacro takes them: as texts. Raises WrongUsage."""
+        from ..frontend.expression.functions import FUNCTIONS
+        from ..frontend.load import LoadError
+
+        try:
+            return {name: str(FUNCTIONS["str"](value)) for name, value in self.values().items()}
+        except LoadError as problem:
+            raise WrongUsage(problem.diagnostic.message) from None
+
 
 def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Given, list[str]]:
-    """Return the arguments that the command line sets, and the words that set none. Raises WrongUsage."""
+    """Return what the command line gives, and the words that set no argument. Raises WrongUsage.
+
+    A command without ``-a`` takes no arguments: all its words are others.
+    """
+    if not hasattr(options, "arg"):
+        return Given({}, ()), words
     texts = named([*(word for word in words if MARK in word), *options.arg])
     files = tuple(map(Path, options.args_files))
     for file in files:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from .. import world
 from ..diagnostics import error
@@ -15,12 +15,13 @@ from ..output import cleared
 from ..output.staging import staged
 from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
 from .answer import answer_of, give_result
-from .older import older_option
-from .options import json_option, place
 from .usage import FINE, PROBLEMS, WrongUsage
 
+if TYPE_CHECKING:
+    from .parser import Parser
 
-def options(command: argparse.ArgumentParser) -> None:
+
+def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_argument("name", metavar="NAME", help="name of the robot: letters, digits, underscores")
     command.add_argument(
@@ -30,16 +31,16 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="TEMPLATE",
         help=f"what to start from: {', '.join(TEMPLATES)}; default: a terminal is asked, else {DEFAULT}",
     )
-    json_option(command)
+    command.add_result_form()
     command.add_argument(
         "-o",
         "--output",
         default=".",
-        type=place,
+        type="path",
         metavar="FOLDER",
         help="the project, which has or gets descriptions/; default: .",
     )
-    older_option(command, ["--folder"], "NAME -o {}", dest="output", metavar="FOLDER")
+    command.add_older(["--folder"], "NAME -o {}", dest="output", metavar="FOLDER")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,7 +1,7 @@
 """Older spellings of a command line: they work for a release, and the new one is said once, on standard error.
 
 The robot was the last word of some commands, and is the first of all. An option that has another name is added under
-the old one by ``older_option``: the help and the completion do not show it.
+the old one by ``Parser.add_older``: the help and the completion do not show it.
 """
 
 from __future__ import annotations
@@ -10,13 +10,10 @@ import argparse
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..world import is_set
 from .usage import old_spelling
-
-if TYPE_CHECKING:
-    from .parser import Options
 
 # Words that people type for a command, and what it is called here.
 INSTEAD = {
@@ -78,22 +75,7 @@ def _in_a_launch_file() -> bool:
     return is_set("AMENT_PREFIX_PATH") and not sys.stderr.isatty()
 
 
-def named_robot(command: Options) -> None:
-    """Add the option that named the robot of commands whose words may be other names, too."""
-    older_option(command, ("-r", "--robot"), "{} ...", dest="robot", default="", metavar="ROBOT")
-
-
-def older_option(command: Options, old: Sequence[str], new: str, **settings: Any) -> None:
-    """Add an option under its old names; ``new`` is what is to be said, with its value for ``{}``.
-
-    ``new`` is empty where that depends on more: then the command says it.
-
-    ``settings`` are those of the new one, with its ``dest``.
-    """
-    command.add_argument(*old, action=_Older, new=new, help=argparse.SUPPRESS, **settings)
-
-
-class _Older(argparse.Action):
+class Older(argparse.Action):
     """Takes a value as the option does that has another name now, and says that name."""
 
     def __init__(self, option_strings: Sequence[str], dest: str, new: str, **settings: Any) -> None:

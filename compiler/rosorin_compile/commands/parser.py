@@ -1,23 +1,33 @@
-"""A parser of options that can be asked which it has, and that takes values such as -12.5mm."""
+"""A parser of options that can be asked which it has, and that takes values such as -12.5mm.
+
+It adds the options that many commands have, each under one name: ``options(parser)`` of a command or check gets one.
+"""
 
 from __future__ import annotations
 
 import argparse
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
+from ..diagnostics.console import BARE, ENVELOPE, MARKDOWN
+from .older import Older
 from .usage import USAGE
 
 if TYPE_CHECKING:
 
-    class Options(Protocol):
+    class Group(Protocol):
         """What options are added to: a parser, or a group of one."""
 
         def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
             """Add an option, as argparse does."""
 
+
+FORMAT_NAMES = ("text", ENVELOPE, BARE, "github", "sarif", MARKDOWN)
+PAGE_MEGABYTES = 40  # of the meshes of a page
+_ROBOT = "name in descriptions/, folder or file"
+_ROBOTS = f"{_ROBOT}; default: every robot"
 
 # A number below zero, with a unit or more numbers after it; argparse knows that of plain numbers only.
 _NEGATIVE = r"-\.?\d"
@@ -36,6 +46,7 @@ class Parser(argparse.ArgumentParser):
 
     ``completes`` of an option says what a shell completes there, in the words of ``commands.completion.candidates``.
     ``listed`` gives what the help lists under the description; it is asked when the help is shown.
+    ``type="path"`` of an option takes the name of a file or folder, which is not empty.
     """
 
     def __init__(self, *words: Any, listed: Callable[[], str] | None = None, **settings: Any) -> None:
@@ -43,6 +54,7 @@ class Parser(argparse.ArgumentParser):
         self.within: dict[str, Parser] = {}
         self.listed = listed
         super().__init__(*words, **settings)
+        self.register("type", "path", _path)
 
     def format_help(self) -> str:
         """Return the help, with what is listed in it under the description."""
@@ -56,6 +68,160 @@ class Parser(argparse.ArgumentParser):
         completes = settings.pop("completes", None)
         self.options.append(super().add_argument(*names, **settings))
         return _completed(self.options[-1], completes)
+
+    def add_robot(self) -> None:
+        """Add the robot of a command that is about one."""
+        self.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; needed where there are several")
+
+    def add_robots(self, words: str = "ROBOT", help: str = _ROBOTS) -> None:
+        """Add what a command takes that goes through robots: its words, which name them, and what they are given."""
+        self.add_argument("words", nargs="*", metavar=words, help=help)
+        self.add_given()
+
+    def add_older_robot(self) -> None:
+        """Add the option that named the robot of commands whose words may be other names, too."""
+        self.add_older(("-r", "--robot"), "{} ...", dest="robot", default="", metavar="ROBOT")
+
+    def add_given(self) -> None:
+        """Add what robots are given: folders of ROS packages, trust in a xacro, and arguments, last in the help."""
+        self.add_argument(
+            "--package",
+            action="append",
+            default=[],
+            metavar="NAME=PATH",
+            dest="packages",
+            help="folder of a ROS package, for $(find NAME) and package://NAME; may be given again",
+        )
+        self.add_argument(
+            "--trust", action="store_true", help="say nothing of what a xacro can run: you trust whoever wrote it"
+        )
+        self.add_argument(
+            "--xacro-seconds",
+            type=_seconds,
+            metavar="S",
+            help="how long a xacro may calculate before it is ended; default: 60",
+        )
+        group = self.add_argument_group("arguments of the description, or of a xacro")
+        group.add_argument(
+            "-a",
+            "--arg",
+            action="append",
+            default=[],
+            metavar="NAME=VALUE",
+            help="set one; NAME:=VALUE without -a does the same",
+        )
+        group.add_argument(
+            "--args",
+            action="append",
+            default=[],
+            metavar="FILE",
+            dest="args_files",
+            help="set those that a YAML file maps to values; -a goes before it",
+        )
+
+    def add_check_options(self, words: str = "ROBOT", help: str = _ROBOTS, hook: bool = False) -> None:
+        """Add what a check takes: its words, the folder of the artifacts, what robots are given, the form of messages.
+
+        With ``hook`` the words may be files that changed, for pre-commit.
+        """
+        self.add_robots(words, help)
+        if hook:
+            self.add_hook()
+        self.add_output()
+        self.add_messages(summary=True)
+
+    def add_output(self) -> None:
+        """Add the option that names the folder of the artifacts."""
+        self.add_argument(
+            "-o",
+            "--output",
+            type="path",
+            metavar="FOLDER",
+            help="where the artifacts stand: of one robot the folder itself, of several a folder for each in it; "
+            "default: outputs/ROBOT",
+        )
+        self.add_older(["--outputs"], "", dest="outputs", type="path", metavar="FOLDER")
+
+    def add_messages(self, summary: bool = False) -> None:
+        """Add how messages are printed, where they are all there is; with ``summary`` also that a file keeps them."""
+        if summary:
+            self.add_argument(
+                "--summary",
+                type="path",
+                metavar="FILE",
+                help="append what --format markdown prints to a file, whatever the form of the messages",
+            )
+        self.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the messages; default: text")
+        how_much = self.add_mutually_exclusive_group()
+        how_much.add_argument(
+            "-q", "--quiet", action="store_true", help="show errors only, and how many stand-ins there are"
+        )
+        how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
+
+    def add_result(self) -> None:
+        """Add how a result is printed that is more than messages, and that of those only errors are."""
+        self.add_result_form()
+        self.add_quiet()
+
+    def add_result_form(self, to: Group | None = None) -> None:
+        """Add how a result is printed that is more than messages, to a group of options if one is given."""
+        forms, to = ("text", ENVELOPE, BARE), to or self
+        to.add_argument("--format", choices=forms, default="text", help="form of the result; default: text")
+        to.add_argument("--json", action=_Old, dest="old_json", nargs=0, default=False, help=argparse.SUPPRESS)
+
+    def add_quiet(self) -> None:
+        """Add the option to hear of errors only."""
+        self.add_argument("-q", "--quiet", action="store_true", help="of the messages show errors only")
+
+    def add_hook(self, more: str = "") -> None:
+        """Add the option for pre-commit."""
+        self.add_argument(
+            "--hook",
+            action="store_true",
+            help=f"for pre-commit: the words are files that changed, the robots all those of their projects{more}",
+        )
+
+    def add_page(self, what: str) -> None:
+        """Add the options of a page that is written into a file; ``what`` says what it shows."""
+        self.add_argument("--html", type="path", metavar="FILE", help=what)
+        self.add_argument("--no-meshes", action="store_true", help="with --html: leave the meshes out")
+        self.add_argument(
+            "--max-megabytes",
+            type=float,
+            metavar="NUMBER",
+            help=f"with --html: how much meshes may have together; default: {PAGE_MEGABYTES}",
+        )
+
+    def add_depfile(self, target: str) -> None:
+        """Add the options that tell a build tool which files were read; ``target`` says the default one."""
+        self.add_argument(
+            "--depfile", type="path", metavar="FILE", help="write which files were read, as Make and Ninja take it"
+        )
+        self.add_argument(
+            "--depfile-target",
+            type="path",
+            metavar="NAME",
+            help=f"the target that the depfile names; default: {target}",
+        )
+
+    def add_modes(self, unnamed: str, to: Group | None = None) -> None:
+        """Add how modes are, to a group of options if one is given; ``unnamed`` says how those are without a name."""
+        (to or self).add_argument(
+            "--mode",
+            action="append",
+            default=[],
+            metavar="MODE",
+            dest="modes",
+            help=f'a mode that is on, or off: slam, "not slam", slam=off; others: {unnamed}',
+        )
+
+    def add_older(self, old: Sequence[str], new: str, **settings: Any) -> None:
+        """Add an option under its old names, which the help and the completion do not show.
+
+        ``new`` is what is to be said, with its value for ``{}``; it is empty where that depends on more: then the
+        command says it. ``settings`` are those of the new one, with its ``dest``.
+        """
+        self.add_argument(*old, action=Older, new=new, help=argparse.SUPPRESS, **settings)
 
     def add_argument_group(self, *words: Any, **settings: Any) -> Any:
         """Return a new group; what is added to it is noted here."""
@@ -123,6 +289,28 @@ class Parser(argparse.ArgumentParser):
 
         group.add_argument = add_argument
         return group
+
+
+def _path(text: str) -> str:
+    """Return the name of a file or folder; an empty one is a variable of a shell that is not set."""
+    if not text:
+        raise argparse.ArgumentTypeError("the name is empty")
+    return text
+
+
+def _seconds(text: str) -> int:
+    """Return a time in whole seconds."""
+    if not (text.isascii() and text.isdigit() and len(text) < 9 and int(text) > 0):
+        raise argparse.ArgumentTypeError(f'"{text[:20]}" is no number of whole seconds')
+    return int(text)
+
+
+class _Old(argparse.Action):
+    """The old spelling of a result alone; the command line says the new one."""
+
+    def __call__(self, _: object, namespace: argparse.Namespace, *__: object) -> None:
+        """Set it."""
+        namespace.format, namespace.old_json = BARE, True
 
 
 def _completed(action: argparse.Action, completes: object) -> argparse.Action:

@@ -18,10 +18,9 @@ from ..project import Description
 from ..world import spoil
 from .answer import give_result
 from .compiling import compile_proven, proven, read_by, search_meshes, telling
-from .given import Given, given_arguments, no_half_mark, texts
-from .older import robot_first
-from .options import argument_options, console_of, depfile_options, json_option, package_option, place
+from .given import Given, no_half_mark, texts
 from .robots import is_foreign, is_robot, one
+from .run import Run
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
@@ -30,12 +29,13 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..model import Output
     from ..pipeline import Compiled, Understood
+    from .parser import Parser
 
 _CALL = "rosorin-compile print"
 _MOST_NAMED = 20
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_argument(
         "words",
@@ -45,12 +45,12 @@ def options(command: argparse.ArgumentParser) -> None:
         help="the robot (name, folder or file, also a URDF, xacro, SDF or MJCF), needed where there are several, and a "
         "name under outputs, or a format such as urdf, which has its defaults then",
     )
-    command.add_argument("-o", "--output", type=place, metavar="FILE", help="write this file instead, all at once")
+    command.add_argument("-o", "--output", type="path", metavar="FILE", help="write this file instead, all at once")
     command.add_argument(
         "--list", action="store_true", completes="[ROBOT]", help="list the outputs of the robot: name, format, file"
     )
-    json_option(command)
-    depfile_options(command, "the FILE of -o")
+    command.add_result_form()
+    command.add_depfile("the FILE of -o")
     # A launch file takes whatever stands on standard error for a failure.
     how_much = command.add_mutually_exclusive_group()
     how_much.add_argument("-q", "--quiet", action="store_true", help="show errors only; the default")
@@ -65,15 +65,14 @@ def options(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="of a URDF, xacro, SDF or MJCF, take what breaks the specification where that works",
     )
-    package_option(command)
-    argument_options(command)
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:
     """Print one artifact, or list those that there are."""
     options.quiet = not options.verbose  # what there is to say of the cache, too
-    given, words = given_arguments(options, options.words)
-    console = console_of(options)
+    run = Run.of(options)
+    given, words, console = run.given, run.words, run.console
     if options.list:
         return _list(options, given, words, console)
     if not words:
@@ -90,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage("--depfile-target goes with --depfile FILE")
     if options.depfile is not None and target is None:
         raise WrongUsage("a depfile needs a target: write -o FILE, or --depfile-target NAME")
-    description, output = _asked(given, words)
+    description, output = _asked(run)
     compiled = _compiled(given, description, console, output, options.lenient)
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
@@ -98,8 +97,9 @@ def run(options: argparse.Namespace) -> int:
     return _put(options, console, compiled, read_by(given, compiled), target)
 
 
-def _asked(given: Given, words: list[str]) -> tuple[Description, str]:
+def _asked(run: Run) -> tuple[Description, str]:
     """Return the robot that is asked for, and which of its outputs. Raises WrongUsage."""
+    words = run.words
     if len(words) == 1:
         try:
             return one("", f"{_CALL} ROBOT {words[0]}"), words[0]
@@ -107,7 +107,7 @@ def _asked(given: Given, words: list[str]) -> tuple[Description, str]:
             if is_robot(words[0]):
                 raise WrongUsage(_meant(words[0])) from None
             raise
-    robot, (output,) = robot_first("print", words, partial(_has_output, given))
+    robot, (output,) = run.robot_first(partial(_has_output, run.given))
     if _is_format(robot) and not is_robot(robot):
         robot, output = output, robot  # in the old order, and no robot
     return one(robot, f"{_CALL} ROBOT {output}"), output

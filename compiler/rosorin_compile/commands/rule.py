@@ -6,24 +6,28 @@ import argparse
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from ..diagnostics import Diagnostic, did_you_mean, has_errors
 from ..diagnostics.registry import OF_PLUGINS, PLUGINS, Rule, every_rule, find
 from ..frontend.accepting import STAYS
 from .answer import answer_of, give_result
-from .options import json_option
 from .usage import FINE, PROBLEMS, WrongUsage
+
+if TYPE_CHECKING:
+    from .parser import Parser
+
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100
 _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import --lenient writes that entry.", "": ""}
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     what = "what a message has in brackets: axis-zero for error[axis-zero]; default: list all"
     command.add_argument("words", nargs="*", metavar="ID", help=what)
-    json_option(command)
+    command.add_result_form()
 
 
 def run(options: argparse.Namespace) -> int:

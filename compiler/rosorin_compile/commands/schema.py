@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from .. import world
 from ..diagnostics import did_you_mean
@@ -10,8 +11,10 @@ from ..diagnostics.console import give
 from ..formats import FORMATS
 from ..project import data_folder
 from .answer import GENERAL, give_result
-from .options import json_option
 from .usage import FINE, WrongUsage
+
+if TYPE_CHECKING:
+    from .parser import Parser
 
 # The schemas that are no format's, and whose form they describe.
 _NAMES = {
@@ -23,7 +26,7 @@ _NAMES = {
 _ENDING = ".schema.json"
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     known = names()
     width = max(map(len, known))
@@ -33,7 +36,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "name", nargs="?", default="authoring", metavar="NAME", completes="SCHEMA", help="see below; default: authoring"
     )
     command.add_argument("--list", action="store_true", help="list the names, and whose form each describes")
-    json_option(command)
+    command.add_result_form()
 
 
 def names() -> dict[str, str]:

@@ -17,22 +17,22 @@ from ..output.watch import INTERVAL, Inputs, Said
 from ..project import Description, NoDescription
 from .compiling import compile_proven, count, mesh_files
 from .given import Given, given_arguments
-from .options import output_options, quiet_option, robot_options
 from .robots import described, no_stdin
 from .usage import FINE
 
 if TYPE_CHECKING:
     from ..meaning.golden import Comparison
     from ..pipeline import Compiled
+    from .parser import Parser
 
 MAX_SHOWN = 20  # changes of one run, one line each
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    robot_options(command)
-    output_options(command)
-    quiet_option(command)
+    command.add_robots()
+    command.add_output()
+    command.add_quiet()
 
 
 def run(options: argparse.Namespace) -> int:

@@ -15,7 +15,7 @@ import jsonschema
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.commands.options import PAGE_MEGABYTES
+from rosorin_compile.commands.parser import PAGE_MEGABYTES
 from rosorin_compile.formats.page import MAX_MEGABYTES, data_of, html
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT

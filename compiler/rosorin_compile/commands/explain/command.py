@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 from ...project import Description, NoDescription, all_here, here
 from ..answer import give_result
 from ..compiling import telling
-from ..given import Given, given_arguments
-from ..older import named_robot
-from ..options import argument_options, console_of, json_option, package_option, quiet_option
+from ..given import Given
 from ..robots import descriptions, take_stdin
+from ..run import Run
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics.console import Console
+    from ..parser import Parser
     from .explanation import Answer, Explanation
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_argument(
         "words",
@@ -29,19 +29,17 @@ def options(command: argparse.ArgumentParser) -> None:
         help="frames, links, joints, sensors, uses of parts, and numbers of theirs (z, mass); before them the robot",
     )
     command.add_argument("--pose", default="", metavar="POSE", help="show the frames in this named pose, too")
-    named_robot(command)
-    json_option(command)
-    quiet_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_older_robot()
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:
     """Explain frames of one robot."""
-    given, words = given_arguments(options, options.words)
-    take_stdin([*words, options.robot])
-    description, names = _asked(words, options.robot)
-    found = _explained(given, description, names, options.pose, console_of(options))
+    run = Run.of(options)
+    take_stdin([*run.words, options.robot])
+    description, names = _asked(run.words, options.robot)
+    found = _explained(run.given, description, names, options.pose, run.console)
     if found is None:
         return PROBLEMS
     from .explanation import as_json

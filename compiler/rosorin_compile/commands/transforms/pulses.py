@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ... import world
 from ...project import Description
 from ..answer import give_result
-from ..given import given_arguments
-from ..older import later_robot, named_robot
-from ..options import argument_options, console_of, json_option, package_option, quiet_option
+from ..older import later_robot
 from ..robots import one
+from ..run import Run
 from ..understanding import Known, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
 
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from ...diagnostics.console import Console
     from ...model import Joint, Robot
     from ...model.robot import ServoGroup
+    from ..parser import Parser
 
 _HOW = "rosorin-compile pulses ROBOT ..."
 _HEADS = ("joint", "pulse", "position", "degrees", "asked for", "off by")
@@ -37,7 +37,7 @@ class Row(NamedTuple):
     asked: float | None = None
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_argument(
         "words",
@@ -46,7 +46,7 @@ def options(command: argparse.ArgumentParser) -> None:
         completes="[ROBOT] SERVO=VALUE ...",
         help="a whole number is a pulse, a number with a unit (30deg) a position; without any: the calibration",
     )
-    named_robot(command)
+    command.add_older_robot()
     plain = command.add_mutually_exclusive_group()
     plain.add_argument("--radians", action="store_true", help="numbers without a unit are radians (or metres)")
     plain.add_argument("--degrees", action="store_true", help="numbers without a unit are degrees (or metres)")
@@ -55,22 +55,20 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--model", metavar="FILE", help="a robot_model.json: prove that it gives the same positions for every pulse"
     )
-    json_option(command)
-    quiet_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:
     """Print pulses and the positions that they give."""
-    given, words = given_arguments(options, options.words)
+    run = Run.of(options)
+    words, console = run.words, run.console
     values = [word for word in words if "=" in word]
     names = [options.robot] * bool(options.robot) + [word for word in words if "=" not in word]
     if len(names) > 1:
         raise WrongUsage(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither; {_HOW}')
     later_robot("pulses", words, names if not options.robot else [])
-    console = console_of(options)
-    known = understood(given, _named("".join(names)), console)
+    known = understood(run.given, _named("".join(names)), console)
     if known is None:
         return PROBLEMS
     if not known.robot.servos:

@@ -12,17 +12,9 @@ from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
 from ...project import Description
 from ..answer import give_result
-from ..given import Given, given_arguments
-from ..older import named_robot, robot_first
-from ..options import (
-    argument_options,
-    console_of,
-    json_option,
-    mode_option,
-    package_option,
-    quiet_option,
-)
+from ..given import Given
 from ..robots import one
+from ..run import Run
 from ..understanding import Known, mode_states, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
 
@@ -33,6 +25,7 @@ if TYPE_CHECKING:
     from ...model.kinematics.graph import NoWay
     from ...model.kinematics.lookup import Answer
     from ...model.kinematics.quaternions import Position
+    from ..parser import Parser
 
 RULES = (
     Rule(
@@ -73,7 +66,7 @@ class Asked(NamedTuple):
     swept: dict[str, str]
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_argument(
         "words",
@@ -82,15 +75,15 @@ def options(command: argparse.ArgumentParser) -> None:
         completes="[ROBOT] FRAME FRAME",
         help="the robot, needed where there are several; the answer is where TARGET sits in SOURCE",
     )
-    named_robot(command)
+    command.add_older_robot()
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
     state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
     for option, dest, form, help in _STATE:
         state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
     state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
-    mode_option(command, "off, where one is named")
+    command.add_modes("off, where one is named")
     answer = command.add_mutually_exclusive_group()
-    json_option(answer)
+    command.add_result_form(answer)
     answer.add_argument("--table", action="store_true", help="one line a state: x y z in m, roll pitch yaw in degrees")
     answer.add_argument("--csv", action="store_true", help="one line a state: numbers in full, in m and rad")
     command.add_argument(
@@ -100,14 +93,14 @@ def options(command: argparse.ArgumentParser) -> None:
         help="whose tf2_echo; jazzy says (xyzw); default: humble",
     )
     command.add_argument("--digits", type=int, metavar="N", help="digits after the point; default: 3, as tf2_echo has")
-    quiet_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_quiet()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:
     """Print where a frame sits in another."""
-    given, words = given_arguments(options, options.words)
+    run = Run.of(options)
+    words, console = run.words, run.console
     value = next((word for word in words if "=" in word), None)
     if value is not None:
         raise WrongUsage(f"write --joint {value} for a position, --pulse {value} for a pulse")
@@ -115,11 +108,10 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"two frames are needed, and at most one robot: {_HOW}")
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
         raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
-    console = console_of(options)
     robot, frames = options.robot, words
     if len(words) > 2:
-        robot, frames = robot_first("tf", words, partial(_has_frames, given))
-    known = understood(given, _robot(robot), console)
+        robot, frames = run.robot_first(partial(_has_frames, run.given))
+    known = understood(run.given, _robot(robot), console)
     if known is None:
         return PROBLEMS
     from ...model.pulses import NoPulse

@@ -16,13 +16,7 @@ from rosorin_compile.extending import (
     Holding,
     Run,
     WrongUsage,
-    argument_options,
     give_result,
-    json_option,
-    one_robot,
-    package_option,
-    place,
-    quiet_option,
     scalar,
     world,
 )
@@ -32,6 +26,7 @@ from .planning import Pair, Parts, Planning, ordered, planning_of
 
 if TYPE_CHECKING:
     from rosorin_compile import Case
+    from rosorin_compile.extending import Parser
 
 RULES = (
     Rule(
@@ -47,15 +42,13 @@ FILE = "collisions.yaml"
 _HOW = "rosorin-compile collisions ROBOT"
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    one_robot(command)
-    command.add_argument("-o", "--output", type=place, metavar="FILE", help=f"default: {FILE} beside the description")
+    command.add_robot()
+    command.add_argument("-o", "--output", type="path", metavar="FILE", help=f"default: {FILE} beside the description")
     command.add_argument("--force", action="store_true", help="compute it anew, though it is that of the robot")
-    json_option(command)
-    quiet_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:

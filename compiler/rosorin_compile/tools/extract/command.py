@@ -10,24 +10,20 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import Console, masked
+from rosorin_compile.diagnostics import masked
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
+    Run,
     WrongUsage,
-    argument_options,
-    console_of,
     give_result,
-    json_option,
-    package_option,
-    place,
-    quiet_option,
 )
 
 from ...diagnostics.console import give
 
 if TYPE_CHECKING:
     from rosorin_compile.diagnostics import Source
+    from rosorin_compile.extending import Parser
     from rosorin_compile.model import HeightMap
 
     from .factory import Factory
@@ -37,7 +33,7 @@ _KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack", "smallest")
 _STATUSES = ("calculated", "measured", "factory")
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     ways = command.add_subparsers(required=True, metavar="WHAT", dest="what")
     for name, words, help, more in (
@@ -57,13 +53,12 @@ def options(command: argparse.ArgumentParser) -> None:
     ):
         way = ways.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
         more(way)
-        quiet_option(way)
-        package_option(way)
-        argument_options(way)
+        way.add_result()
+        way.add_given()
         way.usage = f"rosorin-compile extract {name} [options] {words}"
 
 
-def _boxes_options(way: argparse.ArgumentParser) -> None:
+def _boxes_options(way: Parser) -> None:
     way.add_argument(
         "words", nargs="+", metavar="SOURCE", help="mesh files, or one robot: URDF, xacro, SDF, MJCF, description"
     )
@@ -79,7 +74,7 @@ def _boxes_options(way: argparse.ArgumentParser) -> None:
     _output_options(way)
 
 
-def _heightmap_options(way: argparse.ArgumentParser) -> None:
+def _heightmap_options(way: Parser) -> None:
     way.add_argument("words", nargs="+", metavar="SOURCE", help="mesh files, or one robot with --link")
     way.add_argument("--link", help="the link of the robot whose meshes are taken")
     _section_option(way)
@@ -97,19 +92,18 @@ def _heightmap_options(way: argparse.ArgumentParser) -> None:
     _output_options(way)
 
 
-def _factory_options(way: argparse.ArgumentParser) -> None:
+def _factory_options(way: Parser) -> None:
     way.add_argument("words", nargs="+", metavar="PACKAGE", help="the folder of a ROS description package")
-    way.add_argument("-o", "--output", required=True, type=place, metavar="FOLDER", help="the folder for the files")
+    way.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="the folder for the files")
     way.add_argument("--robot", metavar="FILE", help="the file of the robot in the package; default: the only one")
     way.add_argument("--heightmap-link", metavar="LINK", help="the link whose meshes become the height map")
     way.add_argument("--frame", metavar="LINK", help="the link that the height map is given in; default: the same")
     way.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
     _section_option(way)
     _grid_options(way)
-    json_option(way)
 
 
-def _section_option(way: argparse.ArgumentParser) -> None:
+def _section_option(way: Parser) -> None:
     way.add_argument(
         "--from",
         choices=("auto", "collision", "visual"),
@@ -119,7 +113,7 @@ def _section_option(way: argparse.ArgumentParser) -> None:
     )
 
 
-def _grid_options(way: argparse.ArgumentParser) -> None:
+def _grid_options(way: Parser) -> None:
     way.add_argument("--cell", metavar="LENGTH", help="edge of a cell, such as 1cm; default: 10 mm")
     way.add_argument("--origin", metavar="X,Y", help="corner of the first cell; default: that of the mesh")
     way.add_argument("--cells", metavar="NXxNY", help="how many cells along x and y; default: to the end of the mesh")
@@ -131,10 +125,9 @@ def _grid_options(way: argparse.ArgumentParser) -> None:
     way.add_argument("--step", metavar="LENGTH", help="heights of the boxes are multiples of this; default: a cell")
 
 
-def _output_options(way: argparse.ArgumentParser) -> None:
-    way.add_argument("-o", "--output", type=place, metavar="FILE", help="write a file instead of standard output")
+def _output_options(way: Parser) -> None:
+    way.add_argument("-o", "--output", type="path", metavar="FILE", help="write a file instead of standard output")
     way.add_argument("--force", action="store_true", help="overwrite a file that extract did not make")
-    json_option(way)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -144,15 +137,16 @@ def run(options: argparse.Namespace) -> int:
     from .options import say
     from .parts import SourceProblem
 
-    ways: dict[str, Callable[[argparse.Namespace, Console], int]] = {
+    ways: dict[str, Callable[[Run], int]] = {
         "boxes": _boxes,
         "heightmap": _heightmap,
         "factory": _factory,
     }
-    console = console_of(options)
+    run = Run.of(options)
+    console = run.console
     try:
         TriangleMesh.needed()
-        return ways[options.what](options, console)
+        return ways[options.what](run)
     except SourceProblem as problem:
         say(console, problem.diagnostics)
     except NotThere as problem:
@@ -163,15 +157,16 @@ def run(options: argparse.Namespace) -> int:
     return PROBLEMS
 
 
-def _boxes(options: argparse.Namespace, console: Console) -> int:
+def _boxes(run: Run) -> int:
     from . import boxes
     from .fits import KINDS
     from .options import digits, parts
 
+    options = run.options
     if not 1 <= options.stack <= 100:
         raise WrongUsage("--stack takes 1 to 100 boxes")
     decimals = digits(options.digits, "--digits")
-    fitted = boxes.fit_parts(parts(options, console), decimals, options.stack, options.axis)
+    fitted = boxes.fit_parts(parts(run), decimals, options.stack, options.axis)
     lines = boxes.table(fitted, KINDS)
     made = boxes.json_values(fitted, KINDS)
     text = (
@@ -182,11 +177,12 @@ def _boxes(options: argparse.Namespace, console: Console) -> int:
     return _give(options, made, text, lines)
 
 
-def _heightmap(options: argparse.Namespace, console: Console) -> int:
+def _heightmap(run: Run) -> int:
     from . import into, writing
     from .heightmap import make_map, summary
     from .options import surface, wanted, wanted_there
 
+    options = run.options
     as_json = options.format != "text"
     if options.into and (options.output or as_json):
         raise WrongUsage("--into edits a file; it goes with neither -o nor JSON")
@@ -198,9 +194,9 @@ def _heightmap(options: argparse.Namespace, console: Console) -> int:
         source = into.read(Path(options.into))
         block = into.find_block(source, options.frame)
         asked = wanted_there(options, asked, block)
-    triangles, meshes, frame = surface(options, console, block.link if block else options.frame)
+    triangles, meshes, frame = surface(run, block.link if block else options.frame)
     made, said = make_map(triangles, asked, frame)
-    console.show(said)
+    run.console.show(said)
     note = options.note or f"top of {', '.join(meshes)}"
     if source is not None and block is not None:
         return _replace(options, source, block, made, note)
@@ -224,7 +220,7 @@ def _replace(options: argparse.Namespace, source: Source, block: Block, made: He
     return FINE
 
 
-def _factory(options: argparse.Namespace, console: Console) -> int:
+def _factory(run: Run) -> int:
     from rosorin_compile.diagnostics import has_errors
     from rosorin_compile.extending import OutputError
 
@@ -234,7 +230,8 @@ def _factory(options: argparse.Namespace, console: Console) -> int:
     from .parts import read_source
     from .writing import whose
 
-    read, packages, words = reading(options, console)
+    options, console = run.options, run.console
+    read, packages, words = reading(run)
     if len(words) != 1:
         raise WrongUsage(f"extract factory takes one PACKAGE, not {len(words)}")
     if options.frame and not options.heightmap_link:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import Console
-from rosorin_compile.extending import Quantity, WrongUsage, given_arguments
+from rosorin_compile.extending import Quantity, WrongUsage
 
 from ...commands.robots import no_stdin
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rosorin_compile.diagnostics import Diagnostic
-    from rosorin_compile.extending import ReadOptions
+    from rosorin_compile.extending import ReadOptions, Run
 
     from .heightmap import Wanted
     from .into import Block
@@ -134,31 +134,25 @@ def _number(value: object) -> float | None:
     return float(value) if isinstance(value, int | float) and value > 0 else None
 
 
-def reading(options: argparse.Namespace, console: Console) -> tuple[ReadOptions, dict[str, Path], list[str]]:
+def reading(run: Run) -> tuple[ReadOptions, dict[str, Path], list[str]]:
     """Return how robots are read, the packages by name, and the words that are no arguments. Raises WrongUsage."""
-    from rosorin_compile.extending import LoadError, ReadOptions
+    from rosorin_compile.extending import ReadOptions
 
-    from ...frontend.expression.functions import FUNCTIONS
-
-    given, words = given_arguments(options, options.words)
-    no_stdin(words, "name a file")
-    packages = dict(given.packages)
-    try:
-        values = {name: str(FUNCTIONS["str"](value)) for name, value in given.values().items()}
-    except LoadError as problem:
-        raise WrongUsage(problem.diagnostic.message) from None
-    lenient = getattr(options, "lenient", False)
-    asked = ReadOptions(values, packages, lenient, tell=console.ahead, trust=given.trust)
-    return asked, packages, words
+    no_stdin(run.words, "name a file")
+    packages = dict(run.given.packages)
+    lenient = getattr(run.options, "lenient", False)
+    asked = ReadOptions(run.given.as_written(), packages, lenient, tell=run.console.ahead, trust=run.given.trust)
+    return asked, packages, run.words
 
 
-def parts(options: argparse.Namespace, console: Console) -> list[Part]:
+def parts(run: Run) -> list[Part]:
     """Return the parts that get a shape: one a mesh file, or one a link of a robot that has meshes."""
     from rosorin_compile.extending import ExtractProblem
 
     from .parts import part_of_link, read_source
 
-    read, _, words = reading(options, console)
+    options, console = run.options, run.console
+    read, _, words = reading(run)
     if _are_meshes(words):
         _no_robot(options)
         return _mesh_parts(options, words, console)
@@ -172,7 +166,7 @@ def parts(options: argparse.Namespace, console: Console) -> list[Part]:
     return found
 
 
-def surface(options: argparse.Namespace, console: Console, frame: str | None) -> tuple[Floats, tuple[str, ...], str]:
+def surface(run: Run, frame: str | None) -> tuple[Floats, tuple[str, ...], str]:
     """Return the triangles (n, 3, 3) for a height map in its frame, the names of the meshes, and that of the frame."""
     import numpy as np
 
@@ -181,7 +175,8 @@ def surface(options: argparse.Namespace, console: Console, frame: str | None) ->
 
     from .parts import part_of_link, read_source
 
-    read, _, words = reading(options, console)
+    options, console = run.options, run.console
+    read, _, words = reading(run)
     x, y, z = quantities(options.xyz, "--xyz", 3)
     roll, pitch, yaw = quantities(options.rpy, "--rpy", 3, Quantity.one("rad"))
     transform = Pose((x, y, z), (roll, pitch, yaw)).transform()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.diagnostics import (
     ERROR,
@@ -24,13 +24,17 @@ from rosorin_compile.diagnostics import (
     listed,
     printable,
 )
-from rosorin_compile.extending import FINE, PROBLEMS, WrongUsage, console_of, format_options, page_options, place, world
+from rosorin_compile.extending import FINE, PROBLEMS, Run, WrongUsage, world
 
 from .columns import Columns, Texts
 from .judging import Far, Row, far_of, outliers, rows_of
 from .spread import FEWEST
 from .sweep_file import SweepFile, Variant, span_of
 from .telling import blocks, table, texts_of
+
+if TYPE_CHECKING:
+    from rosorin_compile.extending import Parser
+
 
 RULES = (
     Rule(
@@ -252,13 +256,13 @@ class Fleet:
         return lines
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this check takes; ``--fleet`` is what its word was before it had a name."""
     command.add_argument("words", nargs="*", metavar="FILE", help="the sweep.json of a sweep, or its folder")
-    command.add_argument("--fleet", type=place, metavar="FILE", help=argparse.SUPPRESS)
+    command.add_argument("--fleet", type="path", metavar="FILE", help=argparse.SUPPRESS)
     command.add_argument("--full", action="store_true", help="show all numbers")
-    page_options(command, "write a page that shows the numbers of all robots")
-    format_options(command, summary=True)
+    command.add_page("write a page that shows the numbers of all robots")
+    command.add_messages(summary=True)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -267,7 +271,8 @@ def run(options: argparse.Namespace) -> int:
     if len(files) != 1:
         many = f'; what is "{files[1]}" for?' if files else ""
         raise WrongUsage(f"a fleet is the sweep.json of one sweep{many}: rosorin-compile check fleet FILE")
-    console = console_of(options)
+    run = Run.of(options)
+    console = run.console
     fleet = Fleet(SweepFile(Path(files[0])))
     console.begin(printable(str(fleet.file.path)))
     fleet.read()
@@ -281,11 +286,7 @@ def run(options: argparse.Namespace) -> int:
 
         write(fleet, diagnostics, options, console)
     console.end(failed)
-    console.finish()
-    if options.summary is not None:
-        from ...commands.options import append_summary
-
-        append_summary(Path(options.summary), console.summary())
+    run.finish()
     return PROBLEMS if failed else FINE
 
 

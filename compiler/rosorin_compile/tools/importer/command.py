@@ -15,25 +15,19 @@ from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
     Description,
+    Run,
     WrongUsage,
-    argument_options,
-    console_of,
-    format_options,
     give_result,
-    given_arguments,
-    package_option,
-    place,
     world,
 )
 
-from ...commands.given import packages_of
 from ...commands.robots import take_stdin
 from ...diagnostics.wording import plural
 
 if TYPE_CHECKING:
     from rosorin_compile import Format
     from rosorin_compile.diagnostics import Diagnostic
-    from rosorin_compile.extending import Imported, Map, ReadOptions
+    from rosorin_compile.extending import Imported, Map, Parser, ReadOptions
 
     from ...output import Written
     from .into import Package
@@ -47,18 +41,18 @@ if TYPE_CHECKING:
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     from rosorin_compile.extending import FORMATS
 
     *others, last = FORMATS.endings(include=True)
     command.add_argument("words", nargs="+", metavar="SOURCE", help=f"a {', '.join(others)} or {last} file")
     command.add_argument(
-        "-o", "--output", type=place, metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"
+        "-o", "--output", type="path", metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"
     )
     command.add_argument(
         "--into",
-        type=place,
+        type="path",
         metavar="FOLDER",
         help="put it into the ROS package that SOURCE is in, with a test of both",
     )
@@ -80,10 +74,9 @@ def options(command: argparse.ArgumentParser) -> None:
         help="put before relative names of meshes: a folder as seen from the artifacts, or package://NAME",
     )
     for format in _companions():
-        command.add_argument(f"--{format.name}", type=place, metavar="FILE", help=f"read its {format.word} as well")
-    package_option(command)
-    format_options(command)
-    argument_options(command)
+        command.add_argument(f"--{format.name}", type="path", metavar="FILE", help=f"read its {format.word} as well")
+    command.add_messages()
+    command.add_given()
 
 
 def _companions() -> list[Format]:
@@ -99,8 +92,9 @@ def run(options: argparse.Namespace) -> int:
 
     from ...formats.reading import join
 
-    source, arguments = _source(options)
-    packages = packages_of(options)
+    run = Run.of(options)
+    source, arguments = _source(run)
+    packages = dict(run.given.packages)
     target = _target(options, source, arguments)
     if target is not None and target.package.name not in packages:
         packages = {**packages, target.package.name: target.package.folder}
@@ -108,7 +102,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
     if options.meshes is not None and not _can_begin(options.meshes):
         raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
-    console = console_of(options)
+    console = run.console
     console.begin(source.name)
     how = ReadOptions(arguments, packages, options.lenient, tell=console.ahead, trust=options.trust)
     imported = read_robot(source, how)
@@ -156,13 +150,9 @@ def _target(options: argparse.Namespace, source: Path, arguments: dict[str, str]
     return _Target(package, inside(source, package), arguments)
 
 
-def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
+def _source(run: Run) -> tuple[Path, dict[str, str]]:
     """Return the file to import, and the arguments for it as texts. Raises WrongUsage."""
-    from rosorin_compile.extending import LoadError
-
-    from ...frontend.expression.functions import FUNCTIONS
-
-    given, names = given_arguments(options, options.words)
+    given, names = run.given, run.words
     if len(names) != 1:
         raise WrongUsage(f"import takes one SOURCE, not {len(names) or 'none'}")
     take_stdin(names)
@@ -172,11 +162,7 @@ def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
         raise WrongUsage(f"{path} is a folder; name the file of the robot in it")
     if not kind:
         raise WrongUsage(f"{path} is not there{_alike(path)}")
-    try:
-        values = given.values()
-    except LoadError as problem:
-        raise WrongUsage(problem.diagnostic.message) from None
-    return path, {name: str(FUNCTIONS["str"](value)) for name, value in values.items()}
+    return path, given.as_written()
 
 
 def _can_begin(folder: str) -> bool:

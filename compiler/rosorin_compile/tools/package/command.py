@@ -14,12 +14,7 @@ from rosorin_compile.extending import (
     PROBLEMS,
     Run,
     WrongUsage,
-    argument_options,
-    format_options,
     give_result,
-    one_robot,
-    package_option,
-    place,
 )
 
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
@@ -29,7 +24,7 @@ if TYPE_CHECKING:
 
     from rosorin_compile import Compiled
     from rosorin_compile.diagnostics import Diagnostic
-    from rosorin_compile.extending import Description, Given, Holding
+    from rosorin_compile.extending import Description, Given, Holding, Parser
 
     from .carrying import Carried
     from .package import Options
@@ -41,11 +36,11 @@ _ADDRESS = re.compile(r"https?://[^\s<>\"']+")
 _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    one_robot(command)
+    command.add_robot()
     command.add_argument(
-        "-o", "--output", required=True, type=place, metavar="FOLDER", help="the folder of the package"
+        "-o", "--output", required=True, type="path", metavar="FOLDER", help="the folder of the package"
     )
     command.add_argument("--name", metavar="NAME", help="name of the package; default: ROBOT_description")
     command.add_argument("--build-type", choices=("ament_cmake", "ament_python"), help="default: ament_cmake")
@@ -73,9 +68,8 @@ def options(command: argparse.ArgumentParser) -> None:
     ):
         help = f"let the package start {what}, with the parameters that the robot has outputs for"
         command.add_argument(f"--{word}", action=argparse.BooleanOptionalAction, help=help)
-    format_options(command)
-    package_option(command)
-    argument_options(command)
+    command.add_messages()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:

@@ -13,20 +13,14 @@ from rosorin_compile.extending import (
     PROBLEMS,
     Run,
     WrongUsage,
-    argument_options,
-    format_options,
     give_result,
-    older_option,
-    one_robot,
-    package_option,
-    place,
     world,
 )
 
 if TYPE_CHECKING:
     from rosorin_compile import Artifact
     from rosorin_compile.diagnostics import Diagnostic
-    from rosorin_compile.extending import Held, Holding
+    from rosorin_compile.extending import Held, Holding, Parser
     from rosorin_compile.model import Robot
 
     from .deploying import Plan
@@ -44,13 +38,13 @@ RULES = (
 _HOW = "rosorin-compile deploy ROBOT -o FOLDER"
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    one_robot(command)
+    command.add_robot()
     command.add_argument(
-        "-o", "--output", type=place, metavar="FOLDER", help="the package, or any other folder; it is there already"
+        "-o", "--output", type="path", metavar="FOLDER", help="the package, or any other folder; it is there already"
     )
-    older_option(command, ["--to"], "-o {}", dest="output", type=place, metavar="FOLDER")
+    command.add_older(["--to"], "-o {}", dest="output", type="path", metavar="FOLDER")
     command.add_argument(
         "--map",
         action="append",
@@ -59,13 +53,12 @@ def options(command: argparse.ArgumentParser) -> None:
         help="where an output goes in FOLDER (none: nowhere); remembered there",
     )
     command.add_argument(
-        "--install", type=place, metavar="FOLDER", help="the install space; default: the one beside, if any"
+        "--install", type="path", metavar="FOLDER", help="the install space; default: the one beside, if any"
     )
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--full", action="store_true", help="show text differences in full")
-    format_options(command)
-    package_option(command)
-    argument_options(command)
+    command.add_messages()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rosorin_compile import Rule
 from rosorin_compile.diagnostics import Heading, error, has_errors
@@ -15,10 +16,7 @@ from rosorin_compile.extending import (
     LoadError,
     Run,
     WrongUsage,
-    check_options,
     for_each,
-    given_arguments,
-    place,
     world,
 )
 
@@ -26,6 +24,10 @@ from . import naming
 from .carrying import described
 from .checking import Checked, check
 from .finding import files_below
+
+if TYPE_CHECKING:
+    from rosorin_compile.extending import Parser
+
 
 RULES = (
     Rule(
@@ -39,18 +41,20 @@ RULES = (
 _HOW = "rosorin-compile check deployed ROBOT FOLDER"
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this check takes; ``--deployed`` is what its last word was before it had a name."""
-    check_options(command, "ROBOT FOLDER", "the robot, where there are several, and a package, install space or folder")
+    command.add_check_options(
+        "ROBOT FOLDER", "the robot, where there are several, and a package, install space or folder"
+    )
     command.add_argument("--full", action="store_true", help="show text differences in full")
-    command.add_argument("--deployed", type=place, metavar="FOLDER", help=argparse.SUPPRESS)
+    command.add_argument("--deployed", type="path", metavar="FOLDER", help=argparse.SUPPRESS)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compare the copies in a folder with what robots are compiled to."""
     folder = options.deployed
     if folder is None:
-        names = given_arguments(options, options.words)[1]
+        names = Run.of(options).words
         if not names:
             raise WrongUsage(f"there is no folder to look into: {_HOW}")
         folder = names[-1]

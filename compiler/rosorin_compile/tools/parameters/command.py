@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.extending import (
@@ -14,16 +14,17 @@ from rosorin_compile.extending import (
     Description,
     Run,
     WrongUsage,
-    check_options,
     for_each,
-    given_arguments,
     is_foreign,
-    place,
     world,
 )
 
 from ...formats.parameters import DISTRIBUTION
 from .checking import asked, look, summary
+
+if TYPE_CHECKING:
+    from rosorin_compile.extending import Parser
+
 
 _HOW = "rosorin-compile check parameters ROBOT FILE ..."
 _DESCRIPTION = re.compile(r"""^["']?robot["']?[ \t]*:[ \t]*[^\s#{]""", re.MULTILINE)
@@ -31,11 +32,11 @@ _MARK = ":="
 _MOST = 1_000_000  # bytes of a file that are looked at
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this check takes; ``--parameters`` is what its words were before it had a name."""
-    check_options(command, "ROBOT FILE", "the robot, where there are several, and the parameter files of its nodes")
+    command.add_check_options("ROBOT FILE", "the robot, where there are several, and the parameter files of its nodes")
     add = command.add_argument_group("parameter files").add_argument
-    many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": place, "metavar": "FILE"}
+    many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": "path", "metavar": "FILE"}
     add("--parameters", **{**many, "help": argparse.SUPPRESS})
     add("--controllers", **many, help="files of a controller_manager: they have to name controllers")
     add("--launch", **many, help="launch files that say remaps")
@@ -70,7 +71,7 @@ def _take_words(options: argparse.Namespace) -> None:
     for words in (options.parameters, options.controllers, options.launch):  # arguments may stand behind files
         options.words += [word for word in words if _MARK in word]
         words[:] = [word for word in words if _MARK not in word]
-    names = given_arguments(options, options.words)[1]
+    names = Run.of(options).words
     arguments = [word for word in options.words if word not in names]
     robots = names if options.parameters else names[: bool(names) and _is_robot(names[0])]
     options.parameters = [*options.parameters, *names[len(robots) :]]  # the list of none is one for all options

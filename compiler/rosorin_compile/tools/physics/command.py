@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import counted, has_errors, listed
 from rosorin_compile.extending import (
@@ -13,17 +14,19 @@ from rosorin_compile.extending import (
     Description,
     Run,
     WrongUsage,
-    check_options,
     for_each,
     is_foreign,
 )
 
 from .checking import lacking, look
 
+if TYPE_CHECKING:
+    from rosorin_compile.extending import Parser
 
-def options(command: argparse.ArgumentParser) -> None:
+
+def options(command: Parser) -> None:
     """Add what this check takes."""
-    check_options(command, hook=True)
+    command.add_check_options(hook=True)
 
 
 def run(options: argparse.Namespace) -> int:

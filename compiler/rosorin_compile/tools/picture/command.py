@@ -16,20 +16,14 @@ from rosorin_compile.extending import (
     Quantity,
     Run,
     WrongUsage,
-    argument_options,
     give_result,
-    json_option,
-    mode_option,
     mode_states,
-    one_robot,
-    package_option,
-    place,
-    quiet_option,
     world,
 )
 from rosorin_compile.model import Mesh
 
 if TYPE_CHECKING:
+    from rosorin_compile.extending import Parser
     from rosorin_compile.model import Robot, Transform, Vector
 
     from ..view.showing import Shown
@@ -57,11 +51,11 @@ class Asked(NamedTuple):
     theme: str
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    one_robot(command)
+    command.add_robot()
     command.add_argument(
-        "-o", "--output", type=place, required=True, metavar="FILE", help="where it goes: FILE.png or FILE.svg"
+        "-o", "--output", type="path", required=True, metavar="FILE", help="where it goes: FILE.png or FILE.svg"
     )
     command.add_argument("--force", action="store_true", help="replace a file that picture did not make")
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
@@ -92,15 +86,13 @@ def options(command: argparse.ArgumentParser) -> None:
         dest="chosen",
         help="show one frame; may be given again",
     )
-    mode_option(look, "on, as in frames")
+    command.add_modes("on, as in frames", look)
     look.add_argument(
         "--theme", choices=("light", "dark"), default="light", help="the colours around the robot; default: light"
     )
     look.add_argument("--transparent", action="store_true", help="no background and no floor, but its shadow")
-    json_option(command)
-    quiet_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:

@@ -26,13 +26,7 @@ from rosorin_compile.extending import (
     Description,
     Run,
     WrongUsage,
-    argument_options,
     give_result,
-    json_option,
-    one_robot,
-    package_option,
-    place,
-    quiet_option,
     world,
 )
 
@@ -40,7 +34,7 @@ from .judging import LIMITS, Judge
 
 if TYPE_CHECKING:
     from rosorin_compile import Case
-    from rosorin_compile.extending import Given
+    from rosorin_compile.extending import Given, Parser
 
     from .trials import Trials
     from .world import World
@@ -58,9 +52,9 @@ _HOW = "rosorin-compile simulate ROBOT"
 _LEAST_SECONDS, _MOST_SECONDS = 0.5, 600.0
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    one_robot(command)
+    command.add_robot()
     command.add_argument(
         "--base",
         choices=("fixed", "free"),
@@ -79,11 +73,9 @@ def options(command: argparse.ArgumentParser) -> None:
         help=f"another limit, for what is beyond it fails; default: {said}",
     )
     command.add_argument("--no-timing", action="store_true", help="leave out how fast it was: no two runs agree on it")
-    command.add_argument("--html", type=place, metavar="FILE", help="write a page with the curves")
-    json_option(command)
-    quiet_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_argument("--html", type="path", metavar="FILE", help="write a page with the curves")
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:

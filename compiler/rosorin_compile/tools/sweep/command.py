@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.diagnostics import NOTE, WARNING, Console, Diagnostic, Heading, Rule, counted, listed
 from rosorin_compile.extending import (
@@ -17,19 +17,12 @@ from rosorin_compile.extending import (
     Given,
     LoadError,
     OutputError,
+    Run,
     WrongUsage,
-    argument_options,
-    console_of,
-    format_options,
     give_result,
-    given_arguments,
-    one_robot,
-    package_option,
-    place,
     world,
 )
 
-from ...commands.robots import no_stdin, one
 from .engines import Engine, InProcess, Processes
 from .folder import Index
 from .making import Folder, Job, Maker, job, plain
@@ -38,6 +31,10 @@ from .running import Asked, Counts, Stopped, forgotten
 from .running import run as run_all
 from .telling import Teller
 from .variants import Variants
+
+if TYPE_CHECKING:
+    from rosorin_compile.extending import Parser
+
 
 RULES = (
     Rule(
@@ -59,13 +56,13 @@ _NO_LOCKS = "this system has no locks (fcntl): nothing keeps another run from wr
 _TOLD = 5  # names of variants in a message
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    one_robot(command)
+    command.add_robot()
     command.add_argument(
         "--over",
         required=True,
-        type=place,
+        type="path",
         metavar="LIST",
         completes="FILE",
         help="the variants: a CSV or YAML file with a row or entry each, or a folder with a file of arguments each",
@@ -74,7 +71,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         required=True,
-        type=place,
+        type="path",
         metavar="FOLDER",
         help="where each variant gets a folder, beside sweep.json",
     )
@@ -89,18 +86,17 @@ def options(command: argparse.ArgumentParser) -> None:
         help="with a folder: the argument that gets each file as a whole, or its path where it is a text",
     )
     command.add_argument(
-        "--dask", type=place, metavar="ADDRESS", help="make them on a cluster of dask: tcp://HOST:8786"
+        "--dask", type="path", metavar="ADDRESS", help="make them on a cluster of dask: tcp://HOST:8786"
     )
     command.add_argument(
         "--ninja",
-        type=place,
+        type="path",
         metavar="FILE",
         help="make nothing: write a build file for Ninja with a target a variant; paths in it are seen from its folder",
     )
     command.add_argument("--prune", action="store_true", help="remove variants that are not in the list any more")
-    package_option(command)
-    format_options(command)
-    argument_options(command)
+    command.add_messages()
+    command.add_given()
 
 
 def _jobs(text: str) -> int:
@@ -122,12 +118,8 @@ class Sweep(NamedTuple):
 
 def run(options: argparse.Namespace) -> int:
     """Make the variants of a list."""
-    given, names = given_arguments(options, options.words)
-    no_stdin(names, "name a file")
-    if len(names) > 1:
-        raise WrongUsage(f"a sweep is of one robot: {_HOW}")
-    description = one(names[0] if names else "", _HOW)
-    console = console_of(options)
+    run, description = Run.alone(options, "a sweep is of one robot", _HOW, "name a file")
+    given, console = run.given, run.console
     console.begin(description.name)
     try:
         shared = given.values()

@@ -17,18 +17,11 @@ from rosorin_compile.extending import (
     Description,
     Given,
     NoDescription,
+    Run,
     WrongUsage,
-    argument_options,
-    console_of,
     give_result,
-    given_arguments,
     is_foreign,
-    json_option,
-    mode_option,
     mode_states,
-    package_option,
-    quiet_option,
-    robot_first,
     world,
 )
 
@@ -39,6 +32,7 @@ from ...commands.understanding import read
 if TYPE_CHECKING:
     from rosorin_compile import Compiled
     from rosorin_compile.diagnostics import Diagnostic
+    from rosorin_compile.extending import Parser
     from rosorin_compile.model import Robot
 
     from .expected import Choice, Options
@@ -57,7 +51,7 @@ _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
 _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_argument(
         "words",
@@ -67,7 +61,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="the robot, needed where there are several; a rosbag2 folder, a .mcap or .db3 file, a text file, or - for "
         "text on standard input",
     )
-    mode_option(command, "as fits best")
+    command.add_modes("as fits best")
     command.add_argument("--without", action="append", default=[], metavar="NODE", help="a node that was not to run")
     command.add_argument("--pose", default="", metavar="POSE", help="the pose of the joints while tf2_echo was asked")
     command.add_argument(
@@ -83,19 +77,17 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--strict", action="store_true", help="take warnings for errors")
     command.add_argument("--junit", metavar="FILE", help="write the result as JUnit XML, too")
     command.add_argument("--picture", metavar="FILE.svg", help="draw rates and gaps over time")
-    quiet_option(command)
-    json_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:
     """Hold one recording against one robot."""
-    given, words = given_arguments(options, options.words)
-    source, description = _asked(words)
+    run = Run.of(options)
+    given, console = run.given, run.console
+    source, description = _asked(run)
     if source != "-" and not _is_there(source):
         raise WrongUsage(f"there is no {source}; name {_SOURCES}")
-    console = console_of(options)
     compiled = _compiled(given, description, console)
     if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
         console.show([diagnostic for diagnostic in compiled.diagnostics if diagnostic.severity == "error"])
@@ -139,8 +131,9 @@ def _compiled(given: Given, description: Description, console: Console) -> Compi
         return Compiled(None, (), [problem.diagnostic], ())
 
 
-def _asked(words: list[str]) -> tuple[str, Description]:
+def _asked(run: Run) -> tuple[str, Description]:
     """Return the source and the robot that are meant. Raises WrongUsage."""
+    words = run.words
     if not words or len(words) > 2:
         raise WrongUsage("write verify [ROBOT] SOURCE: one robot, and one recording")
     if words.count(Description.STDIN) > 1:
@@ -148,7 +141,7 @@ def _asked(words: list[str]) -> tuple[str, Description]:
     robot, source = "", words[-1]
     if len(words) > 1:
         may_be = partial(_may_be_robot, words)
-        robot, (source,) = robot_first("verify", words, lambda _, rest: _may_be_source(rest[0]), may_be)
+        robot, (source,) = run.robot_first(lambda _, rest: _may_be_source(rest[0]), may_be)
     if _is_robot(source):
         what = "a second robot" if robot else "a robot"
         raise WrongUsage(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")

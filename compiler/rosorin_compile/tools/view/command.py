@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.diagnostics import Console, Diagnostic, pip_install
 from rosorin_compile.extending import (
@@ -22,13 +22,7 @@ from rosorin_compile.extending import (
     Inputs,
     Run,
     WrongUsage,
-    argument_options,
     give_result,
-    json_option,
-    one_robot,
-    package_option,
-    page_options,
-    quiet_option,
     service,
     world,
 )
@@ -38,15 +32,19 @@ from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from .showing import Looked, Shown, look, on_disk, served
 
+if TYPE_CHECKING:
+    from rosorin_compile.extending import Parser
+
+
 _LOOK = 0.15  # seconds between two looks at the files
 _HOW = "rosorin-compile view ROBOT"
 _LAST_PORT = 65535
 
 
-def options(command: argparse.ArgumentParser) -> None:
+def options(command: Parser) -> None:
     """Add what this command takes."""
-    one_robot(command)
-    page_options(command, "write the page into a file instead of serving it")
+    command.add_robot()
+    command.add_page("write the page into a file instead of serving it")
     command.add_argument("--no-open", action="store_true", help="open no browser")
     command.add_argument("--port", type=int, metavar="NUMBER", help="default: 8642, or another one where that is taken")
     command.add_argument(
@@ -55,10 +53,8 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="show it to other machines, too: whoever reaches the address sees the robot; default: this machine alone",
     )
-    json_option(command)
-    quiet_option(command)
-    package_option(command)
-    argument_options(command)
+    command.add_result()
+    command.add_given()
 
 
 def run(options: argparse.Namespace) -> int:

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import copy
 import json
+import os
 import random
 import re
+import resource
+import signal
 import sys
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -248,11 +252,15 @@ def hold_diagnostic(diagnostic: Diagnostic) -> None:
             hold_span(span)
 
 
+@lru_cache(maxsize=4)
+def lines_of(text: str) -> tuple[list[str], ...]:
+    """Return the lines of a file; what is no text and what is no YAML is placed by line feeds alone."""
+    return text.split("\n"), re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
+
+
 def hold_span(span: Span) -> None:
     """A place is one that an editor can go to."""
-    text = span.source.text
-    # What is no text and what is no YAML is placed by line feeds alone.
-    for lines in (text.split("\n"), re.split("\r\n|[\n\r\x85\u2028\u2029]", text)):
+    for lines in lines_of(span.source.text):
         line = [*lines, ""][span.line - 1] if 1 <= span.line <= len(lines) + 1 else None
         if line is not None and 1 <= span.column <= len(line) + 2:
             break
@@ -262,14 +270,29 @@ def hold_span(span: Span) -> None:
 
 
 def main() -> None:
-    """Hold the description FILE within SECONDS of computing and MEGABYTES of memory, and print what is told."""
-    import resource
+    """For each line "FOLDER SECONDS MEGABYTES": hold FOLDER/robot.yaml within these limits, and say how that ended.
 
-    path, seconds, megabytes = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    Each is held in a process of its own, of this one, which has everything imported; what is told, and what goes wrong,
+    it writes into the folder as ``told.json`` and ``stderr``.
+    """
+    for line in sys.stdin:
+        folder, seconds, megabytes = line.rstrip("\n").rsplit(" ", 2)
+        process = os.fork()
+        if process == 0:
+            os.chdir(folder)
+            os.dup2(os.open("stderr", os.O_WRONLY | os.O_CREAT), sys.stderr.fileno())
+            _limit(int(seconds), int(megabytes))
+            made = held(Path("robot.yaml"))
+            Path("told.json").write_text(json.dumps([diagnostic.rule for diagnostic in made.diagnostics]))
+            os._exit(0)
+        print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
+
+
+def _limit(seconds: int, megabytes: int) -> None:
+    """Bound what this process may compute, have and, on a busy machine ten times as long, wait."""
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     resource.setrlimit(resource.RLIMIT_AS, (megabytes << 20, megabytes << 20))
-    made = held(path)
-    json.dump([diagnostic.rule for diagnostic in made.diagnostics], sys.stdout)
+    signal.alarm(10 * seconds)
 
 
 if __name__ == "__main__":

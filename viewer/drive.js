@@ -8,7 +8,7 @@ import { createInterface } from "node:readline";
 import puppeteer from "puppeteer-core";
 
 const CELLS = [32, 20];
-const PATIENCE = 60_000; // ms
+const PATIENCE = 170_000; // ms; a page takes seconds of computing, and machines are busy
 
 const browser = await puppeteer.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
@@ -25,14 +25,35 @@ const browser = await puppeteer.launch({
 });
 
 let page;
+let lit = false;
 let asked = [];
 let complaints = [];
 
-/** Open an address in a page of its own, and wait until the robot is drawn, if `ready`. */
-async function open({ url, width = 1280, height = 800, touch = false, dark = false, ready = true }) {
+/**
+ * Let a page draw nothing before it asks for its first frame. What it draws by then is the light of its room, which takes
+ * some 5 s where no graphics card helps; without it a picture is darker, and all else is the same.
+ */
+function unlit() {
+  let drawing = false;
+  const ask = window.requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = (frame) => {
+    drawing = true;
+    return ask(frame);
+  };
+  for (const name of ["drawElements", "drawArrays"]) {
+    const draw = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...given) {
+      if (drawing) draw.apply(this, given);
+    };
+  }
+}
+
+/** Open an address in a page of its own, and wait until the robot is drawn, if `ready`; pictures need a `light`. */
+async function open({ url, width = 1280, height = 800, touch = false, dark = false, ready = true, light = false }) {
   await page?.close();
-  [asked, complaints] = [[], []];
+  [asked, complaints, lit] = [[], [], light];
   page = await browser.newPage();
+  if (!light) await page.evaluateOnNewDocument(unlit);
   page.setDefaultTimeout(PATIENCE);
   page.on("request", (request) => asked.push(request.url().slice(0, 200)));
   page.on("pageerror", (error) => complaints.push(String(error)));
@@ -88,6 +109,7 @@ const ANSWERS = {
   click: async ({ at: [x, y] }) => void (await page.mouse.click(x, y)),
   press: async ({ key }) => void (await page.keyboard.press(key)),
   picture: async ({ file }) => {
+    if (!lit) throw new Error("a page that was opened without light");
     await drawn();
     await page.waitForFunction("!window.app?.stage.coarse"); // all pixels are drawn again when nothing moves
     await page.screenshot({ path: file });

@@ -56,7 +56,10 @@ class Browser:
         return answer.get("found")
 
     def open(self, url: str, **more: Any) -> None:
-        """Open an address, and wait for the robot; ``width``, ``height`` (pixels), ``touch``, ``dark``, ``ready``."""
+        """Open an address, and wait for the robot; ``width``, ``height`` (pixels), ``touch``, ``dark``, ``ready``.
+
+        A page of which a ``picture`` is to be taken has a ``light``, which costs seconds.
+        """
         self.ask("open", url=url, **more)
 
     def evaluate(self, code: str) -> Any:
@@ -81,7 +84,7 @@ class Browser:
         return found["p"], found["r"]
 
     def picture(self, file: Path) -> Path:
-        """Write what is on the screen."""
+        """Write what is on the screen of a page with ``light``."""
         self.ask("picture", file=str(file))
         return file
 

@@ -30,7 +30,7 @@ ROBOTS = {
     "ur5e": (ROOT / "examples/ur5e/robot.yaml", "from=iso"),
     "unitree_a1": (ROOT / "examples/unitree_a1/robot.yaml", "from=iso"),
 }
-SMALL = {"width": 640, "height": 400}
+PICTURED = {"width": 640, "height": 400, "light": True}
 
 pytestmark = [
     pytest.mark.slow,
@@ -74,13 +74,13 @@ def test_both_forms_look_as_they_did(browser: Browser, home: Path, capsys: Shown
     path, asked = ROBOTS[name]
     ask(capsys, "view", str(path), "--html", "robot.html")
     meant = PICTURES / f"{name}.png"
-    browser.open(f"file://{home}/robot.html#{asked}&panels=off&theme=light", **SMALL)
+    browser.open(f"file://{home}/robot.html#{asked}&panels=off&theme=light", **PICTURED)
     kept_to_itself(browser)
     from_disk = browser.picture(home / "disk.png")
     if os.environ.get("RENEW_PICTURES"):
         meant.write_bytes(from_disk.read_bytes())
     with Viewing(path.parent, str(path), "--port", "0") as viewing:
-        browser.open(f"http://localhost:{viewing.port}/#{asked}&panels=off&theme=light", **SMALL)
+        browser.open(f"http://localhost:{viewing.port}/#{asked}&panels=off&theme=light", **PICTURED)
         kept_to_itself(browser, viewing.port)
         browser.wait("document.getElementById('touching').textContent !== ''")
         # A page on disk knows nothing of parts that touch: it has none in red.
@@ -96,7 +96,7 @@ def test_a_robot_that_is_not_there_is_seen(browser: Browser, sent: Path, tmp_pat
     meant = browser.cells(PICTURES / "rosorin.png")
     url = f"file://{sent}#from=iso&panels=off&theme=light"
     for asked in ("", "&pose=tuck"):
-        browser.open(url + asked, **SMALL)
+        browser.open(url + asked, **PICTURED)
         if asked:
             browser.evaluate("app.show({visual: false, collision: false})")
         assert not is_near(meant, browser.cells(browser.picture(tmp_path / "other.png"))), asked

@@ -18,6 +18,7 @@ from xml.etree import ElementTree
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.tools.importer.round_trip import check_round_trip, compile_unrounded
@@ -34,10 +35,15 @@ Leaf = tuple[tuple[str, ...], str]
 
 def imported(file: Path, folder: Path) -> tuple[list[str], str, str]:
     """Return what is said of a file, its description, and the URDF that is compiled of it, with all digits."""
-    read = read_robot(file)
+    return described(read_robot(file), folder)
+
+
+def described(read: Imported, folder: Path, *change: object) -> tuple[list[str], str, str]:
+    """Return the same of a robot that was read, after a ``change``."""
     made = worded(read)
     trip = check_round_trip(made.imported, folder, plain=made.plain)
-    assert trip.diagnostics == [], [trip.diagnostics, [one.message for d in trip.diagnostics for one in d.related]]
+    related = [one.message for diagnostic in trip.diagnostics for one in diagnostic.related]
+    assert trip.diagnostics == [], (*change, trip.diagnostics, related)
     folder.mkdir(exist_ok=True)
     for name, text in trip.files.items():
         (folder / name).write_text(text, "utf-8")
@@ -286,10 +292,7 @@ def test_whatever_a_stranger_writes_comes_out_again(name: str, tmp_path: Path) -
         read = read_robot(file)
         if read.tree is None:
             continue
-        made = worded(read)
-        trip = check_round_trip(made.imported, tmp_path / "made", plain=made.plain)
-        assert trip.diagnostics == [], (number, what, [one.message for d in trip.diagnostics for one in d.related])
-        _, _, urdf = imported(file, tmp_path / f"made{number}")
+        _, _, urdf = described(read, tmp_path / f"made{number}", number, what)
         mine, theirs = flat(source), flat(urdf)
         for one in (mine, theirs):
             for key in [key for key in one if key[0][-1] == "@mimic" and key[1] == "true"]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..startup.lazily import lazily
 from .control import Controller
+from .drive import Drive
 from .geometry import Pose, Transform, Vector
 from .joint import (
     ROBOT_STATE_PUBLISHER,
@@ -34,6 +35,7 @@ __all__ = [
     "Controller",
     "Cylinder",
     "DisabledCollision",
+    "Drive",
     "Edge",
     "Ellipsoid",
     "Geometry",
@@ -70,7 +72,6 @@ _BEFORE = {
     "Calibration": "model.joint",
     "Contact": "model.simulation",
     "ContactPair": "model.simulation",
-    "Drive": "model.drive",
     "Entry": "model.simulation",
     "GROUNDED": "model.shape",
     "GazeboSensor": "model.simulated",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from .link import NO_SOURCE, Source
 
@@ -23,10 +24,16 @@ SLIDING = (MECANUM, OMNI)  # drives that go sideways
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives a robot on the ground: ``kind`` is a key of ``ROLES``, ``joints`` has the joints of each role.
+    """What drives a robot on the ground: ``kind`` is one of the words here, ``joints`` has the joints of each role.
 
     ``frame`` is the base frame, empty for the root. ``radius`` (m) is that of all wheels; None: as their shapes say.
     """
+
+    MECANUM: ClassVar[str] = MECANUM
+    DIFFERENTIAL: ClassVar[str] = DIFFERENTIAL
+    OMNI: ClassVar[str] = OMNI
+    TRICYCLE: ClassVar[str] = TRICYCLE
+    ACKERMANN: ClassVar[str] = ACKERMANN
 
     kind: str
     joints: Mapping[str, tuple[str, ...]]

@@ -11,9 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import Robot
-
-from ....model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, Drive
+from rosorin_compile.model import Drive, Robot
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -64,20 +62,20 @@ _CORNERS = {
 # gazebo_ros_pkgs@{melodic-devel,ros2}:gazebo_plugins/src.
 _KNOWN: Mapping[str, Plugin] = {
     "diff-drive-system": _MODERN._replace(
-        kind=DIFFERENTIAL, roles=_SIDES, separation=("wheel_separation",), radius=("wheel_radius",)
+        kind=Drive.DIFFERENTIAL, roles=_SIDES, separation=("wheel_separation",), radius=("wheel_radius",)
     ),
     "mecanum-drive-system": _MODERN._replace(
-        kind=MECANUM, roles=_CORNERS, separation=("wheel_separation",), radius=("wheel_radius",)
+        kind=Drive.MECANUM, roles=_CORNERS, separation=("wheel_separation",), radius=("wheel_radius",)
     ),
     "ackermann-steering-system": _MODERN._replace(
-        kind=ACKERMANN,
+        kind=Drive.ACKERMANN,
         roles={"driven": ("left_joint", "right_joint"), "steering": ("left_steering_joint", "right_steering_joint")},
         separation=("wheel_separation",),
         radius=("wheel_radius",),
     ),
     "odometry-publisher-system": _MODERN._replace(odom=("odom_frame", ""), base=("robot_base_frame", "")),
     "libgazebo_ros_diff_drive.so": Plugin(
-        kind=DIFFERENTIAL,
+        kind=Drive.DIFFERENTIAL,
         roles={"left": ("left_joint", "leftJoint"), "right": ("right_joint", "rightJoint")},
         separation=("wheel_separation", "wheelSeparation"),
         diameter=("wheel_diameter", "wheelDiameter"),
@@ -158,10 +156,11 @@ class _Drives:
         missing = [joint for joints in roles.values() for joint in joints if joint not in self.robot.joint]
         if missing:
             return f'"{missing[0]}" is no joint of the URDF'
-        if not all(roles.values()) or (known.kind == MECANUM and any(len(joints) != 1 for joints in roles.values())):
+        several = any(len(joints) != 1 for joints in roles.values())
+        if not all(roles.values()) or (known.kind == Drive.MECANUM and several):
             return "it does not name its wheels"
         entry: dict[str, Any] = {
-            role: joints[0] if known.kind == MECANUM else list(joints) for role, joints in roles.items()
+            role: joints[0] if known.kind == Drive.MECANUM else list(joints) for role, joints in roles.items()
         }
         base = self._base(plugin, known)
         drive = Drive(known.kind, roles, base if base in self.robot.link else "")
@@ -209,7 +208,7 @@ class _Drives:
     @staticmethod
     def _roles(known: Plugin) -> Mapping[str, tuple[str, ...]]:
         """Return the words for the joints of each role, those that are spellings of one another as one."""
-        one = known.kind == DIFFERENTIAL
+        one = known.kind == Drive.DIFFERENTIAL
         return {role: (" ".join(tags),) if one else tags for role, tags in known.roles.items()}
 
     def _base(self, plugin: Element, known: Plugin) -> str:

@@ -64,7 +64,8 @@ control: {board: {plugin: some/Plugin, sensors: {gauge: {}}, gpio: {lamp: {}}}}
         )
     )
     assert names.of["link"] == {"plate", "eye_frame", "eye_optical"}
-    assert names.of["joint"] == {"float", "float_TX", "float_TY", "float_TZ", "float_R"}
+    moving = {"float", "float_TX", "float_TY", "float_TZ", "float_R"}
+    assert names.of["joint"] == {*moving, "eye_frame_joint", "eye_optical_joint"}
     assert names.of["actuator"] == {"motor"}
     assert names.of["hardware sensor"] == {"gauge"}
     assert names.mounted

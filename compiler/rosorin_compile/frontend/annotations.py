@@ -4,6 +4,7 @@
 |---|---|---|
 | ``x-names`` | a text, ``propertyNames`` | the text, or each key, is the name of something of this kind |
 | ``x-gives`` | the same | something of this kind gets its name there |
+| ``x-otherwise`` | beside ``x-gives`` | the name where the key is left out: ``{frame}_joint`` |
 | ``x-said`` | beside ``x-names`` | what is said of a name of nothing; ``{1}``: the second step of the path to it |
 | | | false: a rule of its own tells that, or none, here and below |
 | ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, or (left out) in the description |
@@ -46,6 +47,7 @@ ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 WORDS = {
     "x-names": "names",
     "x-gives": "gives",
+    "x-otherwise": "otherwise",
     "x-scope": "scope",
     "x-said": "said",
     "x-among": "among",
@@ -71,6 +73,7 @@ class Node:
 
     names: str = ""
     gives: str = ""
+    otherwise: str = ""
     scope: str = ""
     said: str | Literal[False] = ""
     among: str = ""

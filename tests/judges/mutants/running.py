@@ -216,7 +216,7 @@ def _run(tests: Sequence[str], told: str | None) -> None:
     """Run tests up to the first that fails; if a file is named, all, and write into it which ones fail."""
     import pytest
 
-    sys.dont_write_bytecode = True
+    sys.dont_write_bytecode = told is None  # that of a mutant would be believed; what is kept of the rest saves seconds
     failing = _Failing()
     with open(os.devnull, "r+") as nowhere:  # noqa: PTH123
         for stream in (0, 1, 2):

@@ -30,6 +30,7 @@ import time
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import accumulate
 from pathlib import Path
 from queue import Queue
 from typing import TYPE_CHECKING, Any
@@ -54,7 +55,8 @@ HEAVY = (
     "yourdfpy",
     "trimesh",
 )
-MOST = 100  # tests that a mutant is run against
+MOST = 100  # tests that a mutant is run against, the quickest first,
+LEAST, LONGEST = 20, 8.0  # of them only so many, where more would take longer than so many seconds of CPU
 FILES = 3  # of tests that come to a line, of which one test is asked
 SECONDS = 120  # of CPU: the machine may have other things to do
 WAITED = 20 * SECONDS  # by the clock, for what waits and does nothing
@@ -83,13 +85,20 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
     return found
 
 
-def asked_of(lines: Lines, line: int, unsound: Collection[str], chance: random.Random) -> list[str]:
-    """Return the tests that a mutant of a line is run against, MOST of those that run it; ``lines`` are of the module.
+def asked_of(
+    lines: Lines, line: int, seconds: Mapping[str, float], unsound: Collection[str], chance: random.Random
+) -> list[str]:
+    """Return the tests that a mutant of a line is run against, of those that run it; ``lines`` are of the module.
 
     What the line decides is seen where few tests come, and many that come there look at something else: first, for each
-    line of the module, rare ones first, a test that runs both of each of some files of tests.
+    line of the module, rare ones first, the quickest test that runs both of each of some files of tests. ``seconds``
+    are what each test takes.
     """
     every = set(lines.get(line, ())) - set(unsound)
+
+    def quickness(test: str) -> tuple[float, str]:
+        return seconds.get(test, 0.0), test
+
     chosen: dict[str, None] = {}
     for other in sorted(lines, key=lambda one: (len(lines[one]), one)):
         files: dict[str, list[str]] = {}
@@ -97,9 +106,12 @@ def asked_of(lines: Lines, line: int, unsound: Collection[str], chance: random.R
             files.setdefault(test.partition("::")[0], []).append(test)
         for file in chance.sample(sorted(files), min(FILES, len(files))):
             if chosen.keys().isdisjoint(files[file]) and len(chosen) < MOST:
-                chosen[chance.choice(files[file])] = None
+                chosen[min(files[file], key=quickness)] = None
     rest = sorted(every - chosen.keys())
-    return [*chosen, *chance.sample(rest, min(MOST - len(chosen), len(rest)))]
+    some = [*chosen, *chance.sample(rest, min(MOST - len(chosen), len(rest)))]
+    spent = list(accumulate(seconds.get(test, 0.0) for test in some))
+    few = [test for test, sum_ in zip(some, spent, strict=True) if sum_ <= LONGEST]
+    return sorted(some[: max(LEAST, len(few))], key=quickness)
 
 
 class Worker:
@@ -126,14 +138,15 @@ class Worker:
             raise RuntimeError(f"pytest finds no test of these: {' '.join(tests)[:500]}")
         return code != "0"
 
-    def failing(self, tests: Sequence[str]) -> set[str]:
-        """Return the tests that fail without a mutant: in a copy of the tree, or one after the other."""
-        told = self.tree / "failing.txt"
+    def without(self, tests: Sequence[str]) -> tuple[set[str], dict[str, float]]:
+        """Return the tests that fail without a mutant, and the seconds of CPU that each takes."""
+        told = self.tree / "without.json"
         job = {"tests": list(tests), "seconds": 20 * SECONDS, "waited": 20 * WAITED, "told": str(told)}
         code = self._asked(job)
         if code not in ("0", "1"):
             raise RuntimeError(f"pytest does not run these tests: exit code {code}")
-        return set(told.read_text("utf-8").splitlines())
+        read = json.loads(told.read_text("utf-8"))
+        return set(read["failing"]), read["seconds"]
 
     def _asked(self, job: Mapping[str, object]) -> str:
         assert self.server.stdin is not None
@@ -200,16 +213,23 @@ def serve() -> None:
         sys.stdout.flush()
 
 
-class _Failing:
-    """Takes down the tests that fail, for pytest."""
+class _Watching:
+    """Takes down the tests that fail, and the seconds of CPU that each takes, for pytest."""
 
     def __init__(self) -> None:
-        self.tests: set[str] = set()
+        self.failing: set[str] = set()
+        self.seconds: dict[str, float] = {}
+        self._before = 0.0
+
+    def pytest_runtest_logstart(self) -> None:
+        """Begin to count."""
+        self._before = sum(os.times()[:4])
 
     def pytest_runtest_logreport(self, report: Any) -> None:
-        """Note a test that fails."""
+        """Note a test that fails, and what it has taken so far."""
         if report.failed:
-            self.tests.add(report.nodeid)
+            self.failing.add(report.nodeid)
+        self.seconds[report.nodeid] = round(sum(os.times()[:4]) - self._before, 3)
 
 
 def _run(tests: Sequence[str], told: str | None) -> None:
@@ -217,14 +237,15 @@ def _run(tests: Sequence[str], told: str | None) -> None:
     import pytest
 
     sys.dont_write_bytecode = told is None  # that of a mutant would be believed; what is kept of the rest saves seconds
-    failing = _Failing()
+    watching = _Watching()
     with open(os.devnull, "r+") as nowhere:  # noqa: PTH123
         for stream in (0, 1, 2):
             os.dup2(nowhere.fileno(), stream)
         words = ["-q", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning", "--tb=no"]
-        code = pytest.main([*words, *(() if told else ("-x",)), *tests], plugins=[failing])
+        code = pytest.main([*words, *(() if told else ("-x",)), *tests], plugins=[watching])
     if told:
-        Path(told).write_text("\n".join(sorted(failing.tests)), "utf-8")
+        found = {"failing": sorted(watching.failing), "seconds": watching.seconds}
+        Path(told).write_text(json.dumps(found), "utf-8")
     os._exit(int(code))
 
 
@@ -299,14 +320,14 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
     began = time.monotonic()
 
     answers = Answers(options.answers)
-    unsound = _unsound(tests, free, options)
+    unsound, seconds = _without(tests, free, options)
     known = survivors()
 
     def survives(number: int) -> bool:
         one = chosen[number]
         if (before := answers.before(one)) is not None:
             return before
-        some = asked_of(tests.get(one.module, {}), one.line, unsound, random.Random(number))  # noqa: S311
+        some = asked_of(tests.get(one.module, {}), one.line, seconds, unsound, random.Random(number))  # noqa: S311
         worker = free.get()
         try:
             stays = not some or not worker.sees(one.module, one.text, some)
@@ -335,19 +356,31 @@ def _chosen(options: argparse.Namespace, tests: Tests) -> list[Mutant]:
     return chosen
 
 
-def _unsound(tests: Tests, free: Queue[Worker], options: argparse.Namespace) -> set[str]:
-    """Return the tests that fail without a mutant: they judge none. They are printed."""
+def _without(tests: Tests, free: Queue[Worker], options: argparse.Namespace) -> tuple[set[str], dict[str, float]]:
+    """Return the tests that fail without a mutant, which judge none and are printed, and what each test takes.
+
+    They may be kept beside the tests by line.
+    """
+    kept = options.covered.with_suffix(".without.json") if options.covered is not None else None
+    if kept is not None and kept.exists():
+        read = json.loads(kept.read_text("utf-8"))
+        return set(read["failing"]), read["seconds"]
     every = sorted({test for by_line in tests.values() for some in by_line.values() for test in some})
     workers = [free.get() for _ in range(options.workers)]
     shares = [every[number :: options.workers] for number in range(options.workers)]
+    unsound, seconds = set[str](), dict[str, float]()
     with ThreadPoolExecutor(options.workers) as pool:
-        unsound = set[str]().union(*pool.map(Worker.failing, workers, shares))
+        for failing, taken in pool.map(Worker.without, workers, shares):
+            unsound |= failing
+            seconds |= taken
     for worker in workers:
         free.put(worker)
     for test in sorted(unsound):
         sys.stdout.write(f"fails without a mutant: {test}\n")
     sys.stdout.flush()
-    return unsound
+    if kept is not None:
+        kept.write_text(json.dumps({"failing": sorted(unsound), "seconds": seconds}), "utf-8")
+    return unsound, seconds
 
 
 def _kept(path: Path | None, folder: Path, over: Sequence[str]) -> Tests:

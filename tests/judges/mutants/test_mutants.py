@@ -11,7 +11,7 @@ import pytest
 from judges.mutants import line_coverage
 from judges.mutants.drawing import modules, mutants
 from judges.mutants.line_coverage import Room
-from judges.mutants.running import MOST, asked_of, survivors
+from judges.mutants.running import LEAST, LONGEST, MOST, asked_of, survivors
 from support.paths import PACKAGE
 
 
@@ -39,11 +39,22 @@ def test_a_mutant_is_one_change_that_python_reads() -> None:
 def test_the_tests_that_are_asked_come_to_each_line_of_the_module() -> None:
     many = [*(f"t{number}" for number in range(500)), "a.py::t", "a.py::u", "b.py::t"]
     lines = {1: many, 2: ["t7"], 3: ["t8", "alone"], 4: ["t7", "t9", "broken"], 5: ["a.py::t", "b.py::t", "a.py::u"]}
-    some = asked_of(lines, 1, {"broken"}, random.Random(1))  # noqa: S311
+    some = asked_of(lines, 1, {}, {"broken"}, random.Random(1))  # noqa: S311
     assert len(some) == len(set(some)) == MOST
     assert {"t7", "t8", "b.py::t"} <= set(some) <= set(many)
     assert {"a.py::t", "a.py::u"} & set(some)
-    assert sorted(asked_of(lines, 4, {"broken"}, random.Random(1))) == ["t7", "t9"]  # noqa: S311
+    assert sorted(asked_of(lines, 4, {}, {"broken"}, random.Random(1))) == ["t7", "t9"]  # noqa: S311
+
+
+def test_the_quickest_tests_are_asked_and_no_more_than_take_their_time() -> None:
+    many = [f"t{number}" for number in range(500)]
+    lines = {1: [*many, "a.py::slow", "a.py::quick"], 2: ["a.py::slow", "a.py::quick"]}
+    seconds = {**dict.fromkeys(many, 0.2), "a.py::slow": 2.0, "a.py::quick": 0.1}
+    some = asked_of(lines, 1, seconds, (), random.Random(1))  # noqa: S311
+    assert some[0] == "a.py::quick"
+    assert "a.py::slow" not in some
+    assert LONGEST - 0.2 <= sum(seconds[test] for test in some) <= LONGEST
+    assert len(asked_of(lines, 1, dict.fromkeys(many, 9.0), (), random.Random(1))) == LEAST  # noqa: S311
 
 
 def test_coverage_is_kept_as_it_is_written() -> None:

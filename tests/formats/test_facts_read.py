@@ -59,7 +59,7 @@ def test_all_that_an_artifact_says_is_read(name: str) -> None:
         ("robot.urdf", "<box ", "<sphere/><box ", "collision 1 of link base has 2 geometries"),
         ("robot.srdf", ' type="planar"', "", "<virtual_joint> has no type"),
         ("robot.srdf", ' link2="mast"', "", "<disable_collisions> has no link2"),
-        ("robot.xml", 'class="r_collision" type="box" size="0.1', 'class="r_collision" type="box" size="1 0.1', "3 num"),
+        ("robot.xml", '"box" size="0.1', '"box" size="1 0.1', "3 numbers are needed"),
         ("robot.xml", 'mesh="big"', 'mesh="small"', "there is no mesh small"),
     ],
 )

@@ -13,6 +13,7 @@ import pytest
 
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.formats import Fact, Value, robot_model
+from rosorin_compile.formats.known import Known
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Box, Cylinder, HeightMap, Inertial, Joint, Limit, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.joint import Mimic
@@ -248,6 +249,9 @@ DAMAGED = {
     "a number": "1",
     "no joints": GOOD.replace('"joints": {"floor', '"joint": {"floor'),
     "two numbers": GOOD.replace("[0.1, 0.2, 0.3333333333333333]", "[0.1, 0.2]"),
+    "two numbers of an axis": GOOD.replace("[0.0, 1.0, 0.0]", "[0.0, 1.0]"),
+    "four numbers of an axis": GOOD.replace("[0.0, 1.0, 0.0]", "[0.0, 1.0, 0.0, 0.0]"),
+    "one limit": GOOD.replace("[-1.0, 2.0]", "[-1.0]"),
     "text for a number": GOOD.replace("0.3333333333333333", '"high"'),
     "deep": "[" * 100000,
 }
@@ -255,8 +259,20 @@ DAMAGED = {
 
 @pytest.mark.parametrize("text", DAMAGED.values(), ids=DAMAGED)
 def test_a_damaged_model_is_a_value_error(text: str) -> None:
+    assert text != GOOD
     with pytest.raises(ValueError):  # noqa: PT011 - the kind is the promise
         robot_model.read(text)
+
+
+@pytest.mark.parametrize("number", ["0.3333333333333333", "0.4]", "0.3]"])
+def test_an_endless_number_is_refused_where_it_is_held_against_the_model(number: str) -> None:
+    """JSON has no word for it, but 1e999 is read as one; no comparison would come to an end with it."""
+    known = Known(TESTER)
+    assert robot_model.against(GOOD, known).facts == {}
+    text = GOOD.replace(number, f"1e999{number.lstrip('.0123456789')}", 1)
+    assert text != GOOD
+    with pytest.raises(ValueError, match="a number is not finite"):
+        robot_model.against(text, known)
 
 
 ARM = [*(f"joint{n}" for n in range(1, 6)), "gripper_joint", "end_effector_joint", "camera_connect_joint"]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli import main
+from rosorin_compile.commands import diff as diff_command
 from rosorin_compile.pipeline import compile_robot
 from support.comparing import compared, diff
 from support.paths import BAD
@@ -194,3 +198,14 @@ def test_a_urdf_has_the_mass_of_what_another_node_moves(tmp_path: Path) -> None:
     assert compared(path, urdf)["differences"] == compared(urdf, path)["differences"] == []
     urdf.write_text(urdf.read_text("utf-8").replace('mass value="0.2"', 'mass value="0.3"'), "utf-8")
     assert [item["text"] for item in compared(path, urdf)["differences"]] == ["hand mass 0.2 -> 0.3 kg (+100.0 g)"]
+
+
+def test_what_differs_is_printed_before_the_page_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where standard output is a pipe, which nobody else flushes; the page may take a while."""
+    one, other = robot(tmp_path, "a", TWO + ARM + HAND), robot(tmp_path, "b", TWO + ARM + PLATE)
+    pipe = io.BytesIO()
+    seen: list[bytes] = []
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(pipe, "utf-8"))
+    monkeypatch.setattr(diff_command, "_write_page", lambda *_: seen.append(pipe.getvalue()))
+    assert main(["diff", str(one), str(other), "--html", str(tmp_path / "page.html")]) == 1
+    assert b"bend" in seen[0]

@@ -13,6 +13,9 @@ from .startup.remembering import remembered
 
 NumberFormat = Callable[[float], str]
 
+# How a step of a unit is said: the unit that people measure it in, and how many of it there are.
+SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}
+
 # Half of the last printed digit of static_transform_publisher arguments, in metres and in radians.
 METRE_DIGITS = 7
 RADIAN_DIGITS = 8
@@ -40,6 +43,26 @@ def exact(value: float) -> str:
     """
     text = repr(float(value) + 0.0)
     return text[:-2] if text.endswith(".0") else text
+
+
+def six_digits(value: float) -> str:
+    """Return a number for a person to read, with six digits at most."""
+    return exact(float(f"{value:.6g}"))
+
+
+def amount(value: float, unit: str) -> str:
+    """Return a length, angle or mass that is not negative in the unit that suits its size.
+
+    >>> amount(0.001, "m"), amount(2.5, "m"), amount(0.0042, "rad"), amount(0.0013678, "kg")
+    ('1.0 mm', '2.5 m', '0.24 deg', '1.4 g')
+    """
+    small, count = SMALL[unit]
+    return f"{few_digits(value)} {unit}" if value >= 1 and unit != "rad" else f"{few_digits(value * count)} {small}"
+
+
+def few_digits(value: float) -> str:
+    """Return a number with one decimal, a small one with two digits."""
+    return f"{value:.1f}" if value >= 0.95 else exact(float(f"{value:.2g}"))
 
 
 def rounded(value: float, largest: float = 0.0) -> float:

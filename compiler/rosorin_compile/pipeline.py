@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -70,6 +70,29 @@ class Compiled:
     resolved: tuple[Resolved, ...] = ()
     meshes: Searched | None = None
     variant: Variant | None = None
+
+    @property
+    def mesh_files(self) -> Mapping[str, bytes]:
+        """The mesh files that belong to the artifacts, bytes by name."""
+        return self.meshes.files if self.meshes else {}
+
+    def files(self) -> dict[str, bytes]:
+        """Return all that is to be written, bytes by name: the artifacts, and the mesh files with them.
+
+        Raises OutputError for what cannot be a file.
+        """
+        from .output import check_names, encoded
+
+        files = {**self.mesh_files, **{one.file: encoded(one.file, one.text) for one in self.artifacts}}
+        check_names(files)
+        return files
+
+    def proven(self) -> Compiled:
+        """Return it once it is read back: without artifacts, and why, if they say another thing than the robot."""
+        from .meaning.agreement import agreement
+
+        wrong = agreement(self.robot, self.artifacts) if self.robot is not None else []
+        return replace(self, artifacts=(), diagnostics=[*self.diagnostics, *wrong]) if wrong else self
 
     @property
     def packages(self) -> dict[str, Path]:
@@ -136,7 +159,7 @@ def understand(
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
     wanted: Sequence[str] = (),
-    kept: Kept | None = None,
+    kept: dict[Path, Kept] | None = None,
 ) -> Understood:
     """Return what the description whose first file is ``path`` says; no artifact is made.
 
@@ -300,7 +323,7 @@ def compile_robot(
     packages: Mapping[str, Path] | None = None,
     search: Search | None = None,
     wanted: Sequence[str] = (),
-    kept: Kept | None = None,
+    kept: dict[Path, Kept] | None = None,
 ) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 

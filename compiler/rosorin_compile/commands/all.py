@@ -86,14 +86,14 @@ def _write_one(run: Run, description: Description) -> int:
 
 def _write_all(run: Run, description: Description) -> int:
     """Compile one robot and write its artifacts."""
-    from .compiling import compile_proven, count, mesh_files, nothing_written, read_by
+    from .compiling import compile_proven, count, nothing_written, read_by
 
     compiled = compile_proven(run.given, description, run.console)
     run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)
     files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
-    meshes = mesh_files(compiled)
+    meshes = compiled.mesh_files
     names = [*files, *meshes]
     written = _write(run, description, {**meshes, **files})
     if written is None:

@@ -21,7 +21,7 @@ from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import ON_STDIN, Description
 from ..world import FOLDER, kind, spoil
-from .compiling import count, mesh_files, proven, read_by, search_meshes, tell_build, telling
+from .compiling import count, read_by, search_meshes, tell_build, telling
 from .pictures import pictures
 from .registry import checks, own_checks
 from .robots import check_depfile, is_foreign
@@ -170,7 +170,7 @@ def _compare(run: Run, description: Description, page: Pictures | None) -> int:
         return PROBLEMS
     if has_errors(held.diagnostics):
         return PROBLEMS
-    found = count(compiled.artifacts, mesh_files(compiled))
+    found = count(compiled.artifacts, compiled.mesh_files)
     run.console.say(f"{description.name}: {found} as committed in {description.outputs}")
     files = [description.outputs / name for name in held.committed]
     if run.options.depfile is None:
@@ -233,7 +233,7 @@ def check_every(run: Run, description: Description) -> int:
         Progress.about(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
         compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages, search)
-        for diagnostic in proven(compiled).diagnostics:
+        for diagnostic in compiled.proven().diagnostics:
             if diagnostic.severity != "note":
                 found.setdefault(diagnostic, []).append(combination)
         tell = _already_told

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from ..diagnostics import Diagnostic
 from ..diagnostics.console import Console
 from ..project import Description
-from .compiling import mesh_files
 from .given import Given
 from .understanding import understood
 
@@ -61,7 +60,7 @@ def compared(given: Given, description: Description, compiled: Compiled) -> Held
         committed = read_set(description.outputs)
     except OutputError as problem:
         return Held(None, {}, (), [problem.diagnostic])
-    meshes = mesh_files(compiled)
+    meshes = compiled.mesh_files
     written = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
     refusals = refused(given, description, written)
     comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})

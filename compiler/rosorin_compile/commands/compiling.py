@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence, Sized
-from dataclasses import replace
+from collections.abc import Callable, Collection, Sequence, Sized
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -53,17 +52,8 @@ def compile_one(
 
 def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
-    return proven(compile_one(given, description, console, meshes=True, wanted=wanted))
-
-
-def proven(compiled: Compiled) -> Compiled:
-    """Return what was compiled once it is read back: no command writes, copies or compares what has not been."""
-    if compiled.robot is None:
-        return compiled
-    from ..meaning.agreement import agreement
-
-    wrong = agreement(compiled.robot, compiled.artifacts)
-    return replace(compiled, artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
+    compiled = compile_one(given, description, console, meshes=True, wanted=wanted)
+    return compiled.proven()  # no command writes, copies or compares what has not been
 
 
 def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
@@ -104,11 +94,6 @@ def tell_build(
         run.console.show([problem.diagnostic])
         return PROBLEMS
     return FINE
-
-
-def mesh_files(compiled: Compiled) -> Mapping[str, bytes]:
-    """Return the mesh files that belong to the artifacts, bytes by name."""
-    return compiled.meshes.files if compiled.meshes else {}
 
 
 def lacks_meshes(compiled: Compiled) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -13,6 +14,7 @@ from .usage import WrongUsage
 if TYPE_CHECKING:
     import argparse
 
+    from ..diagnostics import Diagnostic
     from ..diagnostics.console import Console
     from ..formats.mesh_files import Searched
     from ..frontend.tree import Map
@@ -34,6 +36,35 @@ class Given(NamedTuple):
     packages: Mapping[str, Path] = MappingProxyType({})
     trust: bool = False
 
+    @classmethod
+    def of(cls, arguments: object, packages: object = None) -> tuple[Given, list[Diagnostic]]:
+        """Return what a program gives, values of Python by name and folders of packages, and what is wrong with it."""
+        from ..frontend.asked import ask
+
+        asked = ask("", arguments, packages)
+        return cls(asked.arguments, (), asked.packages), asked.diagnostics
+
+    @classmethod
+    def asked(
+        cls, path: object, arguments: object, packages: object, outputs: str | os.PathLike[str] | None = None
+    ) -> tuple[Description | None, Given, list[Diagnostic]]:
+        """Return the description that a program asks for, and what goes with it; None, and why, if there is none.
+
+        ``outputs`` is the folder that has a folder a robot, as in ``Description.find``.
+        """
+        from ..diagnostics import error
+        from ..frontend.asked import ask
+        from ..project import Description, NoDescription
+
+        asked = ask(path, arguments, packages)
+        given = cls(asked.arguments, (), asked.packages)
+        if asked.diagnostics:
+            return None, given, asked.diagnostics
+        try:
+            return Description.find([asked.name], None if outputs is None else os.fsdecode(outputs))[0], given, []
+        except NoDescription as problem:
+            return None, given, [error("file-unreadable", str(problem), None)]
+
     def values(self) -> dict[str, Any]:
         """Return all arguments by name; the command line wins over files. Raises LoadError."""
         if not self.files:
@@ -53,6 +84,17 @@ class Given(NamedTuple):
         from .compiling import compile_one
 
         return compile_one(self, description, console, meshes, wanted)
+
+    def compile_foreign(self, description: Description, console: Console) -> Compiled:
+        """Return a robot in another format, and what publishers read of it, as ``compile`` does of a description."""
+        from ..frontend.load import LoadError
+        from ..pipeline import Compiled
+        from .foreign import compile_foreign
+
+        try:
+            return compile_foreign(description.path, texts(self.values()), self.packages, console.ahead, self.trust)
+        except LoadError as problem:
+            return Compiled(None, (), [problem.diagnostic], ())
 
     def search_meshes(self, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
         """Look for the meshes of a robot, and read those that belong to its artifacts."""

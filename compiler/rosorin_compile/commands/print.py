@@ -17,7 +17,7 @@ from ..diagnostics.wording import counted, first_of
 from ..project import Description
 from ..world import spoil
 from .answer import give_result
-from .compiling import compile_proven, proven, read_by, search_meshes, telling
+from .compiling import compile_proven, read_by, search_meshes, telling
 from .given import Given, no_half_mark, texts
 from .robots import is_foreign, is_robot, one
 from .run import Run
@@ -149,7 +149,7 @@ def _compiled(given: Given, description: Description, console: Console, output: 
     wanted = (output,)
     compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, wanted, lenient)
     console.tell_read(read_by(given, compiled))
-    return proven(compiled)
+    return compiled.proven()
 
 
 def _put(

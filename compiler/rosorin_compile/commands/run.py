@@ -19,7 +19,7 @@ from ..project import Description, all_with
 from ..world import memory
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
-from .robots import described, no_stdin, one
+from .robots import described, meant, no_stdin, one
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
@@ -60,6 +60,10 @@ class Run:
         if len(run.words) > 1:
             raise WrongUsage(f"{several}: {how}")
         return run, one(run.words[0] if run.words else "", how)
+
+    def robots(self, names: list[str]) -> list[Description]:
+        """Return the robots of these names; without one that of this folder, else all here. Raises WrongUsage."""
+        return meant(names)
 
     def robot_first(
         self, fits: Callable[[str, list[str]], bool], robot: Callable[[str], bool] | None = None

@@ -13,9 +13,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..diagnostics import Diagnostic, error, has_errors
-from ..frontend.asked import ask
-from ..project import Description, NoDescription
+from ..diagnostics import Diagnostic, has_errors
+from ..project import Description
 from .given import Given
 
 if TYPE_CHECKING:
@@ -132,7 +131,6 @@ def write(
     """
     from ..output import OutputError, write_outputs
     from .all import left_alone, put_aside
-    from .compiling import mesh_files
 
     description, _, compiled = _proven(path, arguments, packages, outputs)
     said, folder = compiled.diagnostics, _folder(description)
@@ -140,7 +138,7 @@ def write(
         return Written(compiled, folder, (), (), (), (), tuple(said))
     files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
     try:
-        done = write_outputs(folder, {**mesh_files(compiled), **files}, prune)
+        done = write_outputs(folder, {**compiled.mesh_files, **files}, prune)
     except OutputError as problem:
         return Written(compiled, folder, (), (), (), (), (*said, problem.diagnostic))
     more = (*put_aside(folder, done), *left_alone(folder, done))
@@ -161,7 +159,7 @@ def explain(
     """
     from ..pipeline import understand
 
-    description, given, wrong = _asked(path, arguments, packages, None)
+    description, given, wrong = Given.asked(path, arguments, packages)
     if description is None:
         return Explained((), tuple(wrong))
     values = given.values()
@@ -186,35 +184,21 @@ def schema(name: str = "authoring") -> dict[str, Any]:
     return found
 
 
-def _asked(
-    path: Name, arguments: object, packages: object, outputs: Name | None
-) -> tuple[Description | None, Given, list[Diagnostic]]:
-    """Return the description that a program asks for, and what goes with it; None, and why, if there is none."""
-    asked = ask(path, arguments, packages)
-    given = Given(asked.arguments, (), asked.packages)
-    if asked.diagnostics:
-        return None, given, asked.diagnostics
-    try:
-        return Description.find([asked.name], None if outputs is None else os.fsdecode(outputs))[0], given, []
-    except NoDescription as problem:
-        return None, given, [error("file-unreadable", str(problem), None)]
-
-
 def _proven(
     path: Name, arguments: object, packages: object, outputs: Name | None
 ) -> tuple[Description | None, Given, Compiled]:
     """Return what becomes of a description with its meshes, read back as a command does before it writes."""
     from ..pipeline import Compiled, compile_robot
-    from .compiling import proven, search_meshes
+    from .compiling import search_meshes
 
-    description, given, wrong = _asked(path, arguments, packages, outputs)
+    description, given, wrong = Given.asked(path, arguments, packages, outputs)
     if description is None:
         return None, given, Compiled(None, (), wrong, ())
     search = partial(search_meshes, given, description)
     return (
         description,
         given,
-        proven(compile_robot(description.path, given.values(), packages=given.packages, search=search)),
+        compile_robot(description.path, given.values(), packages=given.packages, search=search).proven(),
     )
 
 

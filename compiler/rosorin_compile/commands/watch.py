@@ -15,7 +15,7 @@ from ..diagnostics.progress import Progress
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs, Said
 from ..project import Description, NoDescription
-from .compiling import compile_proven, count, mesh_files
+from .compiling import compile_proven, count
 from .given import Given, given_arguments
 from .robots import described, no_stdin
 from .usage import FINE
@@ -123,7 +123,7 @@ class _Robot:
         if compiled.robot is None:
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
-        meshes = mesh_files(compiled)
+        meshes = compiled.mesh_files
         try:
             before = read_set(self.description.outputs)
             comparison = compare(compiled.robot, compiled.artifacts, before)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..formats.static_tf import StaticTransform, static_transforms
     from ..frontend.arguments import Argument
     from ..frontend.expression import ExpressionError, evaluate
-    from ..frontend.load import LoadError, load_mapping, parse_yaml, read_utf8
+    from ..frontend.load import LoadError, each_entry, load_mapping, parse_yaml, read_utf8
     from ..frontend.tree import Map, Path, Seq, Text, locate
     from ..frontend.yaml_text import scalar
     from ..meaning.entities import Change
@@ -88,6 +88,7 @@ _HOMES = {
     "WrongUsage": "commands.usage",
     "compare": "meaning.golden",
     "compile_robot": "pipeline",
+    "each_entry": "frontend.load",
     "evaluate": "frontend.expression",
     "exact": "numbers",
     "for_each": "commands.run",
@@ -149,6 +150,7 @@ __all__ = [
     "WrongUsage",
     "compare",
     "compile_robot",
+    "each_entry",
     "evaluate",
     "exact",
     "for_each",

@@ -25,7 +25,7 @@ from ..model.geometry import Rows, dot
 from ..numbers import SHORT, off_by_short, off_by_six, six
 from ..startup.remembering import remembered
 from ..xml.elements import tree_of
-from .format import Fact, Facts, Value
+from .format import ANGLES, Fact, Facts, Value
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     Made = TypeVar("Made")
 
 AXES = ("x", "y", "z")
-ANGLES = ("roll", "pitch", "yaw")
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 _ORIGIN = tuple(f"origin {axis}" for axis in AXES)
 _CENTRE = tuple(f"centre of mass {axis}" for axis in AXES)

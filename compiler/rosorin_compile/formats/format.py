@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic, Source, Span, error
+from ..numbers import amount, six_digits
 
 if TYPE_CHECKING:
     from ..diagnostics.registry import Rule
@@ -23,6 +24,12 @@ if TYPE_CHECKING:
     from .imported import Imported, LeftOut, Proof, ReadOptions
     from .known import Held, Known
     from .templating import Templates
+
+
+ANGLES = ("roll", "pitch", "yaw")
+# How sentences about facts begin: kinds that are not named, and quantities that are limits.
+_BARE = ("frame", "joint", "link")
+_LIMITS = ("lower", "upper", "effort", "velocity")
 
 
 class Artifact(NamedTuple):
@@ -67,12 +74,52 @@ class Refusal(NamedTuple):
     outdated: bool = False
 
 
+class About(NamedTuple):
+    """What a sentence is about: a thing and a quantity of it, and what stands between them."""
+
+    name: str
+    quantity: str
+    between: str = " "
+
+    def __str__(self) -> str:
+        """Return both as they stand in a sentence."""
+        return f"{self.name}{self.between}{self.quantity}"
+
+
 class Fact(NamedTuple):
     """What a fact is about: ``kind`` joint, link, frame or pose; its name; the quantity, such as "origin z"."""
 
     kind: str
     name: str
     quantity: str
+
+    @classmethod
+    def angles(cls, frame: str) -> tuple[Fact, ...]:
+        """Return the facts that say how a frame is turned, in the order in which a pose has them."""
+        return tuple(cls("frame", frame, angle) for angle in ANGLES)
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether its quantity is one of those that say how a frame is turned."""
+        return self.quantity in ANGLES
+
+    @property
+    def about(self) -> About:
+        """What a sentence about it begins with."""
+        kind, name, quantity = self
+        if kind == "frame" and quantity in ("publisher", "topic"):
+            return About(name, "published by" if quantity == "publisher" else quantity, ": ")
+        if kind == "joint" and quantity in _LIMITS:
+            return About(name, f"limit {quantity}")
+        if kind == "pose":
+            return About(f"pose {name}", quantity, ": ")
+        if kind == "height map":
+            return About(name, f"height map {quantity}")
+        if kind == "link" and quantity.startswith("inertia "):
+            quantity = quantity.replace(" ", " i")
+        if kind in _BARE or (kind, name) == ("servo", "pulse_to_rad") or kind == name:
+            return About(name, quantity)
+        return About(f"{kind} {name}", quantity)
 
 
 class Value(NamedTuple):
@@ -81,6 +128,16 @@ class Value(NamedTuple):
     value: float | str
     unit: str = ""
     tolerance: float = 0.0
+
+    def shown(self) -> str:
+        """Return it in print: a number with six digits, and its unit; a text as it is."""
+        if isinstance(self.value, str):
+            return self.value
+        return f"{six_digits(self.value)} {self.unit}".rstrip()
+
+    def amount(self) -> str:
+        """Return a length, angle or mass that is not negative in the unit that suits its size."""
+        return amount(float(self.value), self.unit)
 
 
 Facts = dict[Fact, Value]

@@ -194,11 +194,9 @@ def _values(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_R
         meant = known.value(fact)
         if meant is None or same_value(value, meant, NOISE) or _cannot_say(robot, reading, fact):
             continue
-        from .wording import subject
-
         others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
-        yield _error(str(subject(fact)), reading, mine, theirs, next(others, None))
+        yield _error(str(fact.about), reading, mine, theirs, next(others, None))
 
 
 def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:

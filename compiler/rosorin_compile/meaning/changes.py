@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Fact, Value
-from ..formats.facts import ANGLES, AXES, COLLISION, INERTIA, Solid
+from ..formats.facts import AXES, COLLISION, INERTIA, Solid
+from ..formats.format import ANGLES, About
 from ..model import Pose, Robot, Vector
 from .causes import LOOK, causes
 from .entities import Change, Entities, Entry, Numbers, Pair
@@ -16,7 +17,6 @@ from .solids import CAPSULE, Delta, as_cylinder, delta, same_set
 from .tolerance import NOISE, Turn, joined, same_angles, same_turn, same_value, wrapped
 from .view import View
 from .wording import (
-    About,
     Least,
     Sentence,
     axis_change,
@@ -27,7 +27,6 @@ from .wording import (
     mimic_change,
     mimic_text,
     placed,
-    subject,
     value_change,
 )
 
@@ -195,7 +194,7 @@ def _sentences(robot: Robot, fact: Fact, entry: Entry) -> Iterator[tuple[str, Se
             values = entry.old.parts.get(part), entry.new.parts.get(part)
             if not same_value(*values):
                 one = fact._replace(quantity=f"{fact.quantity} {part}".rstrip())
-                yield one.quantity, value_change(subject(one), *values)
+                yield one.quantity, value_change(one.about, *values)
         if entry.old.turn is not entry.new.turn and None in (entry.old.turn, entry.new.turn):
             for index, angle in enumerate(ANGLES):
                 angles = [turn and Value(turn.rpy[index], "rad") for turn in (entry.old.turn, entry.new.turn)]

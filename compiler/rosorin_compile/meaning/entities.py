@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Fact, Value
+from ..formats.format import About
 from ..model import Robot
 from ..model.joint import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED
 from .tolerance import Turn
 from .view import View
-from .wording import NEW, REMOVED, About, Hung, Row, Sentence, existence, renamed, value_change
+from .wording import NEW, REMOVED, Hung, Row, Sentence, existence, renamed, value_change
 
 # What stands for a joint of a fixed frame in an artifact that lists moving joints alone.
 _FIXED = Value("fixed")

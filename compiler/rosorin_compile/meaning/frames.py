@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from ..diagnostics.wording import first_of
 from ..formats import Value
+from ..formats.format import About
 from ..model import Joint
 from ..model.geometry import pose_of
 from .bodies import Bodies, positions_of, states_of, whole_states
@@ -21,7 +22,7 @@ from .difference import FRAME, JOINT, Item
 from .joints import Coordinate, Coordinates, axis_item, coordinate_of
 from .pairing import Pairing
 from .tolerance import Gap, Placed, gap
-from .wording import About, far, number, placed, pose_text, several, value_change
+from .wording import far, number, placed, pose_text, several, value_change
 
 
 class Frames(NamedTuple):

@@ -10,13 +10,15 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 from ..formats import Value
+from ..formats.format import About
 from ..model import Joint, Vector
 from ..model.geometry import angle_between, dot, minus, norm, unit
+from ..numbers import amount
 from .bodies import Bodies, span_of
 from .difference import JOINT, LIMIT, Item
 from .pairing import Pairing
 from .tolerance import joined
-from .wording import About, amount, axis_change, mimic_change, mimic_text, number, number_change, row, value_change
+from .wording import axis_change, mimic_change, mimic_text, number, number_change, row, value_change
 
 # The parts of a joint that are numbers: attribute of the model, and its fields.
 _PARTS: Mapping[str, tuple[str, ...]] = {

@@ -25,17 +25,7 @@ from .rest import compare_rest, either
 from .simulation import compare_simulation
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
 from .values import text_of
-from .wording import (
-    centre_change,
-    contacts_change,
-    inertia_change,
-    number_change,
-    renamed,
-    row,
-    several,
-    subject,
-    value_change,
-)
+from .wording import centre_change, contacts_change, inertia_change, number_change, renamed, row, several, value_change
 
 _MOST = 50
 
@@ -67,7 +57,7 @@ def _text(publisher: Publisher) -> str:
 
 def _published(name: str, old: Publisher, new: Publisher) -> Item:
     names = _text(old), _text(new)
-    text = value_change(subject(Fact("frame", name, "publisher")), Value(names[0]), Value(names[1])).text
+    text = value_change(Fact("frame", name, "publisher").about, Value(names[0]), Value(names[1])).text
     return Item(OTHER, name, "publisher", text, *names)
 
 
@@ -120,7 +110,7 @@ def _poses(pairing: Pairing) -> Iterator[Item]:
             values = old[name].positions.get(joint.name, 0.0), new[name].positions.get(joint.name, 0.0)
             if differ(pairing.a, pairing.b, joint.name, values, pairing.tolerance, 1.0):
                 unit = unit_of(joint, joint.name)
-                text = str(number_change(subject(Fact("pose", name, joint.name)), *values, unit))
+                text = str(number_change(Fact("pose", name, joint.name).about, *values, unit))
                 yield Item(OTHER, name, f"pose {joint.name}", text, *values, unit)
 
 

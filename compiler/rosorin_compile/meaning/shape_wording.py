@@ -11,16 +11,16 @@ from typing import NamedTuple
 
 from ..diagnostics.wording import counted
 from ..formats.facts import AXES, SIZES, Solid
+from ..formats.format import About
 from ..model import Pose, Transform
 from ..model.geometry import pose_of
+from ..numbers import amount
 from .solids import Delta, largest_step, turned_by
 from .tolerance import NOISE, joined
 from .wording import (
-    About,
     Row,
     Sentence,
     Step,
-    amount,
     colour_change,
     coordinates,
     far,

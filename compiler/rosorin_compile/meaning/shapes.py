@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from ..formats import FORMATS, Format
 from ..formats.facts import COLLISION
+from ..formats.format import About
 from ..model import Box, Capsule, Ellipsoid, HeightMap, Link, Shape, Transform
 from ..model.geometry import IDENTITY, pose_of
 from ..model.looks import is_own
@@ -19,7 +20,7 @@ from .shape_wording import FEW, likened, numbers_change, shapes_change, words_ch
 from .solids import Delta, Piece, largest_step, match, pieces_of, same_space, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
-from .wording import About, cells_change, colour_change, row, row_pair, several
+from .wording import cells_change, colour_change, row, row_pair, several
 
 
 class Purpose(NamedTuple):

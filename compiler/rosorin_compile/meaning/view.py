@@ -12,7 +12,8 @@ from math import isfinite
 from typing import NamedTuple
 
 from ..formats import FORMATS, Artifact, Fact, Facts, Value
-from ..formats.facts import ANGLES, AXES, Solid
+from ..formats.facts import AXES, Solid
+from ..formats.format import ANGLES
 from ..model import Robot, Transform
 from ..model.geometry import rotation_of_rpy
 from ..startup.remembering import remembered

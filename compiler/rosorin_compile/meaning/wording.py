@@ -12,22 +12,19 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from ..diagnostics.wording import counted, first_of, printable
-from ..formats import Fact, Value
-from ..formats.facts import ANGLES, AXES, INERTIA
+from ..formats import Value
+from ..formats.facts import AXES, INERTIA
+from ..formats.format import ANGLES, About
 from ..model import Pose, Vector
 from ..model.geometry import angle_between, norm
-from ..numbers import exact
+from ..numbers import SMALL, amount, exact, few_digits, six_digits
 from .tolerance import NOISE
 
 _MAX_TEXT = 60
 _MAX_PAIRS = 3
 _MOST = 3
-# How a step of a unit is said: the unit that people measure it in, and how many of it there are.
-_SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}
 # What happened to a thing that is on one side only.
 NEW, REMOVED = "new", "removed"
-_BARE = ("frame", "joint", "link")
-_LIMITS = ("lower", "upper", "effort", "velocity")
 # What is no length (m) and no angle (rad): a number apart that rounding made.
 _LEAST = 1e-12
 # The step of one coordinate beside a much larger one of another is told, down to what calculating leaves of it.
@@ -52,18 +49,6 @@ class Row(NamedTuple):
     where: str = ""
 
 
-class About(NamedTuple):
-    """What a sentence is about: a thing and a quantity of it, and what stands between them."""
-
-    name: str
-    quantity: str
-    between: str = " "
-
-    def __str__(self) -> str:
-        """Return both as they stand in a sentence."""
-        return f"{self.name}{self.between}{self.quantity}"
-
-
 class Sentence(NamedTuple):
     """A difference in words, how much it is where that is no part of the words, and the same as a row of a table."""
 
@@ -80,7 +65,7 @@ def number(value: float, other: float | None = None) -> str:
     """Return a number in print, with the digits that tell it from another one."""
     if other is not None and other != value:
         return number_pair(value, other)[0]
-    return exact(float(f"{value:.6g}"))
+    return six_digits(value)
 
 
 def number_pair(old: float, new: float) -> tuple[str, str]:
@@ -118,27 +103,12 @@ def several(names: Sequence[str]) -> str:
     return first_of(names, _MOST)
 
 
-def amount(value: float, unit: str) -> str:
-    """Return a length, angle or mass that is not negative in the unit that suits its size.
-
-    >>> amount(0.001, "m"), amount(2.5, "m"), amount(0.0042, "rad"), amount(0.0013678, "kg")
-    ('1.0 mm', '2.5 m', '0.24 deg', '1.4 g')
-    """
-    small, count = _SMALL[unit]
-    return f"{_short(value)} {unit}" if value >= 1 and unit != "rad" else f"{_short(value * count)} {small}"
-
-
-def _short(value: float) -> str:
-    """Return a number with one decimal, a small one with two digits."""
-    return f"{value:.1f}" if value >= 0.95 else exact(float(f"{value:.2g}"))
-
-
 def step(difference: float, old: float, unit: str) -> str:
     """Return a signed step in mm, deg or g; in other units as a part of the old value; nothing without a unit."""
     sign = "-" if difference < 0 else "+"
-    if unit in _SMALL:
+    if unit in SMALL:
         return f"{sign}{amount(abs(difference), unit)}"
-    return f"{sign}{_short(abs(difference / old) * 100)} %" if unit and old else ""
+    return f"{sign}{few_digits(abs(difference / old) * 100)} %" if unit and old else ""
 
 
 def far(distance: float, angle: float, verbs: bool = False) -> str:
@@ -165,24 +135,6 @@ def brief(texts: Iterable[str]) -> str:
     """
     heads = (_VALUES.split(text, maxsplit=1)[0].rstrip(":") for text in texts)
     return several(list(dict.fromkeys(heads)))
-
-
-def subject(fact: Fact) -> About:
-    """Return what a fact is about."""
-    kind, name, quantity = fact
-    if kind == "frame" and quantity in ("publisher", "topic"):
-        return About(name, "published by" if quantity == "publisher" else quantity, ": ")
-    if kind == "joint" and quantity in _LIMITS:
-        return About(name, f"limit {quantity}")
-    if kind == "pose":
-        return About(f"pose {name}", quantity, ": ")
-    if kind == "height map":
-        return About(name, f"height map {quantity}")
-    if kind == "link" and quantity.startswith("inertia "):
-        quantity = quantity.replace(" ", " i")
-    if kind in _BARE or (kind, name) == ("servo", "pulse_to_rad") or kind == name:
-        return About(name, quantity)
-    return About(f"{kind} {name}", quantity)
 
 
 def value_change(about: About, old: Value | None, new: Value | None) -> Sentence:
@@ -217,7 +169,7 @@ def value_text(value: Value | None) -> str:
     if value is None:
         return "nothing"
     if not isinstance(value.value, str):
-        return f"{number(value.value)} {value.unit}".rstrip()
+        return value.shown()
     return _quoted(value.value, 0)
 
 

@@ -14,7 +14,6 @@ import pytest
 import rosorin_compile
 from rosorin_compile.frontend import load
 from rosorin_compile.frontend.expand import files
-from rosorin_compile.frontend.expand.files import Kept
 from rosorin_compile.frontend.tree import Kept as KeptText
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.units import Quantity
@@ -114,7 +113,7 @@ def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.M
 
     reading = load.load_mapping
     monkeypatch.setattr(files, "load_mapping", counted)
-    first, kept = Path("descriptions/handy/robot.yaml"), Kept()
+    first, kept = Path("descriptions/handy/robot.yaml"), {}
     made = [compile_robot(first, {"scale": str(scale)}, kept=kept) for scale in (1, 2, 1)]
     assert parsed == ["robot.yaml", "parts.yaml"]
     alone = compile_robot(first, {"scale": "1"})
@@ -135,7 +134,7 @@ def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.M
 
 
 def test_a_second_variant_parses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot, kept = ROOT / "descriptions" / "rosorin" / "robot.yaml", Kept()
+    robot, kept = ROOT / "descriptions" / "rosorin" / "robot.yaml", {}
     first = compile_robot(robot, kept=kept)
     monkeypatch.setattr(load, "parse_yaml", lambda source, *_: pytest.fail(f"{source.path} is parsed again"))
     monkeypatch.setattr(files, "load_mapping", lambda path, *_: pytest.fail(f"{path} is read again"))

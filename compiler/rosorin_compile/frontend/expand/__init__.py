@@ -67,7 +67,7 @@ def expand(
     robots: ForeignReader | None,
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
-    kept: Kept | None = None,
+    kept: dict[Path, Kept] | None = None,
 ) -> Expanded:
     """Return the tree of the description whose first file is ``path``.
 
@@ -75,10 +75,11 @@ def expand(
     ``Map`` that have a place were read from a file. ``tell`` takes what has to be said before anything is run
     (``xacro-runs-code``), at that moment; without it, that is among the diagnostics. ``robots`` reads robots of others
     that are included; without it they are left out, and nothing is run. ``packages`` are folders of ROS packages by
-    name, asked before those that an include names. ``kept`` has what was read before, and gets what is read now.
+    name, asked before those that an include names. ``kept`` has what was read before, by the first file,
+    and gets what is read now.
     """
     reader = Reader(path, robots, packages)
-    reader, root = kept.read(reader) if kept else (reader, reader.whole())
+    reader, root = (reader, reader.whole()) if kept is None else kept.setdefault(path, Kept()).read(reader)
     if root is None:
         return Expanded(None, reader.diagnostics, tuple(reader.files))
     ledger = Ledger()

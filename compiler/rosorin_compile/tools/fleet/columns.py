@@ -23,7 +23,6 @@ from rosorin_compile import Fact, Facts, Format
 from rosorin_compile.extending import FORMATS, Quantity, world
 from rosorin_compile.model import Pose, Transform
 
-from ...formats.facts import ANGLES
 from .spread import is_same
 from .sweep_file import Variant
 
@@ -81,7 +80,7 @@ class _First:
     def meant(self, facts: Facts) -> Facts:
         """Return facts in which a frame that looks up or down has the turn from that of the first robot."""
         for name, first in self.steep.items():
-            keys = [Fact("frame", name, angle) for angle in ANGLES]
+            keys = Fact.angles(name)
             if not all(key in facts for key in keys):
                 continue
             axis, angle = first.turn_to(_rotation(facts, name))
@@ -94,7 +93,7 @@ class _First:
 
 
 def _rotation(facts: Facts, frame: str) -> Transform:
-    found = (facts.get(Fact("frame", frame, angle)) for angle in ANGLES)
+    found = map(facts.get, Fact.angles(frame))
     roll, pitch, yaw = (float(value.value) if value else 0.0 for value in found)
     return Pose(rpy=(roll, pitch, yaw)).transform()
 
@@ -351,7 +350,7 @@ def _size(read: Read) -> int:
 
 def _is_exact(facts: Facts) -> bool:
     """Say whether numbers were printed with more than a few digits."""
-    known = [(value.tolerance, value.value) for fact, value in facts.items() if fact.quantity not in ANGLES]
+    known = [(value.tolerance, value.value) for fact, value in facts.items() if not fact.is_angle]
     return not any(off > _FEW_DIGITS * max(1.0, abs(value)) for off, value in known if not isinstance(value, str))
 
 

@@ -30,7 +30,7 @@ from .columns import Columns, Texts
 from .judging import Far, Row, far_of, outliers, rows_of
 from .spread import FEWEST
 from .sweep_file import SweepFile, Variant, span_of
-from .telling import blocks, table, texts_of
+from .telling import add_table, table, texts_of
 
 if TYPE_CHECKING:
     from rosorin_compile.extending import Parser
@@ -300,7 +300,7 @@ def _tell_numbers(fleet: Fleet, console: Console, full: bool) -> None:
     else:
         console.collected.append(Diagnostic("fleet-numbers", NOTE, "\n".join(lines)))
     if console.keeps:
-        console.section.blocks += blocks(fleet.rows)
+        add_table(fleet.rows, console)
 
 
 def _span_of(variant: Variant, row: Row) -> Span:

@@ -13,11 +13,9 @@ from dataclasses import dataclass, field
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
-from rosorin_compile import Fact
+from rosorin_compile import Fact, Value
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Related, Rule, Span, counted, listed
 
-from ...formats.facts import ANGLES
-from ...meaning.wording import number, subject
 from .columns import ARGUMENT, Column, Columns
 from .spread import Spread, Typo, is_same, spread_of, straight, typo
 
@@ -76,7 +74,7 @@ class Row:
     @property
     def label(self) -> str:
         """What the number is called."""
-        return self.fact.name if self.fact.kind == ARGUMENT else str(subject(self.fact))
+        return self.fact.name if self.fact.kind == ARGUMENT else str(self.fact.about)
 
     @property
     def is_argument(self) -> bool:
@@ -104,9 +102,9 @@ class Row:
         low, high = self.spread.usual
         fine = (self.spread.width or (high - low)) * self._unit[1]
         if not fine:
-            return number(value)
+            return Value(value).shown()
         digits = min(max(1 - math.floor(math.log10(fine)), 0), 9)
-        return f"{value:,.{digits}f}" if abs(value) < 1e9 and digits < 7 else number(value)
+        return f"{value:,.{digits}f}" if abs(value) < 1e9 and digits < 7 else Value(value).shown()
 
     @property
     def _unit(self) -> tuple[str, float]:
@@ -167,7 +165,7 @@ def _row(column: Column) -> Row:
 
 
 def _is_turn(fact: Fact) -> bool:
-    return fact.quantity.split(" ")[-1] in ANGLES or fact.quantity.startswith("turn ")
+    return fact._replace(quantity=fact.quantity.split(" ")[-1]).is_angle or fact.quantity.startswith("turn ")
 
 
 def _take_unit(row: Row) -> None:
@@ -313,7 +311,7 @@ def _outlier(robot: str, far: Far, others: Sequence[Far], places: Mapping[str, S
 
 def _follows(row: Row) -> str:
     """Return what a number places, and which artifacts show it."""
-    facts = [str(subject(column.fact)) for column in row.follow]
+    facts = [str(column.fact.about) for column in row.follow]
     files = list(dict.fromkeys([*row.files, *(file for column in row.follow for file in column.files)]))
     shown = f"in {listed(files, _NAMED)}" if files else ""
     return f"it gives {listed(facts, _NAMED)}, {shown}" if facts and shown else f"it is {shown}" if shown else ""

@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, Any, cast
 from rosorin_compile.diagnostics import ERROR, NOTE, Console, Diagnostic, counted
 from rosorin_compile.extending import Description, Given, WrongUsage, world
 
-from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
 from .columns import recognised
 from .telling import page_rows
 
 if TYPE_CHECKING:
-    from ..view.showing import Shown
     from .command import Fleet
     from .sweep_file import Variant
 
@@ -28,19 +26,14 @@ def write(fleet: Fleet, diagnostics: Sequence[Diagnostic], options: argparse.Nam
     """Write the page of a fleet. Raises WrongUsage if it cannot be written."""
     from rosorin_compile.extending import OutputError, write_file
 
-    from ..view.showing import on_disk
-
     file = Path(options.html)
     variant = _typical(fleet)
-    shown = _shown(fleet, variant) if variant is not None else None
-    if variant is None or shown is None:
+    page = _page(fleet, variant, options) if variant is not None else None
+    if variant is None or page is None:
         console.warn(f"{file}: no page, because there is no robot that can be shown")
         return
-    limit = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
-    embedding = None if options.no_meshes else Embedding(int(limit * 1_000_000))
-    data = on_disk(shown, embedding)
-    links = {link["name"] for link in data["links"]}
-    joints = {joint["name"]: joint["child"] for joint in data["joints"]}
+    links = {link["name"] for link in page.data["links"]}
+    joints = {joint["name"]: joint["child"] for joint in page.data["joints"]}
     numbers = [_placed(row, links, joints) for row in page_rows(fleet.rows[:_MOST_ROWS])]
     said = {
         "said": _sent(fleet, f"{fleet.summary()}; shown is {variant.name}"),
@@ -49,17 +42,17 @@ def write(fleet: Fleet, diagnostics: Sequence[Diagnostic], options: argparse.Nam
         "problems": [_line(fleet, one) for one in diagnostics if one.severity != NOTE][:_MOST],
         "notes": [_line(fleet, one) for one in diagnostics if one.severity == NOTE][:_MOST],
     }
-    text = html({"robot": data, "fleet": said})
+    text = page.html(fleet=said)
     try:
         write_file(
             file,
             text.encode(errors="replace"),
-            [fleet.file.path, *shown.files, *shown.meshes.values()],
+            [fleet.file.path, *page.files],
         )
     except OutputError as problem:
         raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
-    if embedding is not None and embedding.left:
-        console.warn(f"{file}: without {left_out(embedding.left)}")
+    if page.left:
+        console.warn(f"{file}: without {page.left}")
     console.say(f"{file}: a page of {counted(fleet.made, 'robot')}, {len(text) / 1e6:.1f} MB")
 
 
@@ -96,12 +89,11 @@ def _typical(fleet: Fleet) -> Variant | None:
     return next((one for one in fleet.file.variants() if one.made and one.name == best), None)
 
 
-def _shown(fleet: Fleet, variant: Variant) -> Shown | None:
-    """Return the robot to show: from its description with its arguments, or else from one of its artifacts."""
-    from rosorin_compile.extending import LoadError
+def _page(fleet: Fleet, variant: Variant, options: argparse.Namespace) -> Any | None:
+    """Return the page of a robot: from its description with its arguments, or else from one of its artifacts."""
+    from rosorin_compile.extending import LoadError, service
 
-    from ..view.showing import look
-
+    page_of = service("the page of a robot")
     paths = [Path(fleet.file.head.description)] if fleet.file.head.description else []
     paths = [fleet.file.path.parent / path for path in paths]
     given = Given(cast("dict[str, str]", {**fleet.file.head.arguments, **variant.arguments}), ())
@@ -111,11 +103,11 @@ def _shown(fleet: Fleet, variant: Variant) -> Shown | None:
     tried += [(Description(variant.name, path, variant.folder), Given({}, ())) for path in _readable(variant)]
     for description, arguments in tried:
         try:
-            shown = look(arguments, description, Console("json")).shown
+            page = page_of(arguments, description, options)
         except LoadError:
             continue
-        if shown is not None:
-            return shown
+        if page is not None:
+            return page
     return None
 
 

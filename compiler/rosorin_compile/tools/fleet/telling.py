@@ -8,10 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from rosorin_compile.diagnostics import counted, first_of, printable
+from rosorin_compile.diagnostics import Console, counted, first_of, printable
 
-from ...diagnostics.markdown import Block, Code, Table
-from ...meaning.wording import subject
 from .columns import ARGUMENT, Columns
 from .judging import Row
 
@@ -94,7 +92,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def _follow(row: Row) -> str:
-    names = [str(subject(column.fact)) for column in row.follow]
+    names = [str(column.fact.about) for column in row.follow]
     word = "gives" if row.is_argument else "and with it"
     return f"{word} {first_of(names, _NAMED)}"
 
@@ -128,7 +126,7 @@ def texts_of(columns: Columns, full: bool) -> list[str]:
             continue  # a name, a serial number
         often = sorted(counts, key=lambda text: (-counts[text], text))
         said = first_of([f"{printable(text) or 'none'} ({counts[text]:,})" for text in often], _NAMED)
-        name = fact.name if fact.kind == ARGUMENT else str(subject(fact))
+        name = fact.name if fact.kind == ARGUMENT else str(fact.about)
         lines.append(f"{printable(name)}: {said}")
     if lacking:
         names = [f"{printable(name)} ({count:,})" for name, count in sorted(lacking.items())]
@@ -142,14 +140,10 @@ def texts_of(columns: Columns, full: bool) -> list[str]:
     return lines
 
 
-def blocks(rows: Sequence[Row]) -> list[Block]:
-    """Return the numbers that differ as a table of Markdown."""
-    lines = []
-    for row in rows:
-        name, *others = _cells(row)
-        drawn = bar(row, _BINS).strip()
-        lines.append(((Code(name),), *((text,) for text in others), (Code(drawn),)))
-    return [Table("number", (*_HEADS, "histogram"), tuple(lines))] if lines else []
+def add_table(rows: Sequence[Row], console: Console) -> None:
+    """Add the numbers that differ to what is said in Markdown, as a table."""
+    lines = [(*_cells(row), bar(row, _BINS).strip()) for row in rows]
+    console.add_table("number", (*_HEADS, "histogram"), lines, code=(0, len(_HEADS)))
 
 
 def page_rows(rows: Sequence[Row]) -> list[dict[str, Any]]:
@@ -175,5 +169,5 @@ def _page_row(row: Row) -> dict[str, Any]:
     if row.frame:
         made["frame"] = row.frame
     if row.follow:
-        made["gives"] = first_of([str(subject(column.fact)) for column in row.follow], 12)
+        made["gives"] = first_of([str(column.fact.about) for column in row.follow], 12)
     return made

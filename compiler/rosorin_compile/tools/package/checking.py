@@ -24,7 +24,6 @@ from .starting import PUBLISHER as STARTS_URDF
 if TYPE_CHECKING:
     from rosorin_compile.extending import Change
 
-    from ...diagnostics.markdown import Block
     from .carrying import Carried
 
 RULES = (
@@ -71,8 +70,8 @@ class Checked(NamedTuple):
     diagnostics: list[Diagnostic]
     unlike: tuple[tuple[str, Difference | None], ...]
 
-    def blocks(self) -> list[Block]:
-        """Return how copies differ as tables: a change that several copies show is one row."""
+    def compared(self) -> tuple[Comparison, list[tuple[str, str]]]:
+        """Return how copies differ, and those that are other files; a change that several copies show is one."""
         changes: dict[tuple[str, ...], Change] = {}
         for place, other in self.unlike:
             for change in other.changes if other else ():
@@ -80,7 +79,7 @@ class Checked(NamedTuple):
                 changes[change[:5]] = known._replace(artifacts=(*known.artifacts, place))
         texts = [text._replace(file=place) for place, other in self.unlike for text in (other.texts if other else ())]
         others = [(place, _NOT_AS_WRITTEN) for place, other in self.unlike if other is None]
-        return Comparison(tuple(changes.values()), tuple(texts), same=False).blocks(others)
+        return Comparison(tuple(changes.values()), tuple(texts), same=False), others
 
 
 def check(

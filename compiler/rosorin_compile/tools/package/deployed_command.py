@@ -100,7 +100,8 @@ def _said(run: Run, description: Description, checked: Checked, folder: Path) ->
     if checked.differing:
         help = "rosorin-compile deploy writes them anew"
         told = error("deployed-differs", "\n".join(checked.lines), None, help)
-        run.console.differ("not as deployed", checked.lines, told, checked.blocks)
+        compared, others = checked.compared()
+        run.console.differ("not as deployed", checked.lines, told, lambda: compared.blocks(others))
     run.console.show(checked.diagnostics)
     total = len(checked.same) + len(checked.differing)
     run.console.say(f"{description.name}: {len(checked.same)} of {total} copies in {folder} as compiled")

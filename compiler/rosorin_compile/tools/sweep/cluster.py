@@ -21,9 +21,8 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile import Variant
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, pip_install
-from rosorin_compile.extending import Description, Holding, tool_folders, world
+from rosorin_compile.extending import Description, Given, Holding, tool_folders, world
 
-from ...frontend.asked import Asked
 from .engines import Result, death, died
 from .folder import VariantsFolder
 from .making import Folder, Job, Made, Maker, Row, compiled_here
@@ -302,7 +301,7 @@ class Cluster:
             self.client.close()
 
 
-def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Variant]) -> Iterator[Compiled]:
+def compiled_on(client: Any, first: Path, given: Given, variants: Iterable[Variant]) -> Iterator[Compiled]:
     """Yield what becomes of variants on a cluster, as it comes (see ``library``)."""
     from rosorin_compile import Compiled
 
@@ -317,9 +316,9 @@ def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Varia
                     more = False
                     break
                 if flight is None:
-                    compiled = compiled_here(first, asked, variant)
-                    made = bundle(first, compiled, asked.packages)
-                    flight = _Flight(client, made, Task(asked.arguments, False, tool(), whole=True), total)
+                    compiled = compiled_here(first, given, variant)
+                    made = bundle(first, compiled, given.packages)
+                    flight = _Flight(client, made, Task(given.values(), False, tool(), whole=True), total)
                     yield compiled
                     continue
                 flight.submit(index, variant)
@@ -331,7 +330,7 @@ def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Varia
                 if answer is None:
                     yield Compiled(None, (), [death(variant)], (), variant=variant)
                 elif answer.lacking or answer.compiled is None:
-                    yield compiled_here(first, asked, variant)
+                    yield compiled_here(first, given, variant)
                 else:
                     yield answer.compiled
     finally:

@@ -215,9 +215,9 @@ def death(variant: Variant, code: int | None = None) -> Diagnostic:
 
 def _prepare() -> None:
     """Import what every process needs, once."""
-    from rosorin_compile.extending import compile_robot  # noqa: F401
+    from rosorin_compile import Compiled
 
-    from ...meaning import agreement  # noqa: F401
+    Compiled(None, (), [], ()).proven()
 
 
 def _work(pipe: Any, job: Job, address: str, parent: int, lock: int | None) -> None:

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile import Compiled, Variant
 from rosorin_compile.diagnostics import Diagnostic, error
-from rosorin_compile.extending import Argument
+from rosorin_compile.extending import Argument, Given
 
-from ...frontend.asked import ask, description_of
-from ...frontend.expand.files import Kept
-from .making import compiled_here
+from .making import Kept, compiled_here
 from .variants import NAME, Variants, given, wrong_name
 
 if TYPE_CHECKING:
@@ -38,12 +36,12 @@ def sweep(
     What is wrong with a variant is among its diagnostics; what is wrong with all, such as the list itself, is a single
     ``Compiled`` without a variant.
     """
-    asked = ask(path, arguments, packages)
-    first, wrong = description_of(asked.name) if not asked.diagnostics else (None, asked.diagnostics)
-    if first is None:
+    description, asked, wrong = Given.asked(path, arguments, packages)
+    if description is None:
         yield Compiled(None, (), wrong, ())
         return
-    known, told = Argument.declared(first, asked.arguments, asked.packages)
+    first = description.path
+    known, told = Argument.declared(first, asked.values(), asked.packages)
     listed, wrong = _listed(variants, [argument.name for argument in known])
     wrong = [one for one in told if one.severity == "error"] or wrong
     if wrong:
@@ -53,7 +51,7 @@ def sweep(
 
         yield from compiled_on(client, first, asked, listed)
     else:
-        kept = Kept()
+        kept: Kept = {}
         for variant in listed:
             yield compiled_here(first, asked, variant, kept)
 

@@ -20,11 +20,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Variant
 from rosorin_compile.diagnostics import Diagnostic, Progress, Related, has_errors
-from rosorin_compile.extending import Description, Holding, Map, OutputError, Quantity, Seq, Text, tool_folders, world
+from rosorin_compile.extending import (
+    Description,
+    Given,
+    Holding,
+    Map,
+    OutputError,
+    Quantity,
+    Seq,
+    Text,
+    tool_folders,
+    world,
+)
 
-from ...frontend.asked import Asked
-from ...frontend.expand.files import Kept
-from ...output import check_names, encoded
 from .folder import Record, VariantsFolder
 from .remote import RemoteFolder
 
@@ -32,6 +40,7 @@ if TYPE_CHECKING:
     from rosorin_compile import Compiled
 
 Folder = VariantsFolder | RemoteFolder
+Kept = dict[Path, Any]  # what was read of a description, by its first file (see compile_robot)
 Row = tuple[str, str, str]  # what was asked, of what, and the answer
 MADE, UNCHANGED, ERROR = "made", "unchanged", "error"
 
@@ -82,7 +91,7 @@ class Maker:
     def __init__(self, job: Job, folder: Folder) -> None:
         self.job = job
         self.folder = folder
-        self.kept = Kept()
+        self.kept: Kept = {}
         self.fresh = lru_cache(maxsize=10_000)(self._fresh)
         self.answer = lru_cache(maxsize=100_000)(world.answer)  # what is asked for many variants is asked once
 
@@ -113,7 +122,7 @@ class Maker:
         said = [*variant.diagnostics, *compiled.diagnostics]
         try:
             if not has_errors(said):
-                files = files_of(compiled)
+                files = compiled.files()
         except OutputError as problem:
             said.append(problem.diagnostic)
         line = line_of(variant, {name: Holding.digest(data) for name, data in files.items()}, said)
@@ -149,9 +158,7 @@ class Maker:
     def compiled(self, variant: Variant) -> Compiled:
         """Return what becomes of a variant; nothing is written."""
         from rosorin_compile import Compiled
-        from rosorin_compile.extending import Given, compile_robot
-
-        from ...commands.compiling import proven
+        from rosorin_compile.extending import compile_robot
 
         if has_errors(variant.diagnostics):
             return Compiled(None, (), [], ())
@@ -161,7 +168,7 @@ class Maker:
         search = partial(given.search_meshes, placed)
         tell = _silent if self.job.trust else None
         arguments = merged(self.job.shared, variant)
-        return proven(compile_robot(path, arguments, tell, given.packages, search, kept=self.kept))
+        return compile_robot(path, arguments, tell, given.packages, search, kept=self.kept).proven()
 
     def _put(
         self,
@@ -201,24 +208,15 @@ class Maker:
             return False
 
 
-def compiled_here(first: Path, asked: Asked, variant: Variant, kept: Kept | None = None) -> Compiled:
+def compiled_here(first: Path, given: Given, variant: Variant, kept: Kept | None = None) -> Compiled:
     """Return what becomes of one variant, for the library."""
     from rosorin_compile import Compiled
     from rosorin_compile.extending import compile_robot
 
     if has_errors(variant.diagnostics):
         return Compiled(None, (), list(variant.diagnostics), (), variant=variant)
-    compiled = compile_robot(first, merged(asked.arguments, variant), packages=asked.packages, kept=kept)
+    compiled = compile_robot(first, merged(given.values(), variant), packages=given.packages, kept=kept)
     return replace(compiled, diagnostics=[*variant.diagnostics, *compiled.diagnostics], variant=variant)
-
-
-def files_of(compiled: Compiled) -> dict[str, bytes]:
-    """Return the artifacts of a robot, bytes by name, with the meshes that belong to them. Raises OutputError."""
-    from ...commands.compiling import mesh_files
-
-    files = {**mesh_files(compiled), **{one.file: encoded(one.file, one.text) for one in compiled.artifacts}}
-    check_names(files)
-    return files
 
 
 def merged(shared: Mapping[str, Any], variant: Variant) -> Map:

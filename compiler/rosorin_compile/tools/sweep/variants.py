@@ -37,9 +37,17 @@ from rosorin_compile.diagnostics import (
     nearest,
     quoted,
 )
-from rosorin_compile.extending import Description, LoadError, Map, Text, load_mapping, read_utf8, world
-
-from ...frontend.load import each_entry
+from rosorin_compile.extending import (
+    Description,
+    Given,
+    LoadError,
+    Map,
+    Text,
+    each_entry,
+    load_mapping,
+    read_utf8,
+    world,
+)
 
 RULES = (
     Rule(
@@ -474,11 +482,9 @@ def _uneven(places: Sequence[Span], cells: Sequence[str], names: Sequence[str]) 
 
 def given(variants: Iterable[tuple[str, Any]], origin: str) -> Iterator[Variant]:
     """Yield variants that a program gives: names with values of Python, or texts."""
-    from ...frontend.asked import from_python
-
     source = Source(origin, "")
     for name, arguments in variants:
-        values, wrong = from_python({} if arguments is None else arguments)
+        asked, wrong = Given.of(arguments)
         made = Map(source.start())
-        made.update(values)
+        made.update(asked.values())
         yield Variant(name, made, None, tuple(wrong))

@@ -25,12 +25,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Variant, __version__
 from rosorin_compile.diagnostics import Diagnostic, has_errors
-from rosorin_compile.extending import Description, Holding, OutputError, tool_folders, world
+from rosorin_compile.extending import Description, Given, Holding, OutputError, tool_folders, world
 
-from ...frontend.asked import Asked
-from ...frontend.expand.files import Kept
 from .folder import VariantsFolder
-from .making import Folder, Job, Made, Maker, Row, compiled_here, files_of, line_of
+from .making import Folder, Job, Kept, Made, Maker, Row, compiled_here, line_of
 from .remote import folder_of
 
 if TYPE_CHECKING:
@@ -158,7 +156,7 @@ def _answer(root: Path, bundle: Bundle, task: Task, folder: Folder | None, varia
     files: dict[str, bytes] = {}
     try:
         if not has_errors(said):
-            files = files_of(compiled)
+            files = compiled.files()
     except OutputError as problem:
         said.append(problem.diagnostic)
     line = _named(line_of(variant, {name: Holding.digest(data) for name, data in files.items()}, said), root, bundle)
@@ -229,7 +227,7 @@ def _read(root: Path, compiled: Compiled) -> list[Row]:
 def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer:
     """Return the same for the library, which wants what was compiled and no files."""
     job = maker.job
-    compiled = compiled_here(job.description.path, Asked("", job.shared, job.packages, []), variant, maker.kept)
+    compiled = compiled_here(job.description.path, Given(job.shared, (), job.packages), variant, maker.kept)
     lacking = _lacking(root, compiled, compiled.diagnostics)
     inputs = tuple(Path(_shown(str(path), root, bundle)) for path in compiled.inputs)
     said = [_moved(one, root, bundle) for one in compiled.diagnostics]

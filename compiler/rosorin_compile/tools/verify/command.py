@@ -25,10 +25,6 @@ from rosorin_compile.extending import (
     world,
 )
 
-from ...commands.given import texts
-from ...commands.robots import meant
-from ...commands.understanding import read
-
 if TYPE_CHECKING:
     from rosorin_compile import Compiled
     from rosorin_compile.diagnostics import Diagnostic
@@ -120,15 +116,7 @@ def _compiled(given: Given, description: Description, console: Console) -> Compi
     """Return a description, or a robot in another format, with its artifacts."""
     if not is_foreign(description.path):
         return given.compile(description, console)
-    from rosorin_compile import Compiled
-    from rosorin_compile.extending import LoadError
-
-    from ...commands.foreign import compile_foreign
-
-    try:
-        return compile_foreign(description.path, texts(given.values()), given.packages, console.ahead, given.trust)
-    except LoadError as problem:
-        return Compiled(None, (), [problem.diagnostic], ())
+    return given.compile_foreign(description, console)
 
 
 def _asked(run: Run) -> tuple[str, Description]:
@@ -145,7 +133,7 @@ def _asked(run: Run) -> tuple[str, Description]:
     if _is_robot(source):
         what = "a second robot" if robot else "a robot"
         raise WrongUsage(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
-    found = meant([robot] if robot else [])
+    found = run.robots([robot] if robot else [])
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; write verify ROBOT {source}")
@@ -244,7 +232,7 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
     # What takes arguments may run code: once is enough.
     if _takes_arguments(description.path) or not any(finding.of[0] in edges for finding in verdict.findings):
         return verdict.findings
-    expanded, lowered, *_ = read(given, description, console)
+    expanded, lowered, *_ = given.understand(description, console)
     if expanded.tree is None or lowered is None:
         return verdict.findings
     found = []

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rosorin_compile import Artifact
+from rosorin_compile import Artifact, Value
 from rosorin_compile.diagnostics import (
     ERROR,
     NOTE,
@@ -27,7 +27,6 @@ from rosorin_compile.diagnostics import (
 from rosorin_compile.extending import compare
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Transform
 
-from ...meaning.wording import amount
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
 from .expected import Description, Expected
 from .findings import YEAR, difference, half_turn_about, ordered, pose_text, problem, seconds, share
@@ -256,7 +255,7 @@ def _follower(log: JointLog, name: str, follower: Follower) -> Iterator[Diagnost
     if not follower.off or joint.mimic is None:
         return
     unit = "m" if joint.type == "prismatic" else "rad"
-    often, most = share(follower.off, follower.seen), amount(follower.farthest, unit)
+    often, most = share(follower.off, follower.seen), Value(follower.farthest, unit).amount()
     ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
     ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
     message = f"{name} is not {ratio} in {often} messages of {_TOPIC}, by {most} at most"
@@ -272,7 +271,7 @@ def _range(log: JointLog, name: str, seen: Range) -> Iterator[Diagnostic]:
         lower, upper = log.limits(name)
         excess = max(lower - seen.lowest, seen.highest - upper)
         unit = "m" if log.description.robot.joint[name].type == "prismatic" else "rad"
-        often, most = share(seen.beyond, seen.seen), amount(excess, unit)
+        often, most = share(seen.beyond, seen.seen), Value(excess, unit).amount()
         message = f"{name} is beyond its limits in {often} messages, by {most} at most"
         evidence = [f"seen {_span(seen.lowest, seen.highest)} {unit}, described {_span(lower, upper)} {unit}"]
         help = "correct the limits, the zero of the servo, or what drives it there"

@@ -16,4 +16,4 @@ COMMANDS = (
         order=40,
     ),
 )
-SERVICES = {"pictures of changes": "changed:Pictures"}
+SERVICES = {"pictures of changes": "changed:Pictures", "the page of a robot": "pages:page_of"}

@@ -18,12 +18,8 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from authoring_sections import added_definitions, added_sections
+from authoring_sections import LANGUAGE, added_definitions, added_sections
 from authoring_sections import definitions as plain_definitions
-from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.annotations import ANNOTATIONS
-from rosorin_compile.frontend.schema import resolve, with_formats
-from rosorin_compile.units import UNITS, parse_unit
 
 Schema = dict[str, Any]
 
@@ -45,7 +41,7 @@ CONTROLS: Schema = {
 
 def authoring() -> Schema:
     """Return the schema of the files of a description."""
-    plain = with_formats(FORMATS.values())
+    plain = dict(LANGUAGE.schema)
     sections = {
         name: section if name in _CLOSED else opened(section, entry=False)
         for name, section in plain["properties"].items()
@@ -77,7 +73,7 @@ def opened(fragment: Schema, entry: bool = True) -> Schema:
     made |= {key: opened(fragment[key]) for key in _INNER if isinstance(fragment.get(key), dict)}
     made |= {key: list(map(opened, fragment[key])) for key in ("anyOf", "oneOf", "allOf") if key in fragment}
     made |= {key: fragment[key] for key in ("required", "dependencies") if key in fragment}
-    if "maxItems" in fragment and "object" not in resolve(fragment.get("items", {})).get("type", ()):
+    if "maxItems" in fragment and "object" not in _resolved(fragment.get("items", {})).get("type", ()):
         made["maxItems"] = fragment["maxItems"]  # a list of entries may have a loop in it
     if fragment.get("additionalProperties") is False:
         made["additionalProperties"] = False
@@ -130,15 +126,20 @@ def _each_required(names: list[str]) -> list[Schema]:
 
 def _quantities(units: list[str]) -> list[str]:
     """Return patterns of quantities that fit one of the units: with a simple unit of its kind, or a compound one."""
-    wanted = [parse_unit(unit) for unit in units]
-    dimensions = {found[1] for found in wanted if found is not None}
-    if not dimensions:
+    same = {name for unit in units for name in LANGUAGE.units_for(unit)}
+    if not any(map(LANGUAGE.is_unit, units)):
         return []
-    fitting = "|".join(re.escape(name) for name, (_, dimension) in UNITS.items() if dimension in dimensions)
-    every = "|".join(map(re.escape, UNITS))
+    fitting = "|".join(re.escape(name) for name in LANGUAGE.units if name in same)
+    every = "|".join(map(re.escape, LANGUAGE.units))
     factor = rf"({every})(\^-?\d)?"
     compound = rf"{factor}([*/]{factor})+|({every})\^-?\d"
     return [rf"{_NUMBER}({'|'.join(filter(None, [fitting, compound]))})$"]
+
+
+def _resolved(fragment: Schema) -> Schema:
+    """Return what a fragment refers to, or the fragment itself."""
+    made: Schema = LANGUAGE.schema["$defs"][fragment["$ref"].rsplit("/", 1)[1]] if "$ref" in fragment else fragment
+    return made
 
 
 def _with_definitions(fragment: Any) -> Any:
@@ -149,7 +150,7 @@ def _with_definitions(fragment: Any) -> Any:
         return fragment
     made = {}
     for key, value in fragment.items():
-        if key in ANNOTATIONS or (key == "propertyNames" and value.keys() <= ANNOTATIONS):
+        if key in LANGUAGE.annotations or (key == "propertyNames" and value.keys() <= LANGUAGE.annotations):
             continue
         made[key] = value.replace("#/$defs/", "#/definitions/") if key == "$ref" else _with_definitions(value)
     return made

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from rosorin_compile.diagnostics import registry
-from rosorin_compile.diagnostics.registry import every_rule
-from rosorin_compile.frontend.accepting import STAYS
-from rosorin_compile.frontend.annotations import of_parts
-from rosorin_compile.frontend.expand.mirroring import AXES
+from rosorin_compile.extending import FORMATS, Language
 
 Schema = dict[str, Any]
+
+LANGUAGE = Language.of(FORMATS.values())
 
 # A name that an expression can use: letters of any script, digits, underscores. \w would be ASCII alone in an editor.
 _NAME = r"[^\s!-/0-9:-@\[-^`{-~][^\s!-/:-@\[-^`{-~]*"
@@ -20,11 +18,6 @@ _BOUNDS = {
     "min": {"description": "The smallest value that is allowed."},
     "max": {"description": "The largest value that is allowed."},
 }
-# The topics of what is said of a robot while it is compiled.
-_COMPILING = (
-    *(registry.FILES, registry.ARGUMENTS, registry.SHAPE, registry.JOINTS, registry.NUMBERS, registry.POSES),
-    *(registry.FRAMES, registry.OUTPUTS, registry.FORMATS, registry.SIMULATION, registry.PHYSICS),
-)
 _SOME = r"\$\{"
 _WHOLE = r"^\$\{[\s\S]*\}$"
 
@@ -127,15 +120,13 @@ def _include() -> Schema:
 def definitions(plain: Schema) -> Schema:
     """Return the definitions of the plain schema, with the ids of the rules that ``accept`` may name."""
     acceptance = plain["$defs"]["acceptance"]
-    told = [rule for rule in every_rule().values() if rule.asked or rule.topic in _COMPILING]
-    ids = sorted(rule.id for rule in told if (rule.accept or rule.mild) and rule.id not in STAYS)
-    rule = {"enum": ids, "description": acceptance["properties"]["rule"]["description"]}
+    rule = {"enum": list(LANGUAGE.acceptable), "description": acceptance["properties"]["rule"]["description"]}
     return {**plain["$defs"], "acceptance": {**acceptance, "properties": {**acceptance["properties"], "rule": rule}}}
 
 
 def added_definitions(sections: Schema, arg: Schema) -> Schema:
     """Return the definitions that those sections and every entry refer to; ``arg`` is that of an argument."""
-    inside = {name: sections[name] for name in of_parts()}
+    inside = {name: sections[name] for name in LANGUAGE.in_parts}
     help = {"type": "string", "description": "One sentence for the person who uses it."}
     return {
         **_CONTROLS,
@@ -192,7 +183,7 @@ def _use(inside: Schema) -> Schema:
         "rpy": _ref("rpy", "Orientation of the mount in the parent, in radians."),
         "mirror": {
             "description": "The axis of the mount that is reversed: y makes a right side of a left one.",
-            "anyOf": [{"enum": list(AXES)}, {"type": "string", "pattern": _WHOLE}],
+            "anyOf": [{"enum": list(LANGUAGE.mirrors)}, {"type": "string", "pattern": _WHOLE}],
         },
         "content": {
             "type": "object",

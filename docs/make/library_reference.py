@@ -10,11 +10,12 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
-from rosorin_compile.frontend.load import load_mapping
-from rosorin_compile.project import data_folder
-from rosorin_compile.units import Quantity
+from rosorin_compile.extending import Quantity, load_mapping
+
+LIBRARY = Path(__file__).parents[2] / "parts"
 
 TITLES = {"solids": "Bodies", "wheels": "Wheels", "servos": "Servos", "sensors": "Sensor types"}
 _SECTIONS = ("links", "joints", "servos")
@@ -142,7 +143,7 @@ def text() -> str:
     """Return the page as it is committed."""
     lines = [_HEAD]
     for name, title in TITLES.items():
-        file = load_mapping(data_folder("parts_library") / f"{name}.yaml", f"{name}.yaml")
+        file = load_mapping(LIBRARY / f"{name}.yaml", f"{name}.yaml")
         lines += ["", f"## {title}", "", str(file["help"]).strip()]
         for part, body in file.get("parts", {}).items():
             lines += ["", f"### {name}/{part}", "", *_part(body)]

@@ -13,12 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from authoring_sections import added_definitions, added_sections, definitions
-from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.expression import CONSTANTS
-from rosorin_compile.frontend.expression.functions import BUILT_IN
-from rosorin_compile.frontend.schema import with_formats
-from rosorin_compile.units import DIMENSIONS, UNITS, Dimension, describe
+from authoring_sections import LANGUAGE, added_definitions, added_sections, definitions
 
 HEAD = Path(__file__).parents[1] / "_language_head.md"
 _KEYS = ("key", "value", "unit", "needed", "meaning")
@@ -45,7 +40,7 @@ Schema = Mapping[str, Any]
 
 def language() -> Schema:
     """Return the schema of descriptions with what the plain tree has no more: parts, uses, named values, ..."""
-    plain = with_formats(FORMATS.values())
+    plain = dict(LANGUAGE.schema)
     sections = plain["properties"]
     added = added_definitions(sections, plain["$defs"]["arg"])
     use, kind = added["use"], added["sensor_type"]
@@ -79,18 +74,18 @@ def _filled(head: str) -> Iterator[str]:
 
 def _units() -> Iterator[str]:
     """Yield a table of the units by what they measure."""
-    by_dimension: dict[Dimension, list[str]] = {}
-    for name, (_, dimension) in UNITS.items():
-        by_dimension.setdefault(dimension, []).append(f"`{name}`")
-    rows = [(_escaped(describe(dimension)), ", ".join(names)) for dimension, names in by_dimension.items()]
+    by_meaning: dict[str, list[str]] = {}
+    for name, meaning in LANGUAGE.units.items():
+        by_meaning.setdefault(meaning, []).append(f"`{name}`")
+    rows = [(_escaped(meaning), ", ".join(names)) for meaning, names in by_meaning.items()]
     yield from _table(("what it is (its SI unit)", "units"), rows)
 
 
 def _functions() -> Iterator[str]:
     """Yield a table of the functions; those of which the same is said share a row."""
     by_help: dict[str, list[str]] = {}
-    for function in BUILT_IN:
-        by_help.setdefault(function.help, []).append(f"`{function.name}`")
+    for name, help in LANGUAGE.functions.items():
+        by_help.setdefault(help, []).append(f"`{name}`")
     rows = [(", ".join(names), help) for help, names in by_help.items()]
     yield from _table(("function", "result"), rows)
 
@@ -98,12 +93,12 @@ def _functions() -> Iterator[str]:
 def _types() -> Iterator[str]:
     """Yield a table of the types that an argument or a parameter may have."""
     rows = [(f"`{name}`", meaning) for name, meaning in _TYPES.items()]
-    rows += [(f"`{name}`", _escaped(describe(dimension))) for name, dimension in DIMENSIONS.items()]
+    rows += [(f"`{name}`", _escaped(meaning)) for name, meaning in LANGUAGE.types.items()]
     yield from _table(("type", "what it takes"), rows)
 
 
 def _constants() -> Iterator[str]:
-    yield ", ".join(f"`{name}`" for name in CONSTANTS)
+    yield ", ".join(f"`{name}`" for name in LANGUAGE.constants)
 
 
 def _table(headers: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Iterator[str]:

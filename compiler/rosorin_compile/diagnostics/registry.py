@@ -101,6 +101,11 @@ class Rule(NamedTuple):
     imported: str = ""
     asked: str = ""
 
+    @classmethod
+    def every(cls) -> tuple[Rule, ...]:
+        """Return the tool's own rules. Raises ValueError if two have one id."""
+        return tuple(every_rule().values())
+
     @property
     def mild(self) -> bool:
         """Whether it can be less than an error, a warning or a note: its entry says so."""

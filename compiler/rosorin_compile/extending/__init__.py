@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..formats.static_tf import StaticTransform, static_transforms
     from ..frontend.arguments import Argument
     from ..frontend.expression import ExpressionError, evaluate
+    from ..frontend.language import Language
     from ..frontend.load import LoadError, each_entry, load_mapping, parse_yaml, read_utf8
     from ..frontend.tree import Map, Path, Seq, Text, locate
     from ..frontend.yaml_text import scalar
@@ -64,6 +65,7 @@ _HOMES = {
     "Holding": "output.placing",
     "Imported": "formats.imported",
     "Inputs": "output.watch",
+    "Language": "frontend.language",
     "LoadError": "frontend.load",
     "Map": "frontend.tree",
     "MarkupError": "xml.markup",
@@ -127,6 +129,7 @@ __all__ = [
     "Holding",
     "Imported",
     "Inputs",
+    "Language",
     "LoadError",
     "Map",
     "MarkupError",

@@ -69,3 +69,25 @@ def test_what_is_damaged_is_a_value_error(name: str, old: str, new: str, told: s
     assert old in text
     with pytest.raises(ValueError, match=re.escape(told)):
         read(text.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("format", "text", "told"),
+    [
+        ("sdf", "<sdf/>", "there is no <model>"),
+        ("sdf", "<robot/>", "the root element is robot, not sdf"),
+        (
+            "sdf",
+            '<sdf><model name="r"><link name="a"><inertial><mass>1</mass></inertial></link></model></sdf>',
+            "the inertial of link a has no <inertia>",
+        ),
+        ("urdf", "<sdf/>", "the root element is sdf, not robot"),
+        ("srdf", "<sdf/>", "the root element is sdf, not robot"),
+        ("mjcf", "<mujoco/>", "there is no <worldbody>"),
+    ],
+)
+def test_what_lacks_its_frame_is_a_value_error(format: str, text: str, told: str) -> None:
+    read = FORMATS[format].facts
+    assert read is not None
+    with pytest.raises(ValueError, match=re.escape(told)):
+        read(text)

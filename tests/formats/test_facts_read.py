@@ -53,7 +53,7 @@ def test_all_that_an_artifact_says_is_read(name: str) -> None:
         ("robot.sdf", "<multiplier>2</multiplier>", "", "<mimic> has no <multiplier>"),
         ("robot.urdf", "<mass value=", "<mass of=", "<mass> has no value"),
         ("robot.urdf", '<child link="hand"/>', "", "<joint> has no <child>"),
-        ("robot.urdf", '<child link="hand"/>', '<child link="foot"/>', "the child of joint wrist is no link"),
+        ("robot.urdf", '<child link="hand"/>', '<child link="nobody"/>', "the child of joint wrist is no link"),
         ("robot.urdf", 'ixx="1"', 'ixx="inf"', "not a number: inf"),
         ("robot.urdf", '"0.01 0.02 0.03"', '"0.01 0.02"', '<origin xyz="0.01 0.02">: 3 numbers are needed'),
         ("robot.urdf", "<box ", "<sphere/><box ", "collision 1 of link base has 2 geometries"),

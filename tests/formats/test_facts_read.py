@@ -57,6 +57,7 @@ def test_all_that_an_artifact_says_is_read(name: str) -> None:
         ("robot.urdf", 'ixx="1"', 'ixx="inf"', "not a number: inf"),
         ("robot.urdf", '"0.01 0.02 0.03"', '"0.01 0.02"', '<origin xyz="0.01 0.02">: 3 numbers are needed'),
         ("robot.urdf", "<box ", "<sphere/><box ", "collision 1 of link base has 2 geometries"),
+        ("robot.urdf", "<box ", "<ellipsoid ", "URDF has no <ellipsoid>"),
         ("robot.srdf", ' type="planar"', "", "<virtual_joint> has no type"),
         ("robot.srdf", ' link2="mast"', "", "<disable_collisions> has no link2"),
         ("robot.xml", '"box" size="0.1', '"box" size="1 0.1', "3 numbers are needed"),

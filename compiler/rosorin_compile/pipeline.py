@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
@@ -19,6 +20,7 @@ from .formats import FORMATS, Artifact, plugged_diagnostics
 from .frontend.accepting import Entry, settled, unknown, unused
 from .frontend.expand import Expanded, expand
 from .frontend.expression.functions import plugged as plugged_functions
+from .frontend.load import unsaved as held_in_memory
 from .frontend.lower import Lowered, lower
 from .frontend.tree import Map, locate
 from .frontend.validate import validate
@@ -39,6 +41,7 @@ Search = Callable[[Map, Sequence[Output]], "Searched"]
 
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200
+NOTHING: Mapping[Path, bytes] = MappingProxyType({})
 FILE = "file"  # begins the names of all attributes of MJCF that name one
 
 
@@ -115,11 +118,15 @@ class Compiled:
 
 @dataclass(frozen=True)
 class Reading:
-    """The robot of a file in any format (None if it has errors), all that is to say, and the files that were read."""
+    """The robot of a file in any format (None if it has errors), all that is to say, and the files that were read.
+
+    ``tree`` is what it says as a description has it, after includes, arguments and expressions.
+    """
 
     robot: Robot | None
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
+    tree: Map | None = None
 
     def __repr__(self) -> str:
         """Return what there is."""
@@ -276,12 +283,14 @@ def read(
     packages: Mapping[str, str | os.PathLike[str]] | None = None,
     lenient: bool = False,
     trust: bool = False,
+    tell: Tell | None = None,
 ) -> Reading:
     """Return the robot of a file in any format that there is a reader for, or of a description as ``compile`` takes it.
 
     ``arguments`` are those of a description or a xacro. ``lenient`` takes what breaks a foreign format's specification
     where a robot comes out all the same. Nothing that is wrong with the input is an exception; a xacro is expanded in a
-    process of its own, and what it says in Python is run there: a warning says so, unless there is ``trust``.
+    process of its own, and what it says in Python is run there: a warning says so, unless there is ``trust``. ``tell``
+    takes that warning before it is run.
     """
     from .frontend.asked import ask, file_of, is_description
 
@@ -290,13 +299,13 @@ def read(
     if file is None:
         return Reading(None, missing, ())
     if not is_description(file):
-        return _read_foreign(file, asked, lenient, trust)
-    expanded, lowered, diagnostics, _ = understand(file, asked.arguments, packages=asked.packages)
+        return _read_foreign(file, asked, lenient, trust, tell)
+    expanded, lowered, diagnostics, _ = understand(file, asked.arguments, tell, asked.packages)
     robot = None if lowered is None or has_errors(diagnostics) else lowered.robot
-    return Reading(robot, diagnostics, expanded.files)
+    return Reading(robot, diagnostics, expanded.files, expanded.tree)
 
 
-def _read_foreign(path: Path, asked: Asked, lenient: bool, trust: bool) -> Reading:
+def _read_foreign(path: Path, asked: Asked, lenient: bool, trust: bool, tell: Tell | None) -> Reading:
     """Return the robot of a file that is no description."""
     from .formats.imported import ReadOptions
     from .formats.reading import read_robot
@@ -305,7 +314,7 @@ def _read_foreign(path: Path, asked: Asked, lenient: bool, trust: bool) -> Readi
     texts, wrong = as_texts(asked.arguments)
     if wrong:
         return Reading(None, wrong, ())
-    imported = read_robot(path, ReadOptions(texts, asked.packages, lenient, trust=trust))
+    imported = read_robot(path, ReadOptions(texts, asked.packages, lenient, tell=tell, trust=trust))
     diagnostics = imported.diagnostics
     if texts and not imported.takes_arguments and imported.tree is not None:
         diagnostics.append(deaf(path))
@@ -313,7 +322,7 @@ def _read_foreign(path: Path, asked: Asked, lenient: bool, trust: bool) -> Readi
         return Reading(None, arrange(diagnostics), imported.files)
     lowered = lower(imported.tree)
     diagnostics = arrange([*diagnostics, *lowered.diagnostics])
-    return Reading(None if has_errors(diagnostics) else lowered.robot, diagnostics, imported.files)
+    return Reading(None if has_errors(diagnostics) else lowered.robot, diagnostics, imported.files, imported.tree)
 
 
 def compile_robot(
@@ -324,16 +333,47 @@ def compile_robot(
     search: Search | None = None,
     wanted: Sequence[str] = (),
     kept: dict[Path, Kept] | None = None,
+    *,
+    exact: bool = False,
+    unsaved: Mapping[Path, bytes] = NOTHING,
 ) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
-    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``, ``kept`` as in ``expand``.
+    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``, ``kept`` as in ``expand``. Numbers
+    are ``exact`` where an output does not say how it prints them. ``unsaved`` are bytes that are read in the place of
+    files.
     """
-    understood = understand(path, arguments, tell, packages, wanted, kept)
+    with held_in_memory(unsaved):
+        understood = understand(path, arguments, tell, packages, wanted, kept)
+    if exact and understood.lowered is not None and understood.lowered.robot is not None:
+        robot = understood.lowered.robot
+        robot = replace(robot, outputs=tuple(map(_exactly, robot.outputs)))
+        understood = understood._replace(lowered=understood.lowered._replace(robot=robot))
     if understood.expanded.scope is not None:
         understood.expanded.scope.ledger.forget()
     return emitted(understood, path, search, wanted)
+
+
+def _exactly(output: Output) -> Output:
+    """Return an output that prints all digits, if it may say so and does not."""
+    if "number_format" not in FORMATS[output.backend].options:
+        return output
+    return replace(output, options={"number_format": "exact", **output.options})
+
+
+def expand_robot(
+    path: Path,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Path] | None = None,
+    unsaved: Mapping[Path, bytes] = NOTHING,
+) -> Map | None:
+    """Return the tree of a description after includes, arguments and expressions; None of one that has errors there.
+
+    ``unsaved`` are bytes that are read in the place of files. Robots of others that it includes are left out.
+    """
+    with held_in_memory(unsaved):
+        return expand(path, arguments or {}, None, packages=packages).tree
 
 
 def emitted(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:

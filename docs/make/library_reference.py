@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.extending import Quantity, load_mapping
+from rosorin_compile.extending import Map, Quantity
 
 LIBRARY = Path(__file__).parents[2] / "parts"
 
@@ -143,7 +143,7 @@ def text() -> str:
     """Return the page as it is committed."""
     lines = [_HEAD]
     for name, title in TITLES.items():
-        file = load_mapping(LIBRARY / f"{name}.yaml", f"{name}.yaml")
+        file = Map.load(LIBRARY / f"{name}.yaml", f"{name}.yaml")
         lines += ["", f"## {title}", "", str(file["help"]).strip()]
         for part, body in file.get("parts", {}).items():
             lines += ["", f"### {name}/{part}", "", *_part(body)]

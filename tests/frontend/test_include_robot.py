@@ -23,11 +23,11 @@ from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand.prefixing import _Renamer
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.round_trip import compile_unrounded
 from support.commands import write_files
 from support.engines import pose
 from support.paths import DATA
 from support.robots import compiled, texts
+from support.unrounded import compile_unrounded
 
 pytestmark = pytest.mark.slow
 

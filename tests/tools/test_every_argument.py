@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
-from rosorin_compile.commands.check import _with, choices, combinations
+from rosorin_compile.commands.check import _with
 from rosorin_compile.diagnostics import Source, Span
-from rosorin_compile.frontend.arguments import Argument
+from rosorin_compile.frontend.arguments import Argument, combinations
 
 pytestmark = pytest.mark.slow
 
@@ -134,7 +134,7 @@ def test_choices():
         Argument("d", "any", ("1", "2"), False, "1", "", SPAN),
         Argument("e", "any", ("1", "2"), False, "1", "", SPAN, "2", SPAN),
     ]
-    assert choices(arguments, {"d": "2"}) == [("a", ("y", "x")), ("b", ("true", "false"))]
+    assert Argument.choices(arguments, {"d": "2"}) == [("a", ("y", "x")), ("b", ("true", "false"))]
 
 
 MESHED = """robot: m

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from rosorin_compile.model.shape import GROUNDED
-from rosorin_compile.tools.importer.round_trip import compile_unrounded
 from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy
 from support.paths import DATA
 from support.robots import RECORDED, compiled, copy_of_rosorin, texts
+from support.unrounded import compile_unrounded
 
 STATES = 200
 ARM = ("joint1", "joint2", "joint3", "joint4", "joint5")

@@ -15,10 +15,10 @@ from rosorin_compile.diagnostics.report import text
 from rosorin_compile.frontend.expression import evaluate
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.tools.importer.round_trip import compile_unrounded
 from support.cases import told
 from support.pages import FENCED
 from support.paths import XACRO
+from support.unrounded import compile_unrounded
 from support.urdf_robots import differences, facts
 from support.xacro_page import PAGE, page
 from support.xacro_table import AREAS, Case, Name, cases, expand, names, ready

@@ -24,12 +24,6 @@ if TYPE_CHECKING:
 
 RULES = (
     Rule(
-        "output-kept",
-        "A warning: a file was replaced that the tool may not have written; it is kept under the name that is told.",
-        "Remove what was kept, if nobody needs it.",
-        WRITING,
-    ),
-    Rule(
         "not-an-artifact",
         "A note: a file in the outputs folder is no artifact; it is kept.",
         "`rosorin-compile all --prune` removes it.",
@@ -170,7 +164,7 @@ def _write(run: Run, description: Description, files: Mapping[str, str | bytes])
     _tell(run, description, written)
     if written.aside:
         world.spoil("what was there before is told once")
-    run.console.show(put_aside(description.outputs, written))
+    run.console.show(written.put_aside(description.outputs))
     for note in left_alone(description.outputs, written) if not run.options.only else ():
         run.console.show([note])
     return written
@@ -193,17 +187,6 @@ def _tell(run: Run, description: Description, written: Written) -> None:
     unchanged = sorted([*written.written, *written.unchanged])
     later = {"written": [], "unchanged": unchanged, "removed": []}
     tell_of_robot(run.options, {"folder": str(description.outputs), **names}, later)
-
-
-def put_aside(folder: Path, written: Written) -> list[Diagnostic]:
-    """Return what there is to say of files that somebody else may have written, and that were replaced."""
-    from ..diagnostics import WARNING, Diagnostic
-
-    help = "if nobody needs it, remove that file"
-    return [
-        Diagnostic("output-kept", WARNING, f"{folder}/{name} may be of somebody else; it is {kept} now", None, (), help)
-        for name, kept in written.aside
-    ]
 
 
 def what_changed(written: Written, meshes: Collection[str] = ()) -> str:

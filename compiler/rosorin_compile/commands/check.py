@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stdout
 from functools import partial
-from itertools import islice, product
+from itertools import islice
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..diagnostics.progress import Progress
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import counted
+from ..frontend.arguments import Argument, Choice, Combination, combinations
 from ..project import ON_STDIN, Description
 from ..world import FOLDER, kind, spoil
 from .compiling import count, read_by, search_meshes, tell_build, telling
@@ -31,7 +32,6 @@ from .usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..diagnostics.markdown import Block
-    from ..frontend.arguments import Argument
     from ..frontend.expand.included_robots import Tell
     from .comparing import Held
     from .parser import Parser
@@ -204,9 +204,6 @@ def _tell_no_folder(run: Run, description: Description) -> None:
 
 MAX_COMBINATIONS = 256
 
-Choice = tuple[str, tuple[str, ...]]  # an argument and its values, that of the default first
-Combination = tuple[str, ...]  # one value for each argument
-
 
 def check_every(run: Run, description: Description) -> int:
     """Compile one robot in memory with every combination; each problem is said once, with the arguments it comes by."""
@@ -224,7 +221,7 @@ def check_every(run: Run, description: Description) -> int:
     if has_errors(wrong):
         run.console.show(wrong)
         return PROBLEMS
-    varied = choices(arguments, given)
+    varied = Argument.choices(arguments, given)
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
     tell: Tell = telling(run.given, run.console)
@@ -246,28 +243,6 @@ def check_every(run: Run, description: Description) -> int:
 
 def _already_told(_diagnostic: Diagnostic) -> None:
     """Take what has to be said before anything is run: the first combination said it."""
-
-
-def choices(arguments: Sequence[Argument], given: Mapping[str, Any]) -> list[Choice]:
-    """Return the arguments with a list of values, those of one_of or true and false, that a run leaves open."""
-    found = []
-    for argument in arguments:
-        values = argument.allowed or (("true", "false") if argument.type == "boolean" else ())
-        if values and argument.name not in given and argument.set_at is None:
-            first = [value for value in values if value == argument.default]
-            found.append((argument.name, tuple(dict.fromkeys([*first, *values]))))
-    return found
-
-
-def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
-    """Yield all combinations: the defaults, those in which one argument differs from them, then all others."""
-    defaults = tuple(values[0] for _, values in varied)
-    near = [defaults]
-    for index, (_, values) in enumerate(varied):
-        near += [(*defaults[:index], value, *defaults[index + 1 :]) for value in values[1:]]
-    yield from near
-    seen = set(near)
-    yield from (one for one in product(*(values for _, values in varied)) if one not in seen)
 
 
 def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequence[Combination]) -> str:

@@ -13,7 +13,7 @@ from .. import world
 from ..diagnostics import error
 from ..output import cleared
 from ..output.staging import staged
-from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
+from ..project import DESCRIPTIONS, ROOT_FILE, SCHEMA, data_folder
 from .answer import answer_of, give_result
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -113,7 +113,6 @@ TEMPLATES = {
 DEFAULT = "base"
 START = "start"  # their folder, in the data package of templates
 PLACEHOLDER = "NAME"
-SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline says
 _MAX_NAME = 60
 
 

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +19,7 @@ from ..project import Description, all_with
 from ..world import memory
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
-from .robots import described, meant, no_stdin, one
+from .robots import described, meant, no_stdin, one, take_stdin
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
@@ -40,6 +40,16 @@ class Run:
     console: Console
     given: Given
     words: list[str] = field(default_factory=list)
+
+    @staticmethod
+    def take_stdin(names: Sequence[str]) -> None:
+        """Read standard input, if it is one of the robots that are asked for. Raises WrongUsage."""
+        take_stdin(names)
+
+    @staticmethod
+    def no_stdin(words: Sequence[str], help: str) -> None:
+        """Refuse standard input for a robot. Raises WrongUsage; ``help`` is the way out."""
+        no_stdin(words, help)
 
     @classmethod
     def of(cls, options: argparse.Namespace) -> Run:

@@ -130,7 +130,7 @@ def write(
     no artifact from the robot's folder.
     """
     from ..output import OutputError, write_outputs
-    from .all import left_alone, put_aside
+    from .all import left_alone
 
     description, _, compiled = _proven(path, arguments, packages, outputs)
     said, folder = compiled.diagnostics, _folder(description)
@@ -141,7 +141,7 @@ def write(
         done = write_outputs(folder, {**compiled.mesh_files, **files}, prune)
     except OutputError as problem:
         return Written(compiled, folder, (), (), (), (), (*said, problem.diagnostic))
-    more = (*put_aside(folder, done), *left_alone(folder, done))
+    more = (*done.put_aside(folder), *left_alone(folder, done))
     return Written(compiled, folder, done.written, done.unchanged, done.kept, done.removed, (*said, *more))
 
 

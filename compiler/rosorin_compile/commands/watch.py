@@ -118,7 +118,6 @@ class _Robot:
     def _write(self, compiled: Compiled) -> None:
         from ..meaning.golden import compare
         from ..output import OutputError, read_set, write_outputs
-        from .all import put_aside
 
         if compiled.robot is None:
             return
@@ -132,7 +131,7 @@ class _Robot:
             self.console.show([problem.diagnostic])
             return
         written = done.written
-        self.console.show(put_aside(self.description.outputs, done))
+        self.console.show(done.put_aside(self.description.outputs))
         summary = f"{self.description.name}: {count(files)} in {self.description.outputs}"
         _say(f"{summary}, {'written: ' + ', '.join(written) if written else 'unchanged'}")
         for line in _moved(comparison):

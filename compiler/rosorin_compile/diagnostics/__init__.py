@@ -121,6 +121,11 @@ class Span(NamedTuple):
     column: int
     length: int = 1
 
+    @property
+    def made(self) -> str | None:
+        """The text that a program made of something at this place; None where it is what stands there."""
+        return None
+
 
 class Related(NamedTuple):
     """A second place that helps to understand a diagnostic, such as "first defined here"."""
@@ -140,6 +145,11 @@ class MadeSpan(Span):
 
     text: str = ""
     via: tuple[Related, ...] = ()
+
+    @property
+    def made(self) -> str:
+        """The text that a program made."""
+        return self.text
 
 
 class Diagnostic(NamedTuple):

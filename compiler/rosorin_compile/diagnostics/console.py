@@ -117,6 +117,11 @@ class Console:
     Markdown, too, whatever the form. ``collected`` takes what is said to a program.
     """
 
+    @staticmethod
+    def give(text: str) -> None:
+        """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
+        give(text)
+
     def __init__(
         self,
         form: str,

@@ -21,17 +21,18 @@ if TYPE_CHECKING:
     from ..commands.understanding import mode_states
     from ..commands.usage import FINE, PROBLEMS, WrongUsage
     from ..formats import FORMATS
-    from ..formats.imported import Imported, ReadOptions
+    from ..formats.imported import Comment, Imported, Outputs, Proof, ReadOptions
     from ..formats.mesh_files import Places
-    from ..formats.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
-    from ..formats.reading import read_robot
-    from ..formats.static_tf import StaticTransform, static_transforms
+    from ..formats.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
+    from ..formats.static_tf import StaticTransform
     from ..frontend.arguments import Argument
     from ..frontend.expression import ExpressionError, evaluate
+    from ..frontend.expression.functions import expression_names
     from ..frontend.language import Language
-    from ..frontend.load import LoadError, each_entry, load_mapping, parse_yaml, read_utf8
-    from ..frontend.tree import Map, Path, Seq, Text, locate
-    from ..frontend.yaml_text import scalar
+    from ..frontend.load import LoadError, each_entry, parse_yaml, read_utf8
+    from ..frontend.packages import Packages
+    from ..frontend.tree import Map, Path, Seq, Text
+    from ..frontend.yaml_text import Scalar
     from ..meaning.entities import Change
     from ..meaning.golden import Comparison, TextDifference, compare
     from ..meaning.overlay import Overlay
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from ..output.placing import Holding, holding
     from ..output.staging import Stage
     from ..output.watch import Inputs
-    from ..pipeline import compile_robot
+    from ..pipeline import compile_robot, expand_robot
     from ..project import Description, NoDescription, tool_folders
     from ..units import Quantity
     from ..world import world
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Argument": "frontend.arguments",
     "Change": "meaning.entities",
+    "Comment": "formats.imported",
     "Comparison": "meaning.golden",
     "Description": "project",
     "Document": "xml.markup",
@@ -72,15 +74,19 @@ _HOMES = {
     "NoDescription": "project",
     "NotThere": "formats.mesh_triangles",
     "OutputError": "output",
+    "Outputs": "formats.imported",
     "Overlay": "meaning.overlay",
     "PROBLEMS": "commands.usage",
+    "Packages": "frontend.packages",
     "Parser": "commands.parser",
     "Path": "frontend.tree",
     "Places": "formats.mesh_files",
+    "Proof": "formats.imported",
     "Quantity": "units",
     "ReadOptions": "formats.imported",
     "Remark": "xml.markup",
     "Run": "commands.run",
+    "Scalar": "frontend.yaml_text",
     "Seq": "frontend.tree",
     "Stage": "output.staging",
     "StaticTransform": "formats.static_tf",
@@ -93,20 +99,16 @@ _HOMES = {
     "each_entry": "frontend.load",
     "evaluate": "frontend.expression",
     "exact": "numbers",
+    "expand_robot": "pipeline",
+    "expression_names": "frontend.expression.functions",
     "for_each": "commands.run",
     "give_result": "commands.answer",
     "holding": "output.placing",
     "is_foreign": "commands.robots",
-    "load_mapping": "frontend.load",
-    "load_mesh": "formats.mesh_triangles",
-    "locate": "frontend.tree",
     "mode_states": "commands.understanding",
     "parse_yaml": "frontend.load",
-    "read_robot": "formats.reading",
     "read_utf8": "frontend.load",
-    "scalar": "frontend.yaml_text",
     "service": "commands.registry",
-    "static_transforms": "formats.static_tf",
     "tool_folders": "project",
     "world": "world",
     "write_file": "output.one_file",
@@ -118,6 +120,7 @@ __all__ = [
     "PROBLEMS",
     "Argument",
     "Change",
+    "Comment",
     "Comparison",
     "Description",
     "Document",
@@ -136,14 +139,18 @@ __all__ = [
     "NoDescription",
     "NotThere",
     "OutputError",
+    "Outputs",
     "Overlay",
+    "Packages",
     "Parser",
     "Path",
     "Places",
+    "Proof",
     "Quantity",
     "ReadOptions",
     "Remark",
     "Run",
+    "Scalar",
     "Seq",
     "Stage",
     "StaticTransform",
@@ -156,20 +163,16 @@ __all__ = [
     "each_entry",
     "evaluate",
     "exact",
+    "expand_robot",
+    "expression_names",
     "for_each",
     "give_result",
     "holding",
     "is_foreign",
-    "load_mapping",
-    "load_mesh",
-    "locate",
     "mode_states",
     "parse_yaml",
-    "read_robot",
     "read_utf8",
-    "scalar",
     "service",
-    "static_transforms",
     "tool_folders",
     "world",
     "write_file",

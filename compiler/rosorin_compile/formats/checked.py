@@ -42,7 +42,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
 def _problems(tree: Map) -> list[Diagnostic]:
     """Return what lowering and the rules say of a tree that is to become what robot_state_publisher reads."""
-    whole = copied(tree)
+    whole = tree.copied()
     if "outputs" not in whole:
         whole.put("outputs", _published(tree), tree.span, tree.span)
     lowered = lower(whole)
@@ -78,17 +78,9 @@ def _name(diagnostic: Diagnostic) -> str:
     return diagnostic.of[-1] if acceptable()[diagnostic.rule].accept == "link" else diagnostic.of[0]
 
 
-def copied(tree: Map) -> Map:
-    """Return a mapping of its own with the same entries."""
-    made = Map(tree.span, tree.via)
-    for key, value in tree.items():
-        made.put(key, value, tree.key_spans[key], tree.value_spans[key])
-    return made
-
-
 def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
     """Return the tree with one entry of ``accept`` a rule."""
-    made = copied(tree)
+    made = tree.copied()
     entries = Seq(tree.span)
     for rule in sorted(names):
         first = next(iter(names[rule].values())).span or tree.span

@@ -3,31 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from ..model.simulated import GazeboSensor, SdfElement
 from ..numbers import NumberFormat
 from ..xml.escaping import escape
 from .templating import attributes
 
-CLASSIC = "classic"
-# Who reads the sensor, and the element that names the frame of its messages there. SDF up to 1.11 has no word for it;
-# in Gazebo classic a plug-in says it.
-DISTRIBUTIONS = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
-# What Gazebo classic calls the sensors that Gazebo has, and the element of a lidar (gazebo11:gazebo/sensors).
-_CLASSIC_TYPES = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
-_CLASSIC_ELEMENTS = {"lidar": "ray"}
+DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
 
 
 def distribution(asked: object) -> str:
     """Return which Gazebo an output asks for: ``true`` is Harmonic; empty for none."""
     return "harmonic" if asked is True else str(asked or "")
-
-
-def in_classic(one: GazeboSensor) -> GazeboSensor:
-    """Return a sensor as Gazebo classic calls it."""
-    elements = (replace(item, name=_CLASSIC_ELEMENTS.get(item.name, item.name)) for item in one.elements)
-    return replace(one, type=_CLASSIC_TYPES.get(one.type, one.type), elements=tuple(elements))
 
 
 def sensor_lines(

@@ -10,13 +10,17 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic, Span, and_here
+from ..diagnostics import ERROR, WARNING, Diagnostic, Span, and_here
 from ..diagnostics.registry import READING, Rule
 from ..frontend.load import plain_scalar
-from ..frontend.tree import Map
+from ..frontend.tree import Map, Seq
 from ..frontend.tree import Path as TreePath
+
+if TYPE_CHECKING:
+    from ..frontend.lower import Lowered
+    from ..model import Robot
 
 RULES = (
     Rule(
@@ -32,7 +36,8 @@ MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
 
 
-class Comment(NamedTuple):
+@dataclass(frozen=True)
+class Comment:
     """A comment of the source: its text as written, its place, and the path in the tree that it belongs to.
 
     ``where`` is BEFORE the entry (a line or lines of its own), BESIDE it (behind it on its last line), INSIDE it (after
@@ -44,6 +49,11 @@ class Comment(NamedTuple):
     span: Span
     path: TreePath
     where: str = BEFORE
+
+    BEFORE: ClassVar[str] = BEFORE
+    BESIDE: ClassVar[str] = BESIDE
+    INSIDE: ClassVar[str] = INSIDE
+    END: ClassVar[str] = END
 
 
 class LeftOut(NamedTuple):
@@ -111,6 +121,102 @@ class Imported(NamedTuple):
         """The name of the robot as that of a file or folder; "" for a broken source."""
         return file_name(self.tree["robot"]) if self.tree is not None else ""
 
+    @staticmethod
+    def read(path: Path, options: ReadOptions | None = None) -> Imported:
+        """Return the robot of a file in any format. Never raises: what is wrong is a diagnostic, and then no tree.
+
+        The name of the file and what stands in it decide on the format.
+        """
+        from .reading import read_robot
+
+        return read_robot(path, options)
+
+    @property
+    def whole(self) -> Map:
+        """The tree. Raises ValueError for a broken source, which has none."""
+        if self.tree is None:
+            raise ValueError("a broken source has no tree")
+        return self.tree
+
+    def lowered(self) -> Lowered:
+        """Return the model that the tree says, and what is wrong with it."""
+        from ..frontend.lower import lower
+
+        return lower(self.whole)
+
+    @property
+    def robot(self) -> Robot | None:
+        """The model that the tree says; None of a broken source, or where it says none."""
+        return None if self.tree is None else self.lowered().robot
+
+    def typed(self) -> Imported:
+        """Return it with what the types of its sensors bring; what is wrong with those is all that it says then."""
+        from ..frontend.expand.ledger import Ledger
+        from ..frontend.expand.scope import Scope
+        from ..frontend.expand.sensor_types import apply_types
+        from ..project import data_folder
+
+        made, ledger = self.whole.copied(), Ledger()
+        if isinstance(made.get("sensors"), Map):
+            made["sensors"] = made["sensors"].copied()
+            apply_types(made, None, Scope(ledger), data_folder("parts_library") / "sensors.yaml")
+        return self._replace(tree=made, diagnostics=ledger.diagnostics)
+
+    def errors(self, rules: bool = True) -> list[Diagnostic]:
+        """Return what is wrong with its sections; if nothing is, what the ``rules`` say, of it and of the robot."""
+        from ..frontend.validate import validate
+        from . import FORMATS
+
+        tree = self.whole
+        wrong = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
+        if wrong or not rules:
+            return wrong
+        from ..rules import check
+
+        lowered = self.lowered()
+        told = list(lowered.diagnostics)
+        if lowered.robot is not None:
+            told += check(lowered.robot, tree, lowered.places, FORMATS)
+        return [one for one in told if one.severity == ERROR]
+
+    def joined(self, format: str, path: Path, options: ReadOptions) -> Imported:
+        """Return it with what a file of a companion format says; broken, it has no tree."""
+        from .reading import join
+
+        return join(self, format, path, options)
+
+    def with_sections(self, sections: Mapping[str, Any]) -> Imported:
+        """Return it with more sections, whose values are plain or trees; those that are empty go."""
+        from .described import as_tree
+
+        tree = self.whole
+        made = tree.copied()
+        for key, value in sections.items():
+            if value:
+                plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])
+                made.put(key, plain, tree.span, tree.span)
+            else:
+                made.pop(key, None)
+        return self._replace(tree=made)
+
+    def relative_files(self) -> list[str]:
+        """Return the relative names of mesh and texture files, each once, in their order."""
+        from ..frontend.expand.prefixing import relative_files
+
+        return relative_files(self.whole)
+
+    def with_files_named(self, name: Callable[[str], str]) -> Imported:
+        """Return it with each name of a mesh or texture file as ``name`` makes it."""
+        from ..frontend.expand.prefixing import with_files_named
+
+        return self._replace(tree=with_files_named(self.whole, name))
+
+    def with_files_below(self, folder: str) -> Imported:
+        """Return it with ``folder`` before the relative names of mesh and texture files."""
+        from ..frontend.expand.prefixing import moved
+
+        return self._replace(tree=moved(self.whole, folder))
+
     def outputs(self, why: str = "") -> Outputs:
         """Return what the description of the robot asks for; ``why`` it is to go without optional formats.
 
@@ -118,13 +224,12 @@ class Imported(NamedTuple):
         """
         from . import FORMATS
 
-        if self.tree is None:
-            raise ValueError("a broken source has no tree")
+        tree = self.whole
         made = Outputs({}, {}, {})
         for format in FORMATS.values():
             if format.asked is None:
                 continue
-            asked = format.asked(self.tree, self.version, self.file_name)
+            asked = format.asked(tree, self.version, self.file_name)
             if asked is None:
                 continue
             if format.optional and why:

@@ -85,6 +85,11 @@ class TriangleMesh:
 
     FORMATS: ClassVar[tuple[str, ...]] = ("stl", "obj", "dae", "gltf", "glb")
 
+    @staticmethod
+    def load(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bool = False) -> TriangleMesh:
+        """Return the triangles of a mesh file in metres, as ``load_mesh``. Raises NotThere, ExtractProblem."""
+        return load_mesh(path, scale, coloured)
+
     @classmethod
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False

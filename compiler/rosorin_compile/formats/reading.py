@@ -115,18 +115,18 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
 
 def _with(tree: Map, joined: Joined, document: Document, options: ReadOptions) -> tuple[Map | None, list[Diagnostic]]:
     """Return a tree with more sections, held against the rules; an entry that it has stays."""
-    from .checked import accept, copied
+    from .checked import accept
     from .described import as_tree
 
-    made = copied(tree)
+    made = tree.copied()
     source = made.get("source")
     if source is not None and "note" in source:
-        made["source"] = copied(source)
+        made["source"] = source.copied()
         made["source"]["note"] = f"{source['note']} and {Path(document.source.path).name}"
     for key, entries in joined.sections.items():
         more = as_tree(entries, document.root.span, [key])
         if key in made:
-            more = copied(more)
+            more = more.copied()
             for name, entry in made[key].items():
                 more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])
         made.put(key, more, document.root.span, document.root.span)

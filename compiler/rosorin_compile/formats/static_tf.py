@@ -84,6 +84,14 @@ class StaticTransform(NamedTuple):
     when: str = ""
 
     @staticmethod
+    def published(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
+        """Return what static_transform_publisher nodes publish: always, and in some modes.
+
+        Numbers are printed to the last digit if one of the outputs asks for it.
+        """
+        return static_transforms(robot, outputs)
+
+    @staticmethod
     def number(value: float, angle: bool = False, digits: int | None = None) -> str:
         """Return a length (m) or an angle (rad) with as many decimals as in launch files, or with other ``digits``."""
         return fixed(value, digits or (RADIAN_DIGITS if angle else METRE_DIGITS))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,6 +14,9 @@ from .expand.files import Reader
 from .load import LoadError, load_mapping
 from .tree import Map, Seq
 from .written import Written
+
+Choice = tuple[str, tuple[str, ...]]  # an argument and its values, that of the default first
+Combination = tuple[str, ...]  # one value for each argument
 
 # What is wrong with the values that are given, as opposed to the rest of the description.
 _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
@@ -34,15 +38,44 @@ class Argument(NamedTuple):
     value: str = ""
     set_at: Span | None = None
 
-    @classmethod
+    @staticmethod
     def declared(
-        cls, path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
+        path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
     ) -> tuple[list[Argument], list[Diagnostic]]:
         """Return the arguments of the description whose first file is ``path``, and what is wrong.
 
-        Of a description that has other faults the arguments are listed all the same, as long as its files can be read.
+        Of a description that has other faults they are listed all the same, as long as its files can be read.
         """
         return declared(path, arguments, packages)
+
+    @classmethod
+    def choices(cls, arguments: Sequence[Argument], given: Mapping[str, Any]) -> list[Choice]:
+        """Return the arguments with a list of values, those of one_of or true and false, that a run leaves open."""
+        found = []
+        for argument in arguments:
+            values = argument.allowed or (("true", "false") if argument.type == "boolean" else ())
+            if values and argument.name not in given and argument.set_at is None:
+                first = [value for value in values if value == argument.default]
+                found.append((argument.name, tuple(dict.fromkeys([*first, *values]))))
+        return found
+
+    @classmethod
+    def combinations(cls, arguments: Sequence[Argument]) -> Iterator[dict[str, str]]:
+        """Yield all combinations of the choices, values by name: see ``combinations``."""
+        varied = cls.choices(arguments, {})
+        for row in combinations(varied):
+            yield dict(zip((name for name, _ in varied), row, strict=True))
+
+
+def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
+    """Yield all combinations: the defaults, those in which one argument differs from them, then all others."""
+    defaults = tuple(values[0] for _, values in varied)
+    near = [defaults]
+    for index, (_, values) in enumerate(varied):
+        near += [(*defaults[:index], value, *defaults[index + 1 :]) for value in values[1:]]
+    yield from near
+    seen = set(near)
+    yield from (one for one in product(*(values for _, values in varied)) if one not in seen)
 
 
 def read(files: Iterable[Path], texts: Mapping[str, str]) -> Map:

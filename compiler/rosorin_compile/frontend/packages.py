@@ -33,6 +33,11 @@ class Packages:
         self._known: dict[str, Path | None] = {}
         self._listed: dict[Path, dict[str, Path]] = {}
 
+    @staticmethod
+    def name_of(folder: Path) -> str:
+        """Return what the package.xml of a folder calls the package; empty if there is none."""
+        return package_name(folder)
+
     def find(self, name: str) -> Path | None:
         """Return the folder of a package, in ROS 2 its share folder; None if it is not there."""
         if name not in self._known:

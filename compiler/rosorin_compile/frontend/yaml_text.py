@@ -6,12 +6,10 @@ What other readers of YAML would take for something else (``on``, ``12:30``, a d
 from __future__ import annotations
 
 import re
+from typing import Any
 
 from ..startup.remembering import remembered
 from .load import plain_scalar
-
-# An implicit key has to end within 1,024 characters (https://yaml.org/spec/1.2.2/#example-single-pair-explicit-entry).
-MAX_KEY = 1_000
 
 _INDICATORS = frozenset("-?:,[]{}#&*!|>'\"%@`")
 _FLOW = frozenset(",[]{}")
@@ -30,16 +28,24 @@ _SHORT = {"\0": "0", "\a": "a", "\b": "b", "\t": "t", "\n": "n", "\v": "v", "\f"
 _SHORT |= {'"': '"', "\\": "\\", "\x85": "N", "\xa0": "_", "\u2028": "L", "\u2029": "P"}
 
 
-def escaped(text: str) -> str:
-    """Return text that the expansion turns back into this one: ``${`` would begin an expression.
+class Scalar(str):
+    """A text as a scalar of YAML."""
 
-    So would ``$(`` for xacro: the expansion refuses it but in elements of XML.
+    __slots__ = ()
 
-    >>> escaped("${HOME}/meshes"), escaped("$(arg folder)/meshes")
-    ('$${HOME}/meshes', "${'$'}(arg folder)/meshes")
-    """
-    made = text.replace("${", "$${")
-    return made if "<" in made else made.replace("$(", "${'$'}(")
+    def written(self, flow: bool) -> str:
+        """Return it on one line, in quotes only where it has to be; ``flow`` is inside brackets."""
+        return scalar(self, flow)
+
+    @property
+    def is_raw(self) -> bool:
+        """Whether every letter can stand in a file as it is; a line end cannot."""
+        return is_raw(self)
+
+    @property
+    def value(self) -> Any:
+        """What it says without quotes: None, bool, int, float, Quantity or str."""
+        return plain_scalar(self)
 
 
 # The same keys and texts stand in a robot again and again.

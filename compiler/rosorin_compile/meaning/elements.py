@@ -8,10 +8,10 @@ joint it joins, however many ``<gazebo>`` say it (``gazebosim/sdformat@sdf14:src
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Set
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..model import Pose
+from ..model import Pose, Sensor
 from ..xml.elements import canonical, tree_of
 from ..xml.imu import with_noise
 
@@ -24,27 +24,6 @@ _SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: shor
 _DIGITS = 10  # of metres and entries of a rotation, behind the point
 TOLERANCE = 1e-12  # of numbers, absolute or relative: what is left of a field of view that was halved
 
-# What SDF takes where nothing is said, by the end of a path (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
-DEFAULTS: Mapping[tuple[str, ...], str] = {
-    ("sensor", "always_on"): "false",
-    ("sensor", "visualize"): "false",
-    ("sensor", "update_rate"): "0",
-    ("sensor", "pose"): "0 0 0 0 0 0",
-    ("horizontal", "resolution"): "1",
-    ("vertical", "resolution"): "1",
-    ("range", "resolution"): "0",
-    ("camera", "horizontal_fov"): "1.047",
-    ("image", "width"): "320",
-    ("image", "height"): "240",
-    ("clip", "near"): "0.1",
-    ("clip", "far"): "100",
-    ("imu", "enable_orientation"): "true",
-    ("noise", "mean"): "0",
-    ("noise", "bias_mean"): "0",
-    ("noise", "bias_stddev"): "0",
-}
-FLAGS = ("always_on", "visualize", "enable_orientation", "enable_metrics")
-TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
 # A lidar has two names in the newer Gazebo, in the classic one only the first.
 ALIASES = {"ray": "lidar"}
 _OF_LIDARS = ("gpu_lidar", "lidar")
@@ -98,10 +77,10 @@ def _form(element: Element, above: tuple[str, ...], modern: bool) -> str:
     tag = ALIASES.get(element.tag, element.tag) if modern and len(above) == 1 else element.tag
     start = tag + "".join(f" {name}={_number(value)}" for name, value in sorted(element.attrib.items()))
     text = " ".join(map(_number, (element.text or "").split()))
-    text = TRUTH.get(text, text) if tag in FLAGS else text
+    text = Sensor.SDF_TRUTH.get(text, text) if tag in Sensor.SDF_FLAGS else text
     text = _pose(text) if tag == "pose" and not element.attrib else text
     if not len(element):
-        default = DEFAULTS.get((above[-1], tag)) if above and not element.attrib else None
+        default = Sensor.SDF_DEFAULTS.get((above[-1], tag)) if above and not element.attrib else None
         same = default is not None and text == (_pose(default) if tag == "pose" else _number(default))
         return "" if same else f"<{start}>{text}</>"
     inner = [(child.tag, _form(child, (*above, tag), modern)) for child in element]
@@ -170,11 +149,6 @@ def _param(element: Element) -> str:
 def context_of(robot: Robot, humble: bool) -> Context:
     """Return what decides on the meaning of elements of a robot."""
     return Context(frozenset(joint.name for joint in robot.joints if joint.mimic is not None), humble)
-
-
-def asks_for_humble(robot: Robot) -> bool:
-    """Say whether an output of a robot has its hardware blocks for Humble."""
-    return any(one.options.get("control") == "humble" for one in robot.outputs)
 
 
 def differently_meant(one: Iterable[str], other: Iterable[str], context: Context) -> list[str]:

@@ -18,7 +18,7 @@ from ..model.joint import UNPUBLISHED
 from ..model.robot import JointPose, ServoGroup
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side
-from .elements import Context, Key, asks_for_humble, context_of, said, spelt
+from .elements import Context, Key, context_of, said, spelt
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
 from .rest import compare_rest, either
@@ -157,7 +157,7 @@ def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
 
 def _elements(pairing: Pairing) -> Iterator[Item]:
     a, b = pairing.a.robot, pairing.b.robot
-    context = context_of(a, asks_for_humble(a) or asks_for_humble(b))
+    context = context_of(a, a.asks_for_humble or b.asks_for_humble)
     places = [("the robot", a.urdf_elements, b.urdf_elements)]
     places += [(n, a.link[n].urdf_elements, b.link[n].urdf_elements) for n in a.link if n in b.link]
     places += [(n, a.joint[n].urdf_elements, b.joint[n].urdf_elements) for n in a.joint if n in b.joint]

@@ -176,6 +176,17 @@ class Joint:
         own = self.dynamics.damping if self.dynamics else 0.0
         return own + (self.actuator.damping if self.actuator else 0.0)
 
+    def limits_of(self, interface: str) -> tuple[float | None, float | None]:
+        """Return the limits for an interface of ros2_control: position, velocity or effort; a stand-in is none."""
+        limit = self.limit
+        if limit is None:
+            return None, None
+        if interface == "position":
+            turns_on = self.type == "continuous"
+            return (None, None) if turns_on else (limit.known("lower"), limit.known("upper"))
+        size = limit.known(interface) if interface in ("velocity", "effort") else None
+        return (None, None) if size is None else (-size, size)
+
     @property
     def coordinates(self) -> tuple[str, ...]:
         """The names of the numbers that place the child, in the order of ``transform`` (see ``motion``)."""

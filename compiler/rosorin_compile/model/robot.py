@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cached_property, update_wrapper
-from typing import TYPE_CHECKING, Any, Concatenate, NoReturn, ParamSpec, TypeVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, NoReturn, ParamSpec, TypeVar
 
 from .drive import Drive
 from .geometry import Pose, Transform
@@ -86,6 +87,33 @@ class Sensor:
     simulated: tuple[Simulated, ...] = ()
     stamps: tuple[str, ...] = ()
     gazebo: tuple[GazeboSensor, ...] = ()
+
+    # What SDF takes where nothing is said, by the end of a path
+    # (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
+    SDF_DEFAULTS: ClassVar[Mapping[tuple[str, ...], str]] = MappingProxyType(
+        {
+            ("sensor", "always_on"): "false",
+            ("sensor", "visualize"): "false",
+            ("sensor", "update_rate"): "0",
+            ("sensor", "pose"): "0 0 0 0 0 0",
+            ("horizontal", "resolution"): "1",
+            ("vertical", "resolution"): "1",
+            ("range", "resolution"): "0",
+            ("camera", "horizontal_fov"): "1.047",
+            ("image", "width"): "320",
+            ("image", "height"): "240",
+            ("clip", "near"): "0.1",
+            ("clip", "far"): "100",
+            ("imu", "enable_orientation"): "true",
+            ("noise", "mean"): "0",
+            ("noise", "bias_mean"): "0",
+            ("noise", "bias_stddev"): "0",
+        }
+    )
+    SDF_FLAGS: ClassVar[tuple[str, ...]] = ("always_on", "visualize", "enable_orientation", "enable_metrics")
+    SDF_TRUTH: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {"1": "true", "0": "false", "True": "true", "False": "false"}
+    )
 
 
 @dataclass(frozen=True)
@@ -402,6 +430,11 @@ class Robot:
             elif joint.parent in found and joint.publisher.kind == UNPUBLISHED:
                 found[joint.child] = found[joint.parent]
         return found
+
+    @property
+    def asks_for_humble(self) -> bool:
+        """Whether an output has its hardware blocks for ROS 2 Humble."""
+        return any(one.options.get("control") == "humble" for one in self.outputs)
 
     @property
     def has_looks(self) -> bool:

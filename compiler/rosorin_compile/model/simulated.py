@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 from .geometry import IDENTITY, Pose
 
@@ -51,6 +53,12 @@ class Simulated:
 AT_JOINT = "joint"
 
 
+CLASSIC = "classic"
+# What Gazebo classic calls the sensors that Gazebo has, and the element of a lidar (gazebo11:gazebo/sensors).
+_CLASSIC_TYPES = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
+_CLASSIC_ELEMENTS = {"lidar": "ray"}
+
+
 @dataclass(frozen=True)
 class SdfElement:
     """An element in the words of SDF: a value, or attributes and elements. Numbers are in SI units."""
@@ -59,6 +67,13 @@ class SdfElement:
     value: float | str | bool | None = None
     attributes: Mapping[str, float | str | bool] = field(default_factory=dict)
     elements: tuple[SdfElement, ...] = ()
+
+    def words(self) -> Any:
+        """Return it as a description has it: a value, or a mapping of attributes and elements."""
+        if self.value is not None:
+            return self.value
+        attributes = {"attributes": dict(self.attributes)} if self.attributes else {}
+        return {**attributes, **{one.name: one.words() for one in self.elements}}
 
 
 @dataclass(frozen=True)
@@ -79,3 +94,14 @@ class GazeboSensor:
     at_joint: bool = False
     feels: str = ""
     without: frozenset[str] = frozenset()
+
+    # Who reads it, and the element that names the frame of its messages there. SDF up to 1.11 has no word for it; in
+    # Gazebo classic a plug-in says it.
+    FRAME_ELEMENTS: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
+    )
+
+    def in_classic(self) -> GazeboSensor:
+        """Return it as Gazebo classic calls it."""
+        elements = (replace(item, name=_CLASSIC_ELEMENTS.get(item.name, item.name)) for item in self.elements)
+        return replace(self, type=_CLASSIC_TYPES.get(self.type, self.type), elements=tuple(elements))

@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from ..diagnostics import Diagnostic, error
+from ..diagnostics import WARNING, Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import printable
 from ..startup import system
@@ -27,6 +27,12 @@ from . import staging
 from .staging import There, is_stage, replace, tidy
 
 RULES = (
+    Rule(
+        "output-kept",
+        "A warning: a file was replaced that the tool may not have written; it is kept under the name that is told.",
+        "Remove what was kept, if nobody needs it.",
+        WRITING,
+    ),
     Rule(
         "output-folder",
         "The outputs folder cannot be one: a link, a file, the folder that you stand in.",
@@ -89,6 +95,16 @@ class Written(NamedTuple):
     kept: tuple[str, ...]
     removed: tuple[str, ...]
     aside: tuple[tuple[str, str], ...] = ()
+
+    def put_aside(self, folder: Path) -> list[Diagnostic]:
+        """Return what there is to say of files that somebody else may have written, and that were replaced."""
+        help = "if nobody needs it, remove that file"
+        return [
+            Diagnostic(
+                "output-kept", WARNING, f"{folder}/{name} may be of somebody else; it is {kept} now", None, (), help
+            )
+            for name, kept in self.aside
+        ]
 
 
 class OutputError(Exception):

@@ -26,7 +26,8 @@ from ..diagnostics.bounded import json_of
 from ..diagnostics.registry import PACKAGES, Rule
 from ..diagnostics.wording import listed
 from ..startup import system
-from . import OutputError, cleared, ours
+from . import OutputError, Written, cleared, ours
+from .one_file import replace_text
 from .ours import Held, digest, kept_name
 from .staging import STAGE, discard, replace, staged, tidy
 
@@ -132,6 +133,30 @@ class Holding(NamedTuple):
     def wrote(path: Path) -> bool:
         """Say whether a file says that this tool wrote it, or has nothing that could be lost. Raises OSError."""
         return ours.wrote(path)
+
+    @staticmethod
+    def write_set(
+        folder: Path, files: Mapping[str, str | bytes], replaces: Callable[[str, bytes], bool], *, refuse: bool = False
+    ) -> Written:
+        """Make ``files``, by relative POSIX name, the set in a folder: after a kill it holds the old or the new set.
+
+        ``replaces`` says of a file, by its name and its bytes, whether it is replaced; others are put aside, or with
+        ``refuse`` nothing is written. Raises OutputError.
+        """
+        from . import write_set
+
+        def judge(name: str, old: bytes, _: bytes) -> str:
+            return "" if replaces(name, old) else ours.FOREIGN if refuse else ours.UNKNOWN
+
+        return write_set(folder, files, judge=judge)
+
+    @staticmethod
+    def write_text(path: Path, text: str, rule: str) -> None:
+        """Put a new text into a file: after a kill at any moment it holds the old or the new one.
+
+        A link stays a link, and permissions stay as they are. Raises OutputError, whose diagnostic is of ``rule``.
+        """
+        replace_text(path, text, rule)
 
     def check_way(self, name: str) -> None:
         """Raise OutputError for a name that is not below the folder, or to which a link leads."""

@@ -21,6 +21,7 @@ ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
 DESCRIPTIONS = "descriptions"
 OUTPUTS = "outputs"
+SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline says
 
 
 STDIN = "-"  # the word for a robot on standard input
@@ -47,7 +48,8 @@ class Description:
 
     ``STDIN`` is the word for one on standard input, and ``ON_STDIN`` stands for its file. ``ENDINGS`` are those of the
     files of descriptions, of which ``ROOT_FILE`` is the first. ``FOLDER`` is the name of the folder of a project that
-    has one a robot, ``OUTPUTS`` that of the folder beside it for their artifacts.
+    has one a robot, ``OUTPUTS`` that of the folder beside it for their artifacts. ``SCHEMA`` is where editors find what
+    a description may say, in ``FOLDER``.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Description:
     ROOT_FILE: ClassVar[str] = ROOT_FILE
     FOLDER: ClassVar[str] = DESCRIPTIONS
     OUTPUTS: ClassVar[str] = OUTPUTS
+    SCHEMA: ClassVar[Path] = SCHEMA
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:

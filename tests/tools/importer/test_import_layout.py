@@ -15,13 +15,14 @@ from rosorin_compile.frontend.expand.ledger import Ledger
 from rosorin_compile.frontend.expand.scope import Scope
 from rosorin_compile.frontend.load import parse_yaml, plain_scalar
 from rosorin_compile.frontend.tree import Place
-from rosorin_compile.frontend.yaml_text import escaped, scalar
+from rosorin_compile.frontend.yaml_text import scalar
 from rosorin_compile.tools.importer.layout import (
     WIDTH,
     Expression,
     Remarks,
     Verbatim,
     cleaned,
+    escaped,
     in_degrees,
     layout,
     number,

@@ -17,9 +17,10 @@ from rosorin_compile.tools.importer import round_trip
 from rosorin_compile.tools.importer.repeats import finding, names, with_parts
 from rosorin_compile.tools.importer.repeats.forms import Form, flat, mirrored, nodes_of
 from rosorin_compile.tools.importer.repeats.names import split
-from rosorin_compile.tools.importer.round_trip import RoundTrip, check_round_trip, compile_unrounded
+from rosorin_compile.tools.importer.round_trip import RoundTrip, check_round_trip
 from support.paths import DOCS, IMPORTED, ROOT
 from support.robots import compiled
+from support.unrounded import compile_unrounded
 
 WHEEL = """
   <link name="{0}">

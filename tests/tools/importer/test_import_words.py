@@ -21,10 +21,11 @@ from rosorin_compile.cli import main
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.round_trip import check_round_trip, compile_unrounded
+from rosorin_compile.tools.importer.round_trip import check_round_trip
 from rosorin_compile.tools.importer.words import worded
 from rosorin_compile.tools.importer.words.telling import told_words
 from support.paths import ROOT
+from support.unrounded import compile_unrounded
 
 CASES = ROOT / "tests" / "data" / "words"
 ROBOTS = sorted(path.stem for path in CASES.glob("*.urdf"))

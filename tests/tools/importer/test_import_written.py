@@ -19,10 +19,11 @@ from rosorin_compile.frontend.tree import Map, Seq
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.tools.importer.description import named, write
 from rosorin_compile.tools.importer.layout import ROTATING
-from rosorin_compile.tools.importer.round_trip import check_round_trip, compile_unrounded
+from rosorin_compile.tools.importer.round_trip import check_round_trip
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot
 from support.paths import IMPORTED
+from support.unrounded import compile_unrounded
 
 
 def plain(value: Any, path: tuple[Any, ...] = ()) -> Any:

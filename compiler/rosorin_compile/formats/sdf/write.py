@@ -33,11 +33,11 @@ from ...model import (
 )
 from ...model.geometry import IDENTITY
 from ...model.shape import ROWS
-from ...model.simulated import GazeboSensor
+from ...model.simulated import CLASSIC, GazeboSensor
 from ...numbers import NumberFormat, number_format, numbers, vector
 from ...xml.escaping import escape
 from ...xml.imu import with_noise
-from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, distribution, in_classic, sensor_lines
+from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from ..templating import Templates, attributes, comment
 from .bodies import LEAST, Bodies, bodies_of
 from .classic import of_collision
@@ -266,7 +266,7 @@ class _Writer:
                 link = one.feels or one.link
                 seen = "" if one.at_joint or self.bodies.carrier[link] == link else link
                 pose = self.form.pose(IDENTITY if one.at_joint or one.feels else one.pose, seen)
-                said = in_classic(one) if classic else one
+                said = one.in_classic() if classic else one
                 lines = sensor_lines(said, frame_id, self.form.number, "      ", pose, names)
                 self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ...model import Joint, Output, Robot
-from ...model.control import EFFORT, POSITION, VELOCITY, Block, Component, End, Interface, Words
+from ...model.control import POSITION, Block, Component, End, Interface, Words
 from ...numbers import NumberFormat
 from ...xml.escaping import escape
 from ..distributions import HUMBLE, known
@@ -38,18 +38,6 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
 def follows(joint: Joint | None, component: Component) -> bool:
     """Say whether a joint of a block follows its leader in the hardware."""
     return joint is not None and joint.mimic is not None and component.mimic is not False
-
-
-def limits_of(joint: Joint, interface: str) -> tuple[float | None, float | None]:
-    """Return the limits of a joint for an interface; a stand-in is none."""
-    limit = joint.limit
-    if limit is None:
-        return None, None
-    if interface == POSITION:
-        turns_on = joint.type == "continuous"
-        return (None, None) if turns_on else (limit.known("lower"), limit.known("upper"))
-    size = limit.known(interface) if interface in (VELOCITY, EFFORT) else None
-    return (None, None) if size is None else (-size, size)
 
 
 class _Tag(NamedTuple):
@@ -112,7 +100,7 @@ class _Writer:
     @staticmethod
     def _limited(joint: Joint, interface: Interface, limits: bool) -> Interface:
         """Return a command with the limits of its joint, where it says none itself."""
-        low, high = limits_of(joint, interface.name) if limits else (None, None)
+        low, high = joint.limits_of(interface.name) if limits else (None, None)
         low, high = (own if own is not None else of for own, of in ((interface.low, low), (interface.high, high)))
         return replace(interface, low=low, high=high)
 

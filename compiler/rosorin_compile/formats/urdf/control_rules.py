@@ -29,7 +29,7 @@ from ...model.control import (
 from ...rules.case import Case, number
 from ...units import Quantity, describe, parse_unit
 from ..distributions import HUMBLE, title
-from .control import OPTION, asked, follows, limits_of
+from .control import OPTION, asked, follows
 from .masses import joints_of
 
 RULES = (
@@ -222,7 +222,7 @@ def _limits(case: Case, block: Block, joint: Joint, one: Component) -> Iterator[
 
 
 def _beyond(case: Case, block: Block, joint: Joint, interface: Interface, path: Path) -> Iterator[Diagnostic]:
-    low, high = limits_of(joint, interface.name)
+    low, high = joint.limits_of(interface.name)
     for key, own, of, sign in (("min", interface.low, low, -1), ("max", interface.high, high, 1)):
         if own is not None and of is not None and sign * (own - of) > _ROUNDING:
             message = f'the {key} {number(own)} of the {interface.name} of joint "{joint.name}" is beyond its limit, '

@@ -15,10 +15,10 @@ from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import quoted
 from ...model import Inertial, Joint, Pose, Robot, Sensor
 from ...model.geometry import IDENTITY, pose_of
-from ...model.simulated import GazeboSensor
+from ...model.simulated import CLASSIC, GazeboSensor
 from ...numbers import NumberFormat, vector
 from ...xml.elements import tree_of
-from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, in_classic, sensor_lines
+from ..gazebo_sensors import DISTRIBUTIONS, sensor_lines
 from ..templating import attributes
 
 RULES = (
@@ -203,6 +203,6 @@ class _Writer:
             lines.append("    <preserveFixedJoint>true</preserveFixedJoint>")
         numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
         place = "" if pose == IDENTITY else f"<pose>{numbers}</pose>"
-        said = in_classic(one) if self.classic else one
+        said = one.in_classic() if self.classic else one
         lines += sensor_lines(said, self.frame_id, self.number, "    ", place, collisions)
         yield "\n".join([*lines, "  </gazebo>"])

@@ -387,6 +387,21 @@ def functions() -> Mapping[str, Callable[..., Any]]:
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 
 
+class Names(NamedTuple):
+    """The names that expressions know: of functions, of those that need the description, of constants and of units."""
+
+    functions: frozenset[str]
+    of_descriptions: frozenset[str]
+    constants: frozenset[str]
+    units: frozenset[str]
+
+
+@cache
+def expression_names() -> Names:
+    """Return the names that expressions know, those of plug-ins among them."""
+    return Names(frozenset(functions()), OF_DESCRIPTIONS, frozenset(CONSTANTS), frozenset(UNITS))
+
+
 def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
     """Return what a plug-in's function does; whatever goes wrong within it is an ExpressionError."""
     who = f"{one.name}() of {plugin.distribution} {plugin.version}"

@@ -15,9 +15,9 @@ from rosorin_compile.extending import (
     Description,
     Holding,
     Run,
+    Scalar,
     WrongUsage,
     give_result,
-    scalar,
     world,
 )
 from rosorin_compile.model import DisabledCollision
@@ -179,10 +179,10 @@ def _text(
     for key, told in (("meshes", meshes), ("shapes", now.shapes), ("joints", now.joints)):
         if told:
             lines.append(f"    {key}:")
-            lines += [f'      {scalar(name, False)}: "{one}"' for name, one in sorted(told.items())]
+            lines += [f'      {Scalar(name).written(False)}: "{one}"' for name, one in sorted(told.items())]
     lines.append("    pairs:" if pairs else "    pairs: []")
     for pair in pairs:
-        names = ", ".join(scalar(name, True) for name in pair.links)
+        names = ", ".join(Scalar(name).written(True) for name in pair.links)
         far = {"nearest": pair.nearest, "beyond": pair.beyond}
         said = "".join(f", {key}: {1000 * value + 0.0:.6g} mm" for key, value in far.items() if value is not None)
         lines.append(f"      - {{links: [{names}], reason: {pair.reason}{said}}}")

@@ -10,16 +10,15 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import masked
+from rosorin_compile.diagnostics import Console, masked
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
+    Holding,
     Run,
     WrongUsage,
     give_result,
 )
-
-from ...diagnostics.console import give
 
 if TYPE_CHECKING:
     from rosorin_compile.diagnostics import Source
@@ -224,11 +223,10 @@ def _factory(run: Run) -> int:
     from rosorin_compile.diagnostics import has_errors
     from rosorin_compile.extending import OutputError
 
-    from ...output import write_set
     from . import factory
     from .options import reading, say, wanted
     from .parts import read_source
-    from .writing import whose
+    from .writing import is_made
 
     options, console = run.options, run.console
     read, packages, words = reading(run)
@@ -244,7 +242,7 @@ def _factory(run: Run) -> int:
     made = factory.extract(read_source(str(path), read), name, asked)
     say(console, made.diagnostics)
     try:
-        write_set(Path(options.output), made.files, judge=whose)
+        Holding.write_set(Path(options.output), made.files, is_made, refuse=True)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
@@ -289,7 +287,7 @@ def _give(options: argparse.Namespace, result: object, text: str, said: Sequence
         return FINE
     said = () if options.quiet else (*said, *([f"written: {options.output}"] if options.output else []))
     if options.output is None:
-        give(text)
+        Console.give(text)
         sys.stderr.write("".join(f"{line}\n" for line in said))
         return FINE
     save(Path(options.output), text, options.force)

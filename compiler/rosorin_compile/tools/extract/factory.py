@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.diagnostics import Diagnostic, Heading, Progress, Rule, did_you_mean
-from rosorin_compile.extending import FORMATS, ExtractProblem, Map, NotThere, TriangleMesh, world
+from rosorin_compile.extending import FORMATS, ExtractProblem, Map, NotThere, Packages, TriangleMesh, world
 from rosorin_compile.model import Box, HeightMap
 
-from ...frontend.packages import package_name
 from . import turning, writing
 from .fits import axis_aligned
 from .heightmap import Wanted, make_map
@@ -100,7 +99,7 @@ def _candidates(package: Path) -> list[Path]:
 
 def name_of(package: Path) -> str:
     """Return the name of a package: what its package.xml says, else that of its folder."""
-    return package_name(package) or world.real(package).name
+    return Packages.name_of(package) or world.real(package).name
 
 
 def extract(source: RobotSource, package: str, asked: Asked) -> Factory:

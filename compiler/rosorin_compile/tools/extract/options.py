@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import Console
-from rosorin_compile.extending import Quantity, WrongUsage
-
-from ...commands.robots import no_stdin
+from rosorin_compile.extending import Quantity, Scalar, WrongUsage
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,9 +31,7 @@ _LENGTH = Quantity.one("m")
 
 def quantity(text: str, option: str, kind: Quantity = _LENGTH) -> float:
     """Return a number with or without unit in SI; ``kind`` is one of that kind. Raises WrongUsage."""
-    from ...frontend.load import plain_scalar
-
-    value = plain_scalar(text.strip() or "-")
+    value = Scalar(text.strip() or "-").value
     right = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if not right or not kind.goes_with(value):
         raise WrongUsage(f'{option} takes {kind.described}, not "{text}"')
@@ -138,7 +134,7 @@ def reading(run: Run) -> tuple[ReadOptions, dict[str, Path], list[str]]:
     """Return how robots are read, the packages by name, and the words that are no arguments. Raises WrongUsage."""
     from rosorin_compile.extending import ReadOptions
 
-    no_stdin(run.words, "name a file")
+    run.no_stdin(run.words, "name a file")
     packages = dict(run.given.packages)
     lenient = getattr(run.options, "lenient", False)
     asked = ReadOptions(run.given.as_written(), packages, lenient, tell=run.console.ahead, trust=run.given.trust)
@@ -200,14 +196,14 @@ def surface(run: Run, frame: str | None) -> tuple[Floats, tuple[str, ...], str]:
 
 
 def _mesh_parts(options: argparse.Namespace, words: list[str], console: Console) -> list[Part]:
-    from rosorin_compile.extending import load_mesh
+    from rosorin_compile.extending import TriangleMesh
 
     from .meshes import too_large
     from .parts import Part
 
     found: list[Part] = []
     for word in words:
-        mesh = load_mesh(Path(word), scale(options.scale))
+        mesh = TriangleMesh.load(Path(word), scale(options.scale))
         console.show(too_large(mesh))
         name = Path(word).stem
         taken = {part.name for part in found}

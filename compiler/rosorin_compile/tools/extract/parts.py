@@ -7,24 +7,22 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Span, did_you_mean, has_errors
+from rosorin_compile import read
+from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Span, did_you_mean
 from rosorin_compile.extending import (
     Description,
     ExtractProblem,
+    Imported,
     Map,
     NoDescription,
     NotThere,
+    Packages,
     ReadOptions,
     TriangleMesh,
-    load_mesh,
-    locate,
-    read_robot,
     world,
 )
 from rosorin_compile.model import Mesh as MeshShape
 from rosorin_compile.model import Robot, Shape
-
-from ...frontend.packages import Packages
 
 if TYPE_CHECKING:
     import numpy as np
@@ -83,10 +81,8 @@ def read_source(word: str, options: ReadOptions) -> RobotSource:
     path = Path(word)
     if path.suffix.lower() in (".yaml", ".yml") or world.kind(path) != world.FILE:
         return _described(word, options)
-    from ...frontend.lower import lower
-
-    imported = read_robot(path, options)
-    lowered = None if imported.tree is None else lower(imported.tree)
+    imported = Imported.read(path, options)
+    lowered = None if imported.tree is None else imported.lowered()
     if imported.tree is None or lowered is None or lowered.robot is None:
         raise SourceProblem([*imported.diagnostics, *(lowered.diagnostics if lowered else [])])
     environment = world.environment() if options.environment is None else options.environment
@@ -106,21 +102,18 @@ class SourceProblem(ExtractProblem):
 
 def _described(word: str, options: ReadOptions) -> RobotSource:
     """Return the robot of a description. Raises ExtractProblem."""
-    from ...pipeline import understand
-
     try:
         (description,) = Description.find([word])
     except NoDescription as problem:
         raise NotThere.of("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
-    understood = understand(description.path, options.arguments, options.tell, options.packages)
-    if understood.lowered is None or understood.lowered.robot is None or has_errors(understood.diagnostics):
-        raise SourceProblem(understood.diagnostics)
-    tree = understood.expanded.tree
-    assert tree is not None  # a model is made of a tree  # noqa: S101
+    found = read(description.path, options.arguments, options.packages, tell=options.tell)
+    if found.robot is None:
+        raise SourceProblem(found.diagnostics)
+    assert found.tree is not None  # a model is made of a tree  # noqa: S101
     environment = world.environment() if options.environment is None else options.environment
     folder = description.path.parent
     packages = Packages(options.packages, environment, description.path)
-    return RobotSource(understood.lowered.robot, tree, folder, packages, understood.expanded.files)
+    return RobotSource(found.robot, found.tree, folder, packages, found.inputs)
 
 
 def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | None:
@@ -135,13 +128,13 @@ def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | 
     for place, shape in _mesh_shapes(source.robot, link, section):
         geometry = shape.geometry
         assert isinstance(geometry, MeshShape)  # noqa: S101
-        span = locate(source.tree, ("links", link, *place, "mesh", "file")).span
+        span = source.tree.locate(("links", link, *place, "mesh", "file")).span
         path = source.packages.resolve(geometry.file, source.folder)
         if path is None or world.kind(path) != world.FILE:
             source.diagnostics.append(_missing(link, place[0], geometry.file, path, span))
             continue
         try:
-            mesh = load_mesh(Path(world.shown(path)), geometry.scale)
+            mesh = TriangleMesh.load(Path(world.shown(path)), geometry.scale)
         except ExtractProblem as problem:
             diagnostic = problem.diagnostic
             source.diagnostics.append(diagnostic._replace(severity=WARNING, span=span))

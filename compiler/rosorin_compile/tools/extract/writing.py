@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.diagnostics import Heading, Rule
-from rosorin_compile.extending import ExtractProblem, OutputError, exact, scalar, world
+from rosorin_compile.extending import ExtractProblem, Holding, OutputError, Scalar, Text, exact, world
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
-from rosorin_compile.output.one_file import replace_text
 
-from ...frontend.yaml_text import escaped, quoted
-from ...output.ours import FOREIGN
+from ..importer.layout import escaped
 
 RULES = (
     Rule(
@@ -30,7 +28,7 @@ RULES = (
 
 def name(text: str) -> str:
     """Return a name as YAML that means just this name, inside brackets too."""
-    return scalar(escaped(text), flow=True)
+    return Scalar(escaped(text)).written(True)
 
 
 def number(value: float) -> str:
@@ -57,7 +55,7 @@ def length(value: float) -> str:
 
 def source(status: str, note: str) -> str:
     """Return the value of ``source``."""
-    return f"{{status: {status}, note: {quoted(note)}}}"
+    return f"{{status: {status}, note: {Text(note).quoted()}}}"
 
 
 def shape(piece: Shape) -> str:
@@ -107,7 +105,7 @@ def height_map(link: str, made: HeightMap, status: str, note: str) -> list[str]:
         f"          origin: {row(made.origin)}",
         f"          cell: {length(made.cell)}",
         *([f"          step: {length(made.step)}"] if made.step != made.cell else []),
-        f"          method: {quoted(made.method)}",
+        f"          method: {Text(made.method).quoted()}",
         f"          heights:           # a row is {length(made.cell)} of x, a number in it of y; 0 is no body",
     ]
     lines += [f"            - {text}" for text in height_rows(made.heights)]
@@ -148,14 +146,14 @@ def replace(path: Path, text: str) -> None:
     A link stays a link, and permissions stay as they are.
     """
     try:
-        replace_text(path, text, "extract-file")
+        Holding.write_text(path, text, "extract-file")
     except OutputError as problem:
         raise ExtractProblem(problem.diagnostic) from None
 
 
-def whose(_: str, old: bytes, __: bytes) -> str:
-    """Say that a file is not to be replaced, unless extract made it."""
-    return "" if old.startswith(MARK.encode()) else FOREIGN
+def is_made(_: str, old: bytes) -> bool:
+    """Say whether extract made a file: no other is replaced."""
+    return old.startswith(MARK.encode())
 
 
 def _is_ours(path: Path) -> bool:

@@ -15,21 +15,18 @@ from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
     Description,
+    Holding,
     Run,
     WrongUsage,
     give_result,
     world,
 )
 
-from ...commands.robots import take_stdin
-from ...diagnostics.wording import plural
-
 if TYPE_CHECKING:
     from rosorin_compile import Format
     from rosorin_compile.diagnostics import Diagnostic
     from rosorin_compile.extending import Imported, Map, Parser, ReadOptions
 
-    from ...output import Written
     from .into import Package
     from .merging.again import Wanted
     from .merging.record import Record
@@ -88,9 +85,7 @@ def _companions() -> list[Format]:
 
 def run(options: argparse.Namespace) -> int:
     """Read the source, check the description that is made of it, and write it."""
-    from rosorin_compile.extending import ReadOptions, read_robot
-
-    from ...formats.reading import join
+    from rosorin_compile.extending import Imported, ReadOptions
 
     run = Run.of(options)
     source, arguments = _source(run)
@@ -105,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
     console = run.console
     console.begin(source.name)
     how = ReadOptions(arguments, packages, options.lenient, tell=console.ahead, trust=options.trust)
-    imported = read_robot(source, how)
+    imported = Imported.read(source, how)
     if arguments and not imported.takes_arguments and imported.tree is not None:
         raise WrongUsage(f"{source} takes no arguments: only a xacro does")
     for format in _companions():
@@ -115,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
                 raise WrongUsage(
                     f"{beside} is {'a folder' if _kind(Path(beside)) else 'not there'}{_alike(Path(beside))}"
                 )
-            imported = join(imported, format.name, Path(beside), how)
+            imported = imported.joined(format.name, Path(beside), how)
     if options.strict:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
     console.tell_read(imported.files)
@@ -125,6 +120,13 @@ def run(options: argparse.Namespace) -> int:
         give_result(options, None, str)
     console.finish()
     return code
+
+
+class _Written(NamedTuple):
+    """The files of a description that are new, and those beside them that were left alone."""
+
+    written: tuple[str, ...]
+    kept: tuple[str, ...] = ()
 
 
 class _Target(NamedTuple):
@@ -155,7 +157,7 @@ def _source(run: Run) -> tuple[Path, dict[str, str]]:
     given, names = run.given, run.words
     if len(names) != 1:
         raise WrongUsage(f"import takes one SOURCE, not {len(names) or 'none'}")
-    take_stdin(names)
+    Run.take_stdin(names)
     path = Path(names[0]) if names[0] != Description.STDIN else Description.ON_STDIN
     kind = _kind(path) if path is not Description.ON_STDIN else "file"
     if kind == "folder":
@@ -336,7 +338,6 @@ def _put_into(
     """Put a description into a package, and say what is left to be done there."""
     from rosorin_compile.extending import OutputError
 
-    from ...output import Written
     from .description import tree_of
     from .into import in_the_end, put_into, to_do, told
 
@@ -353,7 +354,7 @@ def _put_into(
         return _refused(console, package.folder / target.source, len(put.refused))
     _show(console, put.again.diagnostics if put.again else [])
     if put.again is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
-        _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), lines)
+        _report(console, folder, imported, trip, _Written(tuple(trip.files)), lines)
     for line in told(package, put):
         console.say(line)
     for line in to_do(package, put):
@@ -425,29 +426,26 @@ def _check_folder(folder: Path, force: bool) -> None:
 
 def _write(
     console: Console, folder: Path, files: Mapping[str, str], known: Mapping[str, str] | None = None
-) -> Written | None:
+) -> _Written | None:
     """Write the files of a description; what they replace is kept beside them, unless it is ``known``: taken over."""
     from rosorin_compile.extending import OutputError
 
-    from ...commands.all import put_aside
-    from ...output import write_set
-    from ...output.ours import UNKNOWN
     from .merging.record import is_of
 
-    def judge(name: str, old: bytes, _: bytes) -> str:
-        return "" if is_of(name) or old == (known or {}).get(name, "").encode() else UNKNOWN
+    def replaces(name: str, old: bytes) -> bool:
+        return is_of(name) or old == (known or {}).get(name, "").encode()
 
     try:
-        written = write_set(folder, files, judge=judge)
-        _show(console, put_aside(folder, written))
-        return written
+        written = Holding.write_set(folder, files, replaces)
+        _show(console, written.put_aside(folder))
+        return _Written(written.written, written.kept)
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return None
 
 
 def _report(
-    console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written, lines: list[str]
+    console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: _Written, lines: list[str]
 ) -> None:
     """Say what was made, what was compared, what is kept as it was, and what comes next."""
     from rosorin_compile.extending import FORMATS
@@ -472,7 +470,7 @@ def _report(
         console.say(f"its {FORMATS[name].word} is {remark}")
     if imported.left_out:
         count = len(imported.left_out)
-        console.say(f"not carried over: {count}, see the {plural('warning', count)} above")
+        console.say(f"not carried over: {count}, see the {'warning' if count == 1 else 'warnings'} above")
     left = [name for name in written.kept if not is_of(name)]
     if left:
         console.say(f"left alone in {folder}, not written by this import: {', '.join(left)}")

@@ -11,11 +11,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Description, Imported, Map, Path, Seq
-from rosorin_compile.formats.imported import Outputs
+from rosorin_compile.extending import Description, Imported, Map, Outputs, Path, Seq, expression_names
 
-from ...frontend.expression.functions import functions
-from ...units import UNITS
 from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
 
 MAX_LINES = 150  # a longer description is split into files
@@ -306,8 +303,8 @@ def _identifier(text: str) -> str:
 
 def _free(wanted: str, taken: dict[str, str]) -> str:
     """Return a name that no other value, unit or function has."""
-    name, count = wanted, 1
-    while name in taken or name in UNITS or name in functions():
+    name, count, known = wanted, 1, expression_names()
+    while name in taken or name in known.units or name in known.functions:
         count += 1
         name = f"{wanted}_{count}"
     return name

@@ -15,10 +15,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, listed
-from rosorin_compile.extending import Description, LoadError, Map, WrongUsage, holding, load_mapping, world
+from rosorin_compile.extending import Description, LoadError, Map, WrongUsage, holding, service, world
 
-from ..package.finding import package_of
-from ..package.installing import missing
 from .merging.again import Again, Wanted, imported_again, recorded, remove
 from .merging.record import ENDING, is_of, text_of
 from .merging.record import of as record_of
@@ -97,11 +95,17 @@ class Said(NamedTuple):
         return " ".join([self.source, *(f"{name}:={value}" for name, value in self.given.items())])
 
 
+def _package_around(folder: Path) -> tuple[Path, str] | None:
+    """Return the folder of the package that a folder is in, and the name of the package; None if it is in none."""
+    found: tuple[Path, str] | None = service("package around a folder")(folder)
+    return found
+
+
 def package_at(folder: Path) -> Package:
     """Return the package in a folder. Raises WrongUsage where there is none."""
     if world.kind(folder) != world.FOLDER:
         raise WrongUsage(f"{folder} is no folder; --into names the folder of a ROS package")
-    found = package_of(folder)
+    found = _package_around(folder)
     if found is None or found[0] != world.real(folder):
         way = (
             f"; did you mean {found[0]}?" if found else "; to write a package of its own: rosorin-compile package ROBOT"
@@ -121,7 +125,7 @@ def inside(source: Path, package: Package) -> str:
     try:
         return world.real(source).relative_to(world.real(package.folder)).as_posix()
     except ValueError:
-        own = package_of(world.real(source).parent)
+        own = _package_around(world.real(source).parent)
         way = f"; it is in package {own[1]}: --into {own[0]}" if own else "; copy it there, or name its package"
         message = f"{source} is not in {package.folder}: the test that is written holds both against each other"
         raise WrongUsage(f"{message}{way}") from None
@@ -194,7 +198,7 @@ def _in_package(value: ast.expr) -> ast.expr:
 def _note(root: Path) -> str | None:
     """Return what a description says that it is from."""
     try:
-        source = load_mapping(root, root.name).get("source")
+        source = Map.load(root, root.name).get("source")
     except LoadError:
         return None
     note = source.get("note") if isinstance(source, Map) else None
@@ -324,7 +328,7 @@ def _test(package: Package, source: str, description: str, given: Mapping[str, s
 def _to_add(package: Package, description: str, test: str, files: Mapping[str, str]) -> dict[str, list[str]]:
     """Return the lines that the files of a package lack, by file."""
     names = [os.path.normpath(f"{description}/{file}") for file in files]
-    absent = [file for file, _ in missing(package.folder, package.name, names)]
+    absent = [file for file, _ in service("files that are not installed")(package.folder, package.name, names)]
     manifest = _text(package.folder / "package.xml")
     if package.build_type == PYTHON:
         rows: dict[str, list[str]] = {}

@@ -15,14 +15,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Span, printable
-from rosorin_compile.extending import Map, Path, Quantity, exact, scalar
-
-from ...diagnostics import MadeSpan
-from ...formats.imported import BESIDE, END, INSIDE, Comment
-from ...frontend.load import plain_scalar
-from ...frontend.yaml_text import MAX_KEY, escaped, is_raw
+from rosorin_compile.extending import Comment, Map, Path, Quantity, Scalar, exact
 
 WIDTH = 120
+# An implicit key has to end within 1,024 characters (https://yaml.org/spec/1.2.2/#example-single-pair-explicit-entry).
+MAX_KEY = 1_000
 _MAX_ALIGN = 60  # a list that is wrapped hangs below its bracket; further right it stands in a block
 _FIRST_ROW = "izz"  # an inertia that needs two lines has its moments on the first, its products on the second
 _WORDS = ("for", "if")  # begin a loop or a condition; as the value of an expression they are names
@@ -59,6 +56,18 @@ class Remarks(NamedTuple):
 _NONE = Remarks()
 
 
+def escaped(text: str) -> str:
+    """Return text that the expansion turns back into this one: ``${`` would begin an expression.
+
+    So would ``$(`` for xacro: the expansion refuses it but in elements of XML.
+
+    >>> escaped("${HOME}/meshes"), escaped("$(arg folder)/meshes")
+    ('$${HOME}/meshes', "${'$'}(arg folder)/meshes")
+    """
+    made = text.replace("${", "$${")
+    return made if "<" in made else made.replace("$(", "${'$'}(")
+
+
 def layout(document: Mapping[str, Any], remarks: Remarks = _NONE) -> str:
     """Return a document as YAML, with a line end at its end.
 
@@ -92,17 +101,17 @@ def _scalar(value: Any, in_flow: bool) -> str:
         return str(value)
     if not isinstance(value, str):
         raise TypeError(f"a number is written as Verbatim, not as {type(value).__name__}")
-    return scalar(value if isinstance(value, Expression) else escaped(value), in_flow)
+    return Scalar(value if isinstance(value, Expression) else escaped(value)).written(in_flow)
 
 
 def _key(name: str, in_flow: bool) -> str:
     if isinstance(name, Verbatim):  # a loop or a condition of its entry
         return str(name)
     if isinstance(name, Expression):
-        return scalar(name, in_flow)
+        return Scalar(name).written(in_flow)
     if name in _WORDS:
         return f"'${{\"{name}\"}}'"
-    return scalar(name if isinstance(name, Expression) else escaped(name), in_flow)
+    return Scalar(name if isinstance(name, Expression) else escaped(name)).written(in_flow)
 
 
 def within_part(path: Path) -> Path:
@@ -228,12 +237,12 @@ def _can_stand_below(text: str) -> bool:
     """Say whether a text of several lines can stand in a literal block, which begins with its first letter."""
     lines = text.removesuffix("\n").split("\n")
     begins, ends = lines[0][:1] not in ("", " ", "\t"), bool(lines[-1].strip())
-    return "\n" in text and begins and ends and all(is_raw(line.replace("\t", " ")) for line in lines)
+    return "\n" in text and begins and ends and all(Scalar(line.replace("\t", " ")).is_raw for line in lines)
 
 
 def _can_be_folded(text: str) -> bool:
     """Say whether the spaces of a text can become line ends and come back as spaces."""
-    return is_raw(text) and "  " not in text and text == text.strip(" ")
+    return Scalar(text).is_raw and "  " not in text and text == text.strip(" ")
 
 
 def _wrapped(text: str, width: int) -> list[str]:
@@ -338,10 +347,10 @@ def _digits(value: float, span: Span | None) -> str:
     if span is None:
         return ""
     token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]
-    token = (span.text if isinstance(span, MadeSpan) else token).removeprefix("+")
+    token = (token if span.made is None else span.made).removeprefix("+")
     if not token or len(token) != len(token.strip()):
         return ""
-    read = plain_scalar(token)
+    read = Scalar(token).value
     same = isinstance(read, (int, float)) and not isinstance(read, (bool, Quantity)) and float(read) == float(value)
     if not same or (_significant(token) > _DIGITS and len(exact(value)) < len(token)):
         return ""
@@ -394,7 +403,7 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
     inside: dict[Path, list[str]] = {}
     for comment in comments:
         if not comment.path or comment.path[0] in _OF_ROBOT:
-            place = inside if comment.where == END else before
+            place = inside if comment.where == Comment.END else before
             if root:
                 place.setdefault((), []).extend(cleaned(comment.text))
             continue
@@ -402,9 +411,9 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
         if not path:
             continue  # its section is in another file
         lines = cleaned(comment.text)
-        if comment.where == INSIDE and _holds(document, path):
+        if comment.where == Comment.INSIDE and _holds(document, path):
             inside.setdefault(path, []).extend(lines)
-        elif comment.where == BESIDE and path == tuple(comment.path) and len(lines) == 1:
+        elif comment.where == Comment.BESIDE and path == tuple(comment.path) and len(lines) == 1:
             beside.setdefault(path, []).extend(lines)
         elif not _is_repeated(before.get(path, []), lines):
             before.setdefault(path, []).extend(lines)

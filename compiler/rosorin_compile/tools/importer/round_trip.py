@@ -9,9 +9,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rosorin_compile import Compiled, Format
+from rosorin_compile import Compiled, Difference, Format
 from rosorin_compile.diagnostics import (
     ERROR,
     Diagnostic,
@@ -33,21 +33,15 @@ from rosorin_compile.extending import (
     Given,
     Imported,
     Map,
+    Outputs,
+    Proof,
     ReadOptions,
     compile_robot,
-    read_robot,
     world,
 )
-from rosorin_compile.formats.imported import Outputs
-from rosorin_compile.model import Joint, Output, Robot, Transform
+from rosorin_compile.model import Joint, Robot, Transform
 
-from ...commands.init import SCHEMA
-from ...formats.imported import Proof
-from ...formats.reading import join
-from ...frontend.lower import lower
-from ...meaning.sameness import different, differently_said
-from ...pipeline import emitted, understand
-from .description import tree_of, write
+from .description import write
 from .repeats import with_parts
 from .telling import seen_from
 
@@ -144,7 +138,8 @@ def _round_trip(
 
 def schema_beside(folder: Path) -> str:
     """Return where editors find the schema of a description in a folder; empty if there is none."""
-    return (Path("..") / SCHEMA).as_posix() if world.kind(folder.parent / SCHEMA) == world.FILE else ""
+    schema = Description.SCHEMA
+    return (Path("..") / schema).as_posix() if world.kind(folder.parent / schema) == world.FILE else ""
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
@@ -152,40 +147,21 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
     files = write(imported, wanted, schema)
     for name, text in files.items():
         (stage / name).write_text(text, "utf-8")
-    return files, compile_unrounded(stage / Description.ROOT_FILE)
-
-
-def compile_unrounded(
-    path: Path, arguments: Mapping[str, Any] | None = None, packages: Mapping[str, Path] | None = None
-) -> Compiled:
-    """Compile as ``compile_robot``, with all digits of numbers: what is lost is lost by the import, not by printing."""
-    understood = understand(path, arguments, packages=packages)
-    lowered = understood.lowered
-    if lowered is not None and lowered.robot is not None:
-        robot = replace(lowered.robot, outputs=tuple(map(_unrounded, lowered.robot.outputs)))
-        understood = understood._replace(lowered=lowered._replace(robot=robot))
-    return emitted(understood, path)
-
-
-def _unrounded(output: Output) -> Output:
-    """Return an output that prints exactly, if it may say so and does not."""
-    if "number_format" not in FORMATS[output.backend].options:
-        return output
-    return replace(output, options={"number_format": "exact", **output.options})
+    return files, compile_robot(stage / Description.ROOT_FILE, exact=True)
 
 
 def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None) -> RoundTrip:
     """Return the round trip with what the comparison of the source with the description and with its artifact says."""
-    tree, format = plain or tree_of(imported), FORMATS.published()
-    source, said = lower(tree).robot, {one.backend: one.text for one in compiled.artifacts}
+    tree, format = plain or imported.whole, FORMATS.published()
+    source, said = imported._replace(tree=tree).robot, {one.backend: one.text for one in compiled.artifacts}
     how = ReadOptions(lenient=True, checked=False)
-    back = read_robot(_saved(stage, format, said), how)
+    back = Imported.read(_saved(stage, format, said), how)
     beside = [one for one in FORMATS.values() if one.join is not None and one.name in said]
     for companion in beside:
-        back = join(back, companion.name, _saved(stage, companion, said), how)
+        back = back.joined(companion.name, _saved(stage, companion, said), how)
     if back.tree is not None and "accept" in tree:  # what a source may break, its copy may
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
-    again = lower(back.tree).robot if back.tree is not None else None
+    again = back.robot
     made = compiled.robot
     if source is None or again is None or made is None:
         broken = [d.message for d in back.diagnostics if d.severity == ERROR]
@@ -193,17 +169,17 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     what = f"compiled {format.word}"
     found = []
     if plain is not None:
-        from ...meaning.elements import asks_for_humble, context_of, differently_meant
         from .words.proving import without_words
 
         pair = source.urdf_elements, again.urdf_elements
-        found += [f"{what}: {text}" for text in differently_meant(*pair, context_of(source, asks_for_humble(made)))]
+        lost = Difference.in_elements(*pair, source, humble=made.asks_for_humble)
+        found += [f"{what}: {text}" for text in lost]
         made, again = without_words(made, source), without_words(again, source)
-    found += [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
-    found += [f"{what}: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]
+    found += [f"description: {text}" for text in Difference.in_values(source, made, 0.0, carried_by_urdf=False)]
+    found += [f"{what}: {text}" for text in Difference.in_values(source, again, TOLERANCE, carried_by_urdf=True)]
     for companion in beside:
         for section in companion.joins:
-            lines = differently_said(source, again, section, TOLERANCE)
+            lines = Difference.in_section(source, again, section, TOLERANCE)
             found += [f"compiled {companion.word}: {text}" for text in lines]
     largest = 0.0 if found else largest_difference(source, again)
     if largest > POSE_TOLERANCE:
@@ -234,15 +210,15 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     if format is None or format.prove is None or format.name not in wanted.entries:
         return Proof()
     Progress.step("proving the import in its engine")
-    description = Description.at(folder / Description.ROOT_FILE)
-    description = replace(description, outputs=description.outputs.absolute())
+    outputs = Description.at(folder / Description.ROOT_FILE).outputs.absolute()
+    placed = replace(Description.at(folder / Description.ROOT_FILE), outputs=outputs)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         for file, text in write(seen_from(shown, folder), wanted).items():
             Path(name, file).write_text(text, "utf-8")
         compiled = compile_robot(
             Path(name, Description.ROOT_FILE),
             packages=packages,
-            search=partial(Given({}, (), packages).search_meshes, description),
+            search=partial(Given({}, (), packages).search_meshes, placed),
             wanted=[format.name],
         )
     made = next((one.text for one in compiled.artifacts), None)

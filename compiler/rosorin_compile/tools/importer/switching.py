@@ -12,10 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import listed
-from rosorin_compile.extending import Description, world
-
-from ..package.finding import files_below
-from ..package.launch_files import is_launch_file
+from rosorin_compile.extending import Description, service, world
 
 PRINT = "rosorin-compile print"
 OUTPUT = "urdf"
@@ -80,12 +77,13 @@ def _files(package: Path) -> Iterator[Path]:
         others = [one for one in beside if world.kind(one / "package.xml") == world.FILE and one != own]
     except OSError:
         pass
+    is_launch = service("is a launch file")
     for folder in [package, *others[:_MOST_PACKAGES]]:
         try:
-            names = files_below(folder, skip_built=True)
+            names = service("files below a folder")(folder, skip_built=True)
         except OSError:
             continue
-        yield from (folder / name for name in names if is_launch_file(name) or name == "CMakeLists.txt")
+        yield from (folder / name for name in names if is_launch(name) or name == "CMakeLists.txt")
 
 
 def _lines(name: str, text: str, source: str, description: str, arguments: Set[str]) -> Iterator[Line]:

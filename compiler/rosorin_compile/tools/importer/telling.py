@@ -17,12 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
-from rosorin_compile.extending import Description, Imported, Map, Places, Seq, world
-
-from ...formats.checked import copied
-from ...formats.described import as_tree
-from ...frontend.expand.prefixing import from_one_folder, moved, relative_files, with_files_named
-from ...frontend.packages import Packages, package_name
+from rosorin_compile.extending import Description, Imported, Map, Packages, Places, Seq, world
 
 RULES = (
     Rule(
@@ -63,15 +58,16 @@ def renamed(
     place = tree.value_spans.get("robot", tree.span)
     places = Places(source, source.parent, packages, world.environment())
     searched = places.named(tree, relative=meshes is None)
+    whole = Imported(tree, [])
     files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
     known = {name: _seen(at, here) for name, at in _packages(files, here)}
-    base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
+    base, relative = Path(os.path.abspath(source.parent)), whole.relative_files()
     if meshes is not None:
         message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
         vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
         told += [] if relative else [vain]
         known |= _package_of(meshes, relative, base, here)
-        return Renamed(_saying(moved(tree, meshes), "", known), told, meshes)
+        return Renamed(_saying(whole.with_files_below(meshes).whole, "", known), told, meshes)
     outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
     stay = keeps or not (files or _has_one(base, relative))  # what leads nowhere stays as it is
     top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
@@ -84,8 +80,8 @@ def renamed(
         )
         told.append(_elsewhere(way, outside, place))
         meshes = _seen(base, _artifacts(folder))
-        return Renamed(_saying(moved(tree, meshes), "", known), told, meshes)
-    tree = with_files_named(tree, lambda name: names.get(name, name))
+        return Renamed(_saying(whole.with_files_below(meshes).whole, "", known), told, meshes)
+    tree = whole.with_files_named(lambda name: names.get(name, name)).whole
     return Renamed(_saying(tree, _seen(top, here) if names else "", known), told)
 
 
@@ -105,11 +101,12 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
     ``base`` is the folder of the source. Paths of this machine are among them where they lead into the package of the
     source, or into the folder around ``base``.
     """
-    package = next((folder for folder in (base, *base.parents) if package_name(folder)), base.parent)
+    package = next((folder for folder in (base, *base.parents) if Packages.name_of(folder)), base.parent)
     places = {name: os.path.normpath(base / name) for name in relative}
     paths = {name: os.path.abspath(file) for name, file in files.items() if name.startswith(("/", "file://"))}
     places |= {name: path for name, path in paths.items() if Path(path).is_relative_to(package)}
-    return from_one_folder(base, places)
+    top = Path(os.path.commonpath([base, *places.values()]))
+    return top, {name: _seen(Path(path), top) for name, path in places.items()}
 
 
 def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:
@@ -162,9 +159,11 @@ def _saying(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
     """Return the tree of a robot whose source says where its meshes are."""
     if not (folder or packages):
         return tree
-    made, span = copied(tree), tree.span
-    source = copied(tree["source"])
-    for key, value in (("folder", folder), ("packages", as_tree(packages, span, []))):
+    made, span = tree.copied(), tree.span
+    source, named = tree["source"].copied(), Map(span)
+    for package, at in packages.items():
+        named.put(package, at, span, span)
+    for key, value in (("folder", folder), ("packages", named)):
         if value:
             source.put(key, value, span, span)
     made["source"] = source

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rosorin_compile.diagnostics import Heading, Rule, error
-from rosorin_compile.extending import LoadError, Text, load_mapping, world
+from rosorin_compile.extending import LoadError, Map, Text, world
 
 RULES = (
     Rule(
@@ -68,7 +68,7 @@ def read(folder: Path, robot: str) -> dict[str, str]:
     path = folder / FILE
     if world.kind(path) != world.FILE:
         return {}
-    robots = load_mapping(path, str(path)).get("robots")
+    robots = Map.load(path, str(path)).get("robots")
     mapping = robots.get(robot) if isinstance(robots, dict) else None
     if (
         robots is None
@@ -86,7 +86,7 @@ def text(folder: Path, robot: str, places: Mapping[str, str]) -> str:
     Raises LoadError for a file that is damaged.
     """
     path = folder / FILE
-    robots = dict(load_mapping(path, str(path)).get("robots") or {}) if world.kind(path) == world.FILE else {}
+    robots = dict(Map.load(path, str(path)).get("robots") or {}) if world.kind(path) == world.FILE else {}
     robots[robot] = dict(places)
     lines = [f"# Where rosorin-compile deploy puts artifacts in this folder ({NOWHERE}: not here).", "robots:"]
     for name in sorted(robots):

@@ -26,7 +26,13 @@ COMMANDS = (
         order=20,
     ),
 )
-SERVICES = {"planning of MoveIt": "bringup:planning_of"}
+SERVICES = {
+    "planning of MoveIt": "bringup:planning_of",
+    "package around a folder": "finding:package_of",
+    "files below a folder": "finding:files_below",
+    "files that are not installed": "installing:missing",
+    "is a launch file": "launch_files:is_launch_file",
+}
 CHECKS = (
     Check(
         name="deployed",

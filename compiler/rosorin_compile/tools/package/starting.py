@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.extending import FORMATS, StaticTransform, static_transforms
+from rosorin_compile.extending import FORMATS, StaticTransform
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 
 from ...formats import launching
@@ -95,7 +95,7 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
 
     ``taken`` are names of launch arguments that are no modes. Numbers are printed as the outputs of the robot ask for.
     """
-    always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
+    always, in_modes, _ = StaticTransform.published(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = launching.mode_arguments(robot, in_modes, taken)
     nodes = [_static(transform) for transform in always]
     read = {one.when: launching.condition(robot, one.when) for one in in_modes}

@@ -173,7 +173,7 @@ def _xml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
 
 
 def _yaml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
-    from rosorin_compile.extending import LoadError, Map, locate, parse_yaml
+    from rosorin_compile.extending import LoadError, Map, parse_yaml
 
     try:
         tree = parse_yaml(source)
@@ -187,7 +187,7 @@ def _yaml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
             continue
         remaps = node.get("remap")
         pairs = [one for one in remaps if isinstance(one, Map)] if isinstance(remaps, list) else []
-        rows = [(str(one.get("from", "")), str(one.get("to", "")), locate(one, ()).span) for one in pairs]
+        rows = [(str(one.get("from", "")), str(one.get("to", "")), one.locate(()).span) for one in pairs]
         _take(str(node.get("name") or node.get("exec", "")), rows, str(node.get("args", "")), found, told)
     return found, told
 

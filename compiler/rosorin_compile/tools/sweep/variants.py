@@ -44,7 +44,6 @@ from rosorin_compile.extending import (
     Map,
     Text,
     each_entry,
-    load_mapping,
     read_utf8,
     world,
 )
@@ -308,7 +307,7 @@ class Variants:
             return Variant(path.stem, made, start)
         try:
             is_json = path.suffix.lower() == ".json"
-            values = mapping_of_json(path) if is_json else load_mapping(path, world.shown(path))
+            values = mapping_of_json(path) if is_json else Map.load(path, world.shown(path))
         except LoadError as problem:
             diagnostic = problem.diagnostic
             if diagnostic.rule == "not-a-mapping":

@@ -224,8 +224,6 @@ def _pose(name: str, robot: Robot) -> Choice | None:
 
 def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Diagnostic]:
     """Return the findings with the places in the description of the edges that they are about."""
-    from rosorin_compile.extending import locate
-
     from .findings import with_place
 
     edges = {edge.name: edge for edge in verdict.description.edges}
@@ -240,7 +238,7 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
         edge = edges.get(finding.of[0])
         if edge is not None:
             path = edge.place if edge.joint is None else lowered.places.get(("joint", edge.joint.name), ())
-            finding = with_place(finding, locate(expanded.tree, path, key=True).span)
+            finding = with_place(finding, expanded.tree.locate(path, key=True).span)
         found.append(finding)
     return found
 

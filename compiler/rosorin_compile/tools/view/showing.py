@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile import Explained
 from rosorin_compile.diagnostics import WARNING, Console, Diagnostic, Span, printable
-from rosorin_compile.extending import Description, Given, Places, is_foreign, locate, world
+from rosorin_compile.extending import Description, Given, Places, is_foreign, world
 
 from ...formats.page import MESHES, Embedding
 from ...formats.page.data import Data, mesh_names, robot_data, texture_names
@@ -97,7 +97,7 @@ def _sides(name: str, mesh: Path) -> list[Side]:
 def _where(case: Case, link: str) -> Data | None:
     """Return where a frame is said: file, line and column, and the path for an editor."""
     path = case.places.get(("link", link))
-    return None if path is None else _placed(locate(case.tree, path, key=True).span)
+    return None if path is None else _placed(case.tree.locate(path, key=True).span)
 
 
 def _warning(told: Diagnostic) -> Data:

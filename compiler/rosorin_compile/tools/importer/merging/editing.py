@@ -14,9 +14,8 @@ from typing import Any, NamedTuple
 import yaml
 
 from rosorin_compile.diagnostics import Source
-from rosorin_compile.extending import LoadError, Path, parse_yaml
+from rosorin_compile.extending import LoadError, Path, Text, parse_yaml
 
-from ....frontend.yaml_text import quoted
 from .three_way import MISSING, OURS, Change, same
 
 _COMMENT = re.compile(r"(?:^|(?<=\s))#[^\n]*", re.M)
@@ -339,5 +338,5 @@ def _flow(node: Any, text: _Text) -> str:
         return f"[{', '.join(_flow(item, text) for item in node.value)}]"
     written = text.text[node.start_mark.index : text.end(node)]
     if node.style is None:
-        return quoted(node.value) if re.search(r"[\[\]{},\n]", written) else written or "null"
-    return written if node.style in "\"'" and "\n" not in written else quoted(node.value)
+        return Text(node.value).quoted() if re.search(r"[\[\]{},\n]", written) else written or "null"
+    return written if node.style in "\"'" and "\n" not in written else Text(node.value).quoted()

@@ -19,7 +19,7 @@ from rosorin_compile.diagnostics import (
     counted,
     error,
 )
-from rosorin_compile.extending import Map, Quantity, locate, scalar
+from rosorin_compile.extending import Map, Quantity, Scalar
 from rosorin_compile.extending import Path as Keys
 
 from .three_way import MISSING, Change, Conflict, merged
@@ -71,7 +71,7 @@ def in_the_way(together: Together, source: str, folder: Path) -> list[Diagnostic
 
 def _conflict(conflict: Conflict, source: str, tree: Map | None, file: Path) -> Diagnostic:
     """Return the error about a value that both sides have changed."""
-    span = locate(tree, conflict.path).span if tree is not None else Span(Source(str(file), ""), 1, 1, 1)
+    span = tree.locate(conflict.path).span if tree is not None else Span(Source(str(file), ""), 1, 1, 1)
     return error("import-conflict", f"{named(conflict.path)} {_both(conflict, source)}", span, _way_out(conflict))
 
 
@@ -186,4 +186,4 @@ def _flow(value: Any) -> str:
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, Quantity):
         return value.text or repr(float(value))
-    return scalar(value, True) if isinstance(value, str) else repr(value)
+    return Scalar(value).written(True) if isinstance(value, str) else repr(value)

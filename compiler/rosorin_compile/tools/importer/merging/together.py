@@ -12,10 +12,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Source, error
-from rosorin_compile.extending import Description, Map, compile_robot, parse_yaml
+from rosorin_compile.extending import Description, Map, compile_robot, expand_robot, parse_yaml
 
-from ....frontend.expand import expand
-from ....frontend.load import unsaved
 from . import three_way
 from .editing import CannotEdit, edited
 from .three_way import MISSING, Change, Conflict, Merge, merged, same
@@ -159,16 +157,15 @@ def proved(
     """
     root = folder / Description.ROOT_FILE
     states = [_placed(folder, files) for files in (base, {}, theirs, made)]
-    with unsaved(states[2]):
-        given = {} if expand(root, {}, None, packages=packages).tree is not None else dict(arguments)
-    with unsaved(states[3]):
-        errors = [one for one in compile_robot(root, given, packages=packages).diagnostics if one.severity == ERROR]
+    alone = expand_robot(root, packages=packages, unsaved=states[2]) is not None
+    given = {} if alone else dict(arguments)
+    compiled = compile_robot(root, given, packages=packages, unsaved=states[3])
+    errors = [one for one in compiled.diagnostics if one.severity == ERROR]
     proof = Proof(errors, [], [])
     for values in [] if errors else ({}, *_values(made)):
         trees: list[Map] = []
         for files, what in zip(states, _STATES, strict=True):
-            with unsaved(files):
-                tree = expand(root, {**given, **values}, None, packages=packages).tree
+            tree = expand_robot(root, {**given, **values}, packages, files)
             if tree is not None:
                 trees.append(tree)
             elif not values:

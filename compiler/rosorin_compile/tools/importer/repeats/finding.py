@@ -10,10 +10,8 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from ....frontend.expand.mirroring import AXES
-from ....frontend.expand.naming import MOUNT
 from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of, sliced
-from .names import Split, identity, is_left, split, whole
+from .names import MOUNT, Split, identity, is_left, split, whole
 from .parameters import MAX_PARAMETERS, Owner, Parameters, differences, owners
 
 MIN_SAVED = 8  # lines, all in all
@@ -202,7 +200,9 @@ class Finder:
         for mirror in MIRRORS[1:]:
             near = {other: mirrors.get("", _FAR) <= mirrors.get(mirror, _FAR) for other, mirrors in alike.items()}
             choices.append({other: "" if stays else mirror for other, stays in near.items()})
-            across = {other: body.nodes[other[0]].pose["xyz"][AXES[mirror]].values[0] for other in (base, *alike)}
+            across = {
+                other: body.nodes[other[0]].pose["xyz"]["xyz".index(mirror)].values[0] for other in (base, *alike)
+            }
             choices.append({other: mirror if across[other] * across[base] < 0 else "" for other in alike})
         usable = [one for one in choices if all(mirror in alike[other] for other, mirror in one.items())]
         distinct = {tuple(one.values()): [Instance(base), *map(Instance, one, one.values())] for one in usable}

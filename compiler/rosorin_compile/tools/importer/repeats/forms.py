@@ -12,8 +12,6 @@ from typing import Any
 from rosorin_compile.diagnostics import Span
 from rosorin_compile.extending import Map, Path, Quantity, Seq
 
-from ....frontend.expand.mirroring import AXES
-
 MARKS = ("sites", "cameras", "lights")  # what a link has by name: the names are no keys, they differ
 _KINDS = ("type", "kind")  # two things of different kinds are never instances of one
 _ZERO = ("xyz", "rpy")
@@ -219,7 +217,7 @@ def mirrored(node: Node, mirror: str, root: bool) -> tuple[Form, Form, Form]:
 
     The place of a ``root`` is that of the use, which is not reflected.
     """
-    axis = AXES[mirror]
+    axis = "xyz".index(mirror)
     pose = node.pose if root else _turned(node.pose, axis)
     moves = dict(node.moves)
     kind = moves["type"].values[0]

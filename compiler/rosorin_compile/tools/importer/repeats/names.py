@@ -12,9 +12,9 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ....frontend.expand.naming import MOUNT
 from ..layout import Expression
 
+MOUNT = "mount"  # the link of the robot that a use sits on
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
 _SEPARATORS = "_-./: "
 _EXPRESSION = re.compile(r"\$\{[^}]*\}")

@@ -15,12 +15,9 @@ from functools import cached_property
 from keyword import iskeyword
 from typing import Any
 
-from rosorin_compile.extending import Path, Quantity, exact
+from rosorin_compile.extending import Path, Quantity, exact, expression_names
 
-from ....frontend.expression.functions import CONSTANTS, functions
-from ....frontend.yaml_text import escaped
-from ....units import UNITS
-from ..layout import ROTATING, Expression, in_degrees
+from ..layout import ROTATING, Expression, escaped, in_degrees
 from .forms import Form, Leaf, Node, flat, leaves, sliced
 from .names import side_word
 
@@ -282,7 +279,8 @@ def _is_taken(name: str, sign: bool) -> bool:
 
 def means_something(name: str) -> bool:
     """Say whether a name has a meaning in every expression: a unit, a function, a constant, a word such as ``if``."""
-    return name in UNITS or name in functions() or name in CONSTANTS or iskeyword(name)
+    known = expression_names()
+    return name in known.units or name in known.functions or name in known.constants or iskeyword(name)
 
 
 def identifier(text: str) -> str:

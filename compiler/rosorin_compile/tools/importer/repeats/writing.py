@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Map, Path, Seq
+from rosorin_compile.extending import Comment, Map, Path, Seq
 
-from ....formats.imported import BEFORE, INSIDE, Comment
-from ....frontend.expand.naming import MOUNT
 from ..layout import ROTATING, Expression, Verbatim, joint_unit
 from .finding import Body, Part, Use
 from .forms import Form, Leaf, Node, flat, says_nothing
-from .names import SIDES, is_ahead
+from .names import MOUNT, SIDES, is_ahead
 from .parameters import Parameter, Term, in_unit
 
 
@@ -244,18 +243,20 @@ def _moved(tree: Map, body: Body, comments: Sequence[Comment]) -> list[Comment]:
     said: dict[tuple[str, Path, str], set[bool]] = {}
     for comment in comments:
         home = homes.get((str(comment.path[0]), str(comment.path[1]))) if len(comment.path) > 1 else None
-        moved = comment._replace(path=(*home.part, *comment.path[2:])) if home else comment
+        moved = replace(comment, path=(*home.part, *comment.path[2:])) if home else comment
         placed.append((moved, home))
         if home:
             said.setdefault((moved.text, moved.path, moved.where), set()).add(home.first)
     made = []
     for comment, home in placed:
         shared = home is not None and len(said[comment.text, comment.path, comment.where]) > 1
-        above = home is not None and home.top and len(comment.path) == len(home.part) and comment.where != INSIDE
+        above = (
+            home is not None and home.top and len(comment.path) == len(home.part) and comment.where != Comment.INSIDE
+        )
         if home is None or (home.first and (shared or not above)):
             made.append(comment)
         elif not shared:
-            made.append(comment._replace(path=home.use, where=BEFORE))
+            made.append(replace(comment, path=home.use, where=Comment.BEFORE))
     return made
 
 

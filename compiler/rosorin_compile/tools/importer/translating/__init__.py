@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Element, Imported, Map, MarkupError, ReadOptions
-from rosorin_compile.formats.imported import Outputs
+from rosorin_compile.extending import Element, Imported, Map, MarkupError, Outputs, ReadOptions
 
 from ..description import tree_of
 from .attempting import Attempt, Changed, How, accepted, attempt

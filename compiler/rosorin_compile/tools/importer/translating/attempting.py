@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.extending import Description, Imported, Map, ReadOptions
-from rosorin_compile.formats.imported import Outputs
+from rosorin_compile.extending import Description, Imported, Map, Outputs, ReadOptions, expression_names
 
 from ..description import tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
@@ -128,16 +127,16 @@ def _asked(documents: Documents, words: Found) -> dict[str, Any]:
 
 def _name_macros(program: Program, macros: list[Macro]) -> None:
     """Give each macro that is kept the name of its part, or of its value."""
-    from ....frontend.expression.functions import OF_DESCRIPTIONS, functions
     from .expressions import usable
 
+    known = expression_names()
     taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
     for macro in macros:
         if macro.body is not None:
             macro.ours = macro.name.replace(".", "_")
         else:
             macro.ours = usable(
-                macro.name, lambda name: name in taken or name in functions() or name in OF_DESCRIPTIONS
+                macro.name, lambda name: name in taken or name in known.functions or name in known.of_descriptions
             )
             taken.add(macro.ours)
 

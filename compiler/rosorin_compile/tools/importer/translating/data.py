@@ -11,9 +11,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rosorin_compile.extending import Description, world
+from rosorin_compile.extending import Description, Packages, world
 
-from ....frontend.packages import Packages, package_name
 from .pieces import File
 from .program import Program
 from .texts import Unsupported
@@ -48,10 +47,10 @@ class Data:
 
     def address_of(self, file: File, text: str) -> str:
         """Return the address at which the package of a xacro has what it becomes, to the letter; empty if none."""
-        folders = [folder for folder in Path(file.path).parents if package_name(folder)][:1]
+        folders = [folder for folder in Path(file.path).parents if Packages.name_of(folder)][:1]
         if not folders or Path(self.program.root.path).is_relative_to(folders[0]):
             return ""
-        package = package_name(folders[0])
+        package = Packages.name_of(folders[0])
         there = world.matching(folders[0] / Description.FOLDER, f"**/{Path(file.name).name}")
         same = next((one for one in there if is_text(one, text)), None)
         if same is None or not self.finds(package):

@@ -12,8 +12,8 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from ....frontend.expression.functions import functions
-from ....units import UNITS
+from rosorin_compile.extending import expression_names
+
 from .scopes import (
     ANY,
     ARGUMENT,
@@ -659,7 +659,10 @@ def all_of(nodes: list[ast.expr]) -> ast.expr | None:
 
 def folded(node: ast.expr) -> Any:
     """Return the value of an expression without names but constants; None if it has others, or no value."""
-    if any(isinstance(one, ast.Name) and one.id not in ("pi", "e", "tau", *functions()) for one in ast.walk(node)):
+    if any(
+        isinstance(one, ast.Name) and one.id not in ("pi", "e", "tau", *expression_names().functions)
+        for one in ast.walk(node)
+    ):
         return None
     from rosorin_compile.extending import ExpressionError, evaluate
 
@@ -708,4 +711,4 @@ def usable(name: str, taken: Callable[[str], bool]) -> str:
     return made
 
 
-__all__ = ["CONDITION", "LIST", "TABLE", "UNITS", "Rendering", "all_of", "folded", "negated", "source_tree", "written"]
+__all__ = ["CONDITION", "LIST", "TABLE", "Rendering", "all_of", "folded", "negated", "source_tree", "written"]

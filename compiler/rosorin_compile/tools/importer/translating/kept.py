@@ -8,10 +8,8 @@ from typing import Any
 from xml.sax.saxutils import escape
 
 from rosorin_compile.diagnostics import Source
-from rosorin_compile.extending import Document, Element, MarkupError, Remark
+from rosorin_compile.extending import Document, Element, MarkupError, Remark, expression_names
 
-from ....frontend.expression.functions import CONSTANTS, OF_DESCRIPTIONS, functions
-from ....units import UNITS
 from ..layout import Expression
 from .choices import node_of
 from .expressions import negated, usable, written
@@ -159,7 +157,7 @@ class Elements(Values):
         own = [*macro.variables.values(), *macro.implicit.values()] if macro else []
         own += macro.body.locals if macro and macro.body else []
         names = {one.ours for one in (*self.program.scope.names.values(), *own) if isinstance(one, Variable)}
-        names |= {one.ours for one in self.macros} | {*functions(), *OF_DESCRIPTIONS, *CONSTANTS, *UNITS}
+        names |= {one.ours for one in self.macros} | set().union(*expression_names())
         for file in self.documents.files.values():
             names |= {key.partition("(")[0] for key in file.get("let", ())}
         return names | {"prefix", "mount", "name", "parent"}

@@ -14,9 +14,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from rosorin_compile.diagnostics import Span
-from rosorin_compile.extending import Document, Element, MarkupError, Remark, world
+from rosorin_compile.extending import Document, Element, MarkupError, Packages, Remark, world
 
-from ....frontend.packages import Packages
 from .pieces import Body, File, Macro, When, Whens
 from .scopes import ARGUMENT, CONDITION, FREE, GLOBAL, Bound, Scope, Space, Unsaid, Value, Variable
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, parameters, tokens

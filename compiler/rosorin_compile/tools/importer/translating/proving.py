@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rosorin_compile import Difference
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Progress, Span
 from rosorin_compile.extending import (
     FORMATS,
@@ -26,17 +27,12 @@ from rosorin_compile.extending import (
     LoadError,
     Map,
     ReadOptions,
+    compile_robot,
     parse_yaml,
-    read_robot,
     world,
 )
 from rosorin_compile.model import Robot
 
-from ....frontend.expand.prefixing import moved
-from ....frontend.lower import lower
-from ....meaning.elements import asks_for_humble, context_of, differently_meant
-from ....meaning.sameness import different
-from ..round_trip import compile_unrounded
 from ..words.proving import without_words
 from .differing import called, shortened
 from .flattened import Place, outermost, place_of
@@ -81,9 +77,9 @@ class Source:
             rest = {name: text for name, text in combination if name not in variables}
             with _environment(variables):
                 arguments = {**self.options.arguments, **rest}
-                read = read_robot(self.path, replace(self.options, arguments=arguments))
+                read = Imported.read(self.path, replace(self.options, arguments=arguments))
             if self.meshes is not None and read.tree is not None:
-                read = read._replace(tree=moved(read.tree, self.meshes))
+                read = read.with_files_below(self.meshes)
             self.known[combination] = read
         return self.known[combination]
 
@@ -155,11 +151,10 @@ def moves(source: Source, row: Combination) -> bool:
     base, other = source.read(()), source.read(row)
     if not known:
         source.known.pop(row)  # nobody asks for it
-    one = lower(base.tree).robot if base.tree is not None else None
-    two = lower(other.tree).robot if other.tree is not None else None
+    one, two = base.robot, other.robot
     if one is None or two is None:
         return False
-    return bool(different(_settled(one), _settled(two), TOLERANCE, carried_by_urdf=True))
+    return bool(Difference.in_values(_settled(one), _settled(two), TOLERANCE, carried_by_urdf=True))
 
 
 def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
@@ -229,7 +224,7 @@ def _faults(
     name: str | None,
     in_words: bool,
 ) -> list[Fault]:
-    compiled = compile_unrounded(stage / Description.ROOT_FILE, dict(row), dict(packages))
+    compiled = compile_robot(stage / Description.ROOT_FILE, dict(row), packages=dict(packages), exact=True)
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
     if errors or compiled.robot is None:
         return [
@@ -246,19 +241,18 @@ def _faults(
     text = next(one.text for one in compiled.artifacts if one.backend == format.name)
     file = stage / f"compiled{format.endings[0]}"
     file.write_text(text, "utf-8")
-    back = read_robot(file, ReadOptions(lenient=True, checked=False))
+    back = Imported.read(file, ReadOptions(lenient=True, checked=False))
     if back.tree is not None and made.tree is not None and "accept" in made.tree:  # what a source breaks, its copy may
         back.tree.put("accept", made.tree["accept"], back.tree.span, back.tree.span)
-    source = lower(made.tree).robot if made.tree is not None else None
-    again = lower(back.tree).robot if back.tree is not None else None
+    source, again = made.robot, back.robot
     if source is None or again is None:
         broken = [one.message for one in back.diagnostics if one.severity == ERROR]
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row, refused=True)]
     if name is not None:
         source = replace(source, name=name)
-    found, again = _meant(source, again, asks_for_humble(compiled.robot)) if in_words else ([], again)
+    found, again = _meant(source, again, compiled.robot.asks_for_humble) if in_words else ([], again)
     source, again = _settled(source), _settled(again)
-    found = [*found, *different(source, again, TOLERANCE, carried_by_urdf=True)][:8]
+    found = [*found, *Difference.in_values(source, again, TOLERANCE, carried_by_urdf=True)][:8]
     entries = _entries_of(made)
     return [
         _fault(told, row, [*_spans_in(one, entries), *_spans_called(told, made)])
@@ -276,7 +270,7 @@ def _fault(told: str, row: Combination, spans: list[Span]) -> Fault:
 
 def _meant(source: Robot, again: Robot, humble: bool) -> tuple[list[str], Robot]:
     """Return what elements say otherwise than in the source, and the robot with those of the source."""
-    found = differently_meant(source.urdf_elements, again.urdf_elements, context_of(source, humble))
+    found = Difference.in_elements(source.urdf_elements, again.urdf_elements, source, humble=humble)
     return found, without_words(again, source)
 
 

@@ -12,9 +12,8 @@ from contextlib import contextmanager, suppress
 from types import MappingProxyType
 from typing import Any
 
-from rosorin_compile.extending import Element
+from rosorin_compile.extending import Element, Scalar
 
-from ....frontend.load import plain_scalar
 from ..layout import Expression
 from .blocks import inserted, leaves, type_of
 from .choices import conditional, merged
@@ -104,7 +103,7 @@ class Renderer(Elements):
                     continue
                 value = use.given.get("name")
                 key = self.name_in(value) if value is not None else ""
-                if not key or key in seen or not isinstance(plain_scalar(key), str) or "/" in key:
+                if not key or key in seen or not isinstance(Scalar(key).value, str) or "/" in key:
                     spoilt.add(use.macro)
                     spoilt.update([seen[key]] if key in seen else [])
                 seen[key] = use.macro
@@ -398,7 +397,7 @@ class Renderer(Elements):
         if isinstance(text, Expression):
             tail = pieces[-1][0].text.strip("_") if pieces[-1][0].kind == TEXT else ""
             return _as_key(tail) or macro.ours, text
-        if text.endswith("_") and len(text) > 1 and plain_scalar(text[:-1]) == text[:-1]:
+        if text.endswith("_") and len(text) > 1 and Scalar(text[:-1]).value == text[:-1]:
             return text[:-1], None
         name = use.given.get("name")
         plain = _as_key(name.text) if name is not None and is_plain(name.text) else ""
@@ -657,7 +656,7 @@ def _choice(condition: ast.expr, node: ast.expr, other: ast.expr) -> ast.expr:
 
 def _as_key(text: str) -> str:
     made = re.sub(r"[^\w-]+", "_", text).strip("_")
-    return made if made and isinstance(plain_scalar(made), str) else ""
+    return made if made and isinstance(Scalar(made).value, str) else ""
 
 
 def _own(variable: Variable) -> bool:

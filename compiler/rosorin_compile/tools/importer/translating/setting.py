@@ -10,7 +10,7 @@ import ast
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.extending import Element
+from rosorin_compile.extending import Element, expression_names
 
 from .naming import variables_in
 from .pieces import Body, Macro, When, Whens
@@ -350,7 +350,6 @@ def _rendering() -> Rendering:
 
 def foreign(text: str) -> Iterator[str]:
     """Yield the names in a text that are none of Python's or of xacro's."""
-    from ....frontend.expression.functions import functions
     from .expressions import source_tree
 
     for piece in tokens(text):
@@ -359,7 +358,7 @@ def foreign(text: str) -> Iterator[str]:
         except ValueError:
             tree = None
         for name in names_of(tree) if tree is not None else ():
-            if _may_be_handed_down(name) and name not in functions():
+            if _may_be_handed_down(name) and name not in expression_names().functions:
                 yield name
 
 

@@ -15,12 +15,11 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
+from rosorin_compile import Difference
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
-from rosorin_compile.extending import Description, world
+from rosorin_compile.extending import Description, Packages, world
 from rosorin_compile.model import Robot
 
-from ....frontend.packages import package_name
-from ....meaning.sameness import different
 from ..merging.record import ENDING, read, text_of
 from ..merging.together import renewed
 from .pieces import File, Macro
@@ -191,7 +190,7 @@ class Sharing:
                 yield from (one for one in paths if "$" not in Path(rest).name and Path(one).name == Path(rest).name)
             elif package is None:
                 yield os.path.normpath(path.parent / name)
-            elif (package[1] or package[2]) == package_name(self.package):
+            elif (package[1] or package[2]) == Packages.name_of(self.package):
                 yield os.path.normpath(f"{self.package}/{rest}")
 
 
@@ -240,7 +239,7 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
         stage = Path(name, Description.FOLDER)
         shutil.copytree(package / Description.FOLDER, stage, symlinks=True)
         changed = stage / file.relative_to(package / Description.FOLDER)
-        packages = {found: package} if (found := package_name(package)) else {}
+        packages = {found: package} if (found := Packages.name_of(package)) else {}
         roots = [one for one in world.matching(stage, f"*/{Description.ROOT_FILE}") if one.parent.name != besides.name]
         before = {root: _made(root, packages) for root in roots}
         changed.write_text(text, "utf-8")
@@ -253,20 +252,16 @@ def disturbed(package: Path, besides: Path, file: Path, text: str) -> str:
 
 def _made(root: Path, packages: Mapping[str, Path]) -> dict[tuple[str, ...], Robot | str]:
     """Return the robot of a description by what its arguments are; what is wrong in words where there is none."""
-    from rosorin_compile.extending import declared
+    from rosorin_compile import read as read_description
+    from rosorin_compile.extending import Argument
 
-    from ....commands.check import choices, combinations
-    from ....pipeline import understand
-
-    arguments, wrong = declared(root, {}, packages)
+    arguments, wrong = Argument.declared(root, {}, packages)
     if has_errors(wrong):
         return {(): _in_words(wrong[0])}
-    varied = choices(arguments, {})
     made: dict[tuple[str, ...], Robot | str] = {}
-    for row in islice(combinations(varied), MAX_COMBINATIONS):
-        given = dict(zip((name for name, _ in varied), row, strict=True))
-        found = understand(root, given, packages=packages)
-        robot = found.lowered.robot if found.lowered is not None else None
+    for given in islice(Argument.combinations(arguments), MAX_COMBINATIONS):
+        found = read_description(root, given, packages)
+        robot = found.robot
         errors = [_in_words(one) for one in found.diagnostics if one.severity == ERROR]
         made[tuple(f"{one}:={value}" for one, value in given.items())] = robot if robot and not errors else errors[0]
     return made
@@ -286,6 +281,6 @@ def _other(before: Mapping[tuple[str, ...], Robot | str], after: Mapping[tuple[s
         if not isinstance(again, type(robot)):
             return f"does not compile any more: {again or next(iter(after.values()))}{how}"
         if again != robot:
-            first = different(robot, again, TOLERANCE, carried_by_urdf=False)[:1]
+            first = Difference.in_values(robot, again, TOLERANCE, carried_by_urdf=False)[:1]
             return f"is another robot: {' '.join(first)}{how}"
     return ""

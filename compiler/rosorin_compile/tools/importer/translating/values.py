@@ -6,9 +6,8 @@ import ast
 import re
 from typing import Any
 
-from rosorin_compile.extending import exact
+from rosorin_compile.extending import Scalar, exact
 
-from ....frontend.load import plain_scalar
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .blocks import DEFAULTS, Leaf, inserted, leaves, owner, value_at
@@ -626,7 +625,7 @@ def number_text(text: str, sink: str, value: Value) -> Any:
 
 def _digits(text: str, value: float) -> str:
     text = text.removeprefix("+")
-    read = plain_scalar(text)
+    read = Scalar(text).value
     fine = isinstance(read, (int, float)) and not isinstance(read, bool) and type(read) in (int, float)
     return text if fine and float(read) == float(value) else exact(value)
 

@@ -15,10 +15,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.extending import Document, Imported, Map, Seq, Text
-from rosorin_compile.formats.imported import Outputs
+from rosorin_compile.extending import Document, Imported, Map, Outputs, Seq, Text
 
-from ....frontend.lower import lower
 from ..description import _Document
 from ..layout import Expression, Verbatim
 from ..words import Worded, worded
@@ -143,7 +141,7 @@ def _evaluated(text: str, robots: Sequence[Imported], made: Found) -> Words | No
 def _block(text: str, said: str, imported: Imported, humble: bool) -> Words | None:
     """Return the words for a hardware block whose values are expressions."""
     tree: Any = imported.tree
-    robot = lower(tree).robot
+    robot = imported.robot
     found = symbolic(text, said, robot, humble) if robot is not None else None
     if found is None:
         return None

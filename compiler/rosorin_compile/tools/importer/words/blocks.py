@@ -80,13 +80,11 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
 
 def _leaves_limits(made: Mapping[str, Any], joint: Any) -> bool:
     """Say whether a command lacks a limit that its joint has, so that it would be written."""
-    from ....formats.urdf.control import limits_of
-
     if joint is None:
         return False
     said = made["command"] if isinstance(made["command"], dict) else dict.fromkeys(_listed(made["command"]))
     for interface, entry in said.items():
-        low, high = limits_of(joint, interface)
+        low, high = joint.limits_of(interface)
         if (low is not None and "min" not in (entry or {})) or (high is not None and "max" not in (entry or {})):
             return True
     return False

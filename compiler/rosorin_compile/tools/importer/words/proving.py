@@ -9,20 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rosorin_compile import Templates
-from rosorin_compile.diagnostics import ERROR
-from rosorin_compile.extending import FORMATS, Document, Imported, Map, Seq, tool_folders
-from rosorin_compile.model import Output, Robot
+from rosorin_compile import Difference, Templates
+from rosorin_compile.extending import FORMATS, Document, Imported, Map, Seq
+from rosorin_compile.model import Output, Robot, Sensor
 
-from ....formats.gazebo_sensors import DISTRIBUTIONS
-from ....frontend.expand.ledger import Ledger
-from ....frontend.expand.scope import Scope
-from ....frontend.expand.sensor_types import apply_types
-from ....frontend.lower import lower
-from ....frontend.validate import validate
-from ....meaning.elements import Context, context_of, differently_meant
-from ....model.simulated import GazeboSensor
-from ....rules import check
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen
@@ -52,7 +42,7 @@ def worded(imported: Imported) -> Worded:
     texts = tree.get("urdf_elements") if tree is not None else None
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
         return Worded(imported)
-    found, robot = candidates(texts), lower(tree).robot
+    found, robot = candidates(texts), imported.robot
     if robot is None or (not found and not _has_plugins(texts)):
         return Worded(imported)
     return _Proving(imported, tree, texts, robot).worded(found)
@@ -150,7 +140,7 @@ class _Proving:
         written = self._written(self._lowered({CONTROL: made}), options) if made else {}
         for one in [one for one in found if one.name in made]:
             texts = written.get(one.called, [])
-            wrong = differently_meant([one.alone], texts, context_of(self.robot, humble))
+            wrong = Difference.in_elements([one.alone], texts, self.robot, humble=humble)
             if wrong:
                 del made[one.name]
                 why[one.called] = _otherwise(wrong, texts)
@@ -179,7 +169,7 @@ class _Proving:
                 del made[one.name]
                 self.kept[one.called] = "there is no word for it: its type does not take what it says"
                 continue
-            changes = overlay(all_seen[one.name], _as_in(brought[one.name], asked), asked, DISTRIBUTIONS[asked])
+            changes = overlay(all_seen[one.name], brought[one.name], asked)
             if changes:
                 made[one.name]["gazebo"] = changes
         options = {"gazebo": asked}
@@ -197,13 +187,13 @@ class _Proving:
                 self.kept[one.called] = wrong[one]
         return made, asked
 
-    def _brought(self, made: dict[str, Any]) -> dict[str, GazeboSensor]:
-        """Return the one sensor of Gazebo that the type of each entry brings; of a few at once that is told apart."""
+    def _brought(self, made: dict[str, Any]) -> dict[str, Sensor]:
+        """Return the sensors of entries whose type brings one of Gazebo; of a few at once that is told apart."""
 
-        def all_of(some: dict[str, Any]) -> dict[str, GazeboSensor]:
-            bare = put(self.bare, {SENSORS: some})
-            robot = None if _typed(bare).diagnostics else lower(bare).robot
-            return {one.name: one.gazebo[0] for one in robot.sensors if len(one.gazebo) == 1} if robot else {}
+        def all_of(some: dict[str, Any]) -> dict[str, Sensor]:
+            bare = Imported(self.bare, []).with_sections({SENSORS: some}).typed()
+            robot = None if bare.diagnostics else bare.robot
+            return {one.name: one for one in robot.sensors if len(one.gazebo) == 1} if robot else {}
 
         found = all_of(made) if made else {}
         return found or {name: one for key, value in made.items() for name, one in all_of({key: value}).items()}
@@ -260,22 +250,12 @@ class _Proving:
     def problems(self, tree: Map, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> list[Any]:
         """Return the errors of a tree with more sections."""
         output = {"file": "robot.urdf", **(options or {})}
-        whole = put(tree, {**sections, "outputs": {"urdf": output}})
-        ledger = _typed(whole)
-        wrong = [*ledger.diagnostics, *(one for one in validate(whole, FORMATS) if one.severity == ERROR)]
-        if wrong:
-            return wrong
-        lowered = lower(whole)
-        told = list(lowered.diagnostics)
-        if lowered.robot is not None:
-            told += check(lowered.robot, whole, lowered.places, FORMATS)
-        return [one for one in told if one.severity == ERROR]
+        whole = Imported(tree, []).with_sections({**sections, "outputs": {"urdf": output}}).typed()
+        return [*whole.diagnostics, *whole.errors(rules=not whole.diagnostics)]
 
     def _lowered(self, sections: dict[str, Any]) -> Robot | None:
-        whole = put(self.tree, sections)
-        if _typed(whole).diagnostics or any(one.severity == ERROR for one in validate(whole, FORMATS)):
-            return None
-        return lower(whole).robot
+        whole = Imported(self.tree, []).with_sections(sections).typed()
+        return None if whole.diagnostics or whole.errors(rules=False) else whole.robot
 
     def _written(self, robot: Robot | None, options: Mapping[str, Any]) -> dict[str, list[str]]:
         """Return the texts that a URDF has of each hardware block and sensor, by what those are called."""
@@ -318,7 +298,7 @@ def _unwritten(texts: Seq) -> dict[str, str]:
 
 def _differs(one: Candidate, texts: Sequence[str]) -> str:
     """Return what comes out otherwise of a sensor; empty if nothing does."""
-    wrong = differently_meant([one.alone], texts, Context())
+    wrong = Difference.in_elements([one.alone], texts)
     return _otherwise(wrong, texts) if wrong else ""
 
 
@@ -329,13 +309,6 @@ def _otherwise(wrong: Sequence[str], texts: Sequence[str]) -> str:
     new = [text for text in wrong if text.endswith("is new")]
     more = [text for text in new if "<sensor" not in text and "<ros2_control" not in text]
     return "written again it would not say the same" + (f": {more[0]}" if more else "")
-
-
-def _as_in(one: GazeboSensor, asked: str) -> GazeboSensor:
-    """Return a sensor as its Gazebo calls it; elements by the names that a description has."""
-    from ....formats.gazebo_sensors import CLASSIC, in_classic
-
-    return replace(one, type=in_classic(one).type) if asked == CLASSIC else one
 
 
 def _listed(text: str, like: Seq) -> Seq:
@@ -351,14 +324,3 @@ def _bare(tree: Map) -> Map:
     if "joints" in tree:
         made.put("joints", tree["joints"], tree.span, tree.span)
     return made
-
-
-def _typed(tree: Map) -> Ledger:
-    """Give the sensors of a tree what their types bring; what is wrong is in the ledger."""
-    ledger = Ledger()
-    if isinstance(tree.get(SENSORS), Map):
-        from ....formats.checked import copied
-
-        tree[SENSORS] = copied(tree[SENSORS])
-        apply_types(tree, None, Scope(ledger), tool_folders()["parts_library"] / "sensors.yaml")
-    return ledger

@@ -9,12 +9,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import Robot
+from rosorin_compile.model import Robot, Sensor
 
-from ....meaning.elements import DEFAULTS, FLAGS, TOLERANCE, TRUTH
-from ....model.simulated import GazeboSensor, SdfElement
 from .blocks import Unsayable, plain
 
 if TYPE_CHECKING:
@@ -42,6 +41,7 @@ _NAME = re.compile(r"""[^\s<>&"'/]+""")
 _OPTICAL = re.compile(r"optical")
 _FRAMES = ("gz_frame_id", "ignition_frame_id")
 _FRAME_NAMES = ("frame_name", "frameName", "frame_id")
+TOLERANCE = 1e-12  # of numbers: what is left of a field of view that was halved
 _SMALLEST = 1e-4  # m: what the library takes as the least distance that is seen
 _WIDEST = math.radians(170)
 
@@ -100,8 +100,8 @@ def _value(element: Element, exact: bool) -> Any:
         raise Unsayable(f"an element is called <{element.tag}>")
     if (element.attrib or len(element)) and text:
         raise Unsayable(f"<{element.tag}> has a text beside attributes or elements")
-    if element.tag in FLAGS and text in TRUTH and not exact:
-        return TRUTH[text] == "true"
+    if element.tag in Sensor.SDF_FLAGS and text in Sensor.SDF_TRUTH and not exact:
+        return Sensor.SDF_TRUTH[text] == "true"
     if element.attrib or len(element) or not text:
         attributes = {name: plain(value) if exact else _scalar(value) for name, value in element.attrib.items()}
         return {**({"attributes": attributes} if attributes else {}), **_elements(element, exact)}
@@ -259,11 +259,11 @@ def _camera_words(one: Seen, asked: str) -> dict[str, Any]:  # noqa: ARG001
     if isinstance(hfov, float) and math.radians(1) <= hfov <= _WIDEST:
         made["hfov"] = hfov
     for key in ("width", "height"):
-        value = image.get(key, float(DEFAULTS["image", key]))
+        value = image.get(key, float(Sensor.SDF_DEFAULTS["image", key]))
         if _is_whole(value):
             made[key] = int(value)
     for key in ("near", "far"):
-        value = clip.get(key, float(DEFAULTS["clip", key]))
+        value = clip.get(key, float(Sensor.SDF_DEFAULTS["clip", key]))
         if _positive(value) and value >= _SMALLEST:
             made[key] = value
     return made | _noise("noise", _inner(camera, "noise"))
@@ -346,9 +346,13 @@ def _optical(one: Seen, robot: Robot, frame: str) -> str:
     return stamp if stamp in below else below[0] if below and not stamp else ""
 
 
-def overlay(one: Seen, brought: GazeboSensor, asked: str, frame_id: str) -> dict[str, Any]:
-    """Return what a sensor of the source has otherwise than the one that its type brings, or besides."""
+def overlay(one: Seen, sensor: Sensor, asked: str) -> dict[str, Any]:
+    """Return what a sensor of the source has otherwise than the one of Gazebo that its type brings, or besides."""
     made: dict[str, Any] = {}
+    brought = sensor.gazebo[0]
+    frame_id = brought.FRAME_ELEMENTS[asked]
+    if asked == "classic":  # elements keep the names that a description has
+        brought = replace(brought, type=brought.in_classic().type)
     if one.type != brought.type:
         made["sensor"] = one.type
     pose = (*brought.pose.xyz, *brought.pose.rpy)
@@ -365,7 +369,7 @@ def overlay(one: Seen, brought: GazeboSensor, asked: str, frame_id: str) -> dict
         elements = {("lidar" if key == lidar else key): value for key, value in elements.items()}
     if brought.feels:
         elements = _without_shapes(elements)
-    own = {item.name: _said(item) for item in brought.elements}
+    own = {item.name: item.words() for item in brought.elements}
     if frame_id and not any(name in elements for name in _FRAMES):
         elements[frame_id] = None
     elif frame_id and elements.get(frame_id) == stamp:
@@ -380,16 +384,6 @@ def _without_shapes(elements: dict[str, Any]) -> dict[str, Any]:
     """Return elements without the shapes of a contact, which come of the link."""
     contact = {key: value for key, value in _inner(elements, "contact").items() if key != "collision"}
     return {**elements, "contact": contact} if "contact" in elements else elements
-
-
-def _said(element: SdfElement) -> Any:
-    """Return an element that a type brings as the words of ``elements``."""
-    if element.value is not None:
-        return element.value
-    made: dict[str, Any] = {"attributes": dict(element.attributes)} if element.attributes else {}
-    for inner in element.elements:
-        made[inner.name] = _said(inner)
-    return made
 
 
 def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
@@ -420,5 +414,5 @@ def _same(one: Any, other: Any) -> bool:
 def _is_default(path: tuple[str, ...], value: Any) -> bool:
     if isinstance(value, dict):
         return bool(value) and all(_is_default((*path, key), item) for key, item in value.items())
-    default = DEFAULTS.get(path[-2:])
+    default = Sensor.SDF_DEFAULTS.get(path[-2:])
     return default is not None and _same(value, _scalar(default))

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.diagnostics import Source
-from rosorin_compile.extending import Document, Element, Map, Path, Remark, Seq, Text
-
-from ....formats.imported import BEFORE, Comment
+from rosorin_compile.extending import Comment, Document, Element, Imported, Map, Path, Remark, Seq, Text
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element as Tree
@@ -89,7 +88,7 @@ def without(texts: Seq, taken: list[Candidate]) -> Rest:
     for index, (text, span) in enumerate(zip(texts, texts.value_spans, strict=True)):
         mine = [one for one in taken if one.text == index]
         rest, said = _cut(str(text), mine) if mine else (str(text), [])
-        comments += [Comment(words, span, path, BEFORE) for path, words in said]
+        comments += [Comment(words, span, path) for path, words in said]
         if rest:
             paths[index] = ("urdf_elements", len(left))
             left.put(Text(rest), span)
@@ -139,21 +138,11 @@ def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
     for comment in comments:
         path = comment.path
         if path[:1] == ("urdf_elements",) and len(path) > 1 and path[1] in paths:
-            comment = comment._replace(path=paths[path[1]])
+            comment = replace(comment, path=paths[path[1]])
         made.append(comment)
     return made
 
 
 def put(tree: Map, sections: Mapping[str, Any]) -> Map:
     """Return a tree with more sections, whose values are plain; what is empty goes."""
-    from ....formats.checked import copied
-    from ....formats.described import as_tree
-
-    made = copied(tree)
-    for key, value in sections.items():
-        if value:
-            plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])
-            made.put(key, plain, tree.span, tree.span)
-        else:
-            made.pop(key, None)
-    return made
+    return Imported(tree, []).with_sections(sections).whole

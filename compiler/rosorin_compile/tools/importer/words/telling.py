@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from rosorin_compile.diagnostics import and_more, first_of
 
-from ....diagnostics.wording import plural
 from .proving import Worded
 
 _FEW = 3
@@ -16,7 +15,7 @@ def told_words(worded: Worded) -> list[str]:
     lines = []
     if worded.said:
         parts = [
-            f"{len(names)} {plural(word, len(names))} ({first_of(list(names), _FEW)})"
+            f"{len(names)} {word}{'' if len(names) == 1 else 's'} ({first_of(list(names), _FEW)})"
             for word, names in worded.said.items()
         ]
         lines.append("in words, and the same when they are written again: " + ", ".join(parts))

@@ -1,0 +1,17 @@
+"""Compiling with all digits of numbers, as an import does that is held against its source."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rosorin_compile import Compiled
+from rosorin_compile.extending import compile_robot
+
+
+def compile_unrounded(
+    path: Path, arguments: Mapping[str, Any] | None = None, packages: Mapping[str, Path] | None = None
+) -> Compiled:
+    """Compile a description; numbers are exact where an output does not say how it prints them."""
+    return compile_robot(path, arguments, packages=packages, exact=True)

@@ -22,6 +22,15 @@ MU = "<gazebo reference='a'><mu1>{}</mu1></gazebo>"
         ),
         ("<gazebo><static>1</static></gazebo>", "", ["<static> of <gazebo> is lost"]),
         ("", "<link_extra a='1'/>", ['<link_extra a="1.0"/> is new']),
+        (SENSOR.format("<a>-0.0</a>"), SENSOR.format("<a>0</a>"), []),
+        # Zero is taken by default in the frame of the link, not in another one.
+        (LIDAR.format("<pose>0 0 0 0 0 0</pose>"), LIDAR.format(""), []),
+        (
+            LIDAR.format("<pose relative_to='eye'>0 0 0 0 0 0</pose>"),
+            LIDAR.format(""),
+            ['<sensor> of <gazebo reference="l"> is lost', '<sensor> of <gazebo reference="l"> is new'],
+        ),
+        ("<gazebo><sensor/></gazebo>", "", ["<sensor> of <gazebo> is lost"]),
         ("<ros2_control name='c' type='system'/>", "", ['<ros2_control name="c"> is lost']),
         # A lidar has two names, which do not stand at one place of the alphabet.
         (

@@ -32,6 +32,12 @@ FOUR = (
     "  g: {type: fixed, parent: p, child: q, xyz: [0, 0.1, 0]}\n"
 )
 PLATE = "  plate: {type: fixed, parent: arm, child: hand, xyz: [0.2, 0, 0]}\n"
+SLIDE = FOUR.replace("base: {}, low: {}", "base: {}").replace("child: low", "child: arm")
+OFF_SIDE = "  f: {type: fixed, parent: arm, child: p, xyz: [0.5, 0, 0]}\n"
+PLATED = "links: {base: {}, plate: {}, arm: {}, hand: {}}\njoints:\n"
+ON_PLATE = "  p: {type: fixed, parent: base, child: plate, xyz: [0, 0.1, 0]}\n"
+OF_PLATE = ARM.replace("parent: base", "parent: plate")
+TINY = 1e-10  # below the tolerance of diff
 BALL = "links: {{base: {{visual: [{{sphere: {{radius: {}}}, rgba: [1, {}, 0, 1]}}]}}}}\n"
 
 CASES: dict[str, tuple[str, str, list[str]]] = {
@@ -114,6 +120,67 @@ CASES: dict[str, tuple[str, str, list[str]]] = {
             "turn axis 0 0 1 -> 0 1 0 (turned 90.0 deg)",
             "removed: frame arm (revolute on low, turn)",
         ],
+    ),
+    "a joint on a link that is fixed to another one": (
+        PLATED + ON_PLATE + OF_PLATE + HAND,
+        PLATED + ON_PLATE + OF_PLATE.replace("0.1]", "0.2]") + HAND,
+        ["arm moved 100.0 mm in plate: origin z 0.1 -> 0.2 m"],
+    ),
+    "a joint on a link that went": (
+        PLATED + ON_PLATE + OF_PLATE + HAND,
+        PLATED.replace("plate: {}, ", "") + ARM.replace("0, 0, 0.1", "0, 0.1, 0.2") + HAND,
+        ["arm moved 100.0 mm in base: origin z 0.1 -> 0.2 m", "removed: frame plate (fixed on base, p)"],
+    ),
+    "a link that moved below a joint that did not": (
+        PLATED + ON_PLATE + OF_PLATE + HAND,
+        PLATED + ON_PLATE.replace("0.1", "0.2") + OF_PLATE.replace("0, 0, 0.1", "0, -0.1, 0.1") + HAND,
+        ["plate moved 100.0 mm in base: origin y 0.1 -> 0.2 m"],
+    ),
+    "a joint that moved, and the next one back": (
+        TWO + ARM + HAND,
+        TWO + ARM.replace("0.1]", "0.2]") + HAND.replace("0.2, 0, 0]", "0.2, 0, -0.1]"),
+        ["arm moved 100.0 mm in base: origin z 0.1 -> 0.2 m"],
+    ),
+    "a joint that slides now, and moves a body without the link that it moved": (
+        FOUR + f"  turn: {{type: revolute, parent: low, child: arm, xyz: [0, 0, 0.1], {HINGE}}}\n"
+        "  f: {type: fixed, parent: arm, child: p, xyz: [0.1, 0, 0]}\n",
+        FOUR.replace("arm: {}, ", "")
+        + f"  turn: {{type: prismatic, parent: low, child: p, xyz: [0.1, 0, 0.3], {HINGE}}}\n",
+        [
+            "p moved 200.0 mm in low: origin z 0.1 -> 0.3 m",
+            "turn axis moved 100.0 mm in p",
+            "turn type revolute -> prismatic",
+            "removed: frame arm (revolute on low, turn)",
+        ],
+    ),
+    "an axis that moved below a link that stays": (
+        TWO + ARM + PLATE,
+        TWO.replace("arm: {}, ", "") + ARM.replace("child: arm, xyz: [0, ", "child: hand, xyz: [0.2, "),
+        [
+            "turn axis moved 200.0 mm in hand: hand off by up to 191.8 mm at turn = -1, only when turn is away from 0",
+            "removed: frame arm (revolute on base, turn)",
+        ],
+    ),
+    "an axis of a slide that was turned, far from the link that it moves": (
+        SLIDE + OFF_SIDE,
+        SLIDE.replace("arm: {}, ", "")
+        .replace("child: arm", "child: p, xyz: [0.5, 0, 0]")
+        .replace("axis: [0, 0, 1]", "axis: [0, 0.28, 0.96]"),
+        [
+            "lift axis 0 0 1 -> 0 0.28 0.96 (turned 16.3 deg): p off by up to 282.8 mm at lift = -1,"
+            " only when lift is away from 0",
+            "removed: frame arm (prismatic on base, lift)",
+        ],
+    ),
+    "numbers of a joint that are as good as the same": (
+        TWO + ARM + HAND.replace("lower: -1", "lower: 0"),
+        TWO + ARM + HAND.replace("lower: -1", f"lower: {TINY}").replace("effort: 1", f"effort: {1 + TINY}"),
+        [],
+    ),
+    "a number near zero that is no length and no angle": (
+        TWO + ARM + HAND,
+        TWO + ARM + HAND.replace("velocity: 1}", f"velocity: 1}}, dynamics: {{friction: {TINY}, damping: 0}}"),
+        ["bend friction 0 -> 1e-10 N*m"],
     ),
 }
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+import rosorin_compile
+from rosorin_compile.meaning.difference import lines
 from support.comparing import compared, diff, told
 
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="{0}" ixy="0" ixz="0" iyy="{0}" iyz="0" izz="{0}"/></inertial>'
@@ -61,6 +64,16 @@ def test_many_things_that_are_not_compared_are_one_line_for_people(tmp_path: Pat
     _, full, _ = diff(path, path, "--full")
     assert sum(line.startswith("not compared:") for line in full.splitlines()) == 10
     assert len(compared(path, path)["not_compared"]) == 10
+
+
+@pytest.mark.parametrize(("count", "more"), [(200, []), (202, ["... 2 more differences (--full shows them)"])])
+def test_of_many_differences_people_see_the_first_ones(tmp_path: Path, count: int, more: list[str]) -> None:
+    sides = [urdf(tmp_path, f"{value}.urdf", INERTIAL.format(value)) for value in (1, 2)]
+    found = rosorin_compile.diff(*sides)
+    many = replace(found, items=found.items[:1] * count)
+    first = found.items[0].text
+    assert [line for line in lines(many)[2:] if line.startswith(("...", first))] == [first] * 200 + more
+    assert str(many).splitlines()[2 : 2 + count] == [first] * count
 
 
 def test_nothing_is_said_of_contacts_that_nobody_disabled(tmp_path: Path) -> None:

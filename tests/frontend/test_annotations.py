@@ -110,6 +110,15 @@ tendons: {cable: {path: [{site: dimple}]}}
     )
 
 
+def test_where_the_schema_has_no_words_the_place_is_said(tmp_path: Path) -> None:
+    text = "sensors: {eye: {type: camera, publisher: tracker}}\nedges: [{parent: map, child: odom, publisher: slam}]\n"
+    assert {one.name: one.what for one in mentions(tree(tmp_path, text), ("publisher",))} == {
+        "tracker": 'the publisher of sensor "eye"',
+        "slam": 'the publisher of edges "0"',
+    }
+    assert [one.name for one in mentions(tree(tmp_path, text), ("link",))] == []  # edges have a rule of their own
+
+
 def test_every_section_says_how_files_are_joined() -> None:
     alone = {"rosorin_compile", "robot", "source", "let", "include", "root", "drive", "contact_layers"}
     said = {*merged("entries"), *merged("items"), *merged("within"), *alone}

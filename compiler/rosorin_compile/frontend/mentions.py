@@ -35,8 +35,8 @@ def mentions(tree: Map, kinds: Collection[str] = ()) -> Iterator[Mention]:
             yield from _at(node, tree[section], (section,), kinds)
 
 
-def _has(node: Node | None, kinds: Collection[str]) -> bool:
-    return node is not None and (not kinds or not node.of.isdisjoint(kinds))
+def _has(node: Node, kinds: Collection[str]) -> bool:
+    return not kinds or not node.of.isdisjoint(kinds)
 
 
 def _at(node: Node, value: Any, path: Path, kinds: Collection[str]) -> Iterator[Mention]:

@@ -8,6 +8,7 @@ import pytest
 
 from rosorin_compile.frontend.annotations import Node, merged, of_parts, sections
 from rosorin_compile.frontend.expand.naming import names_of
+from rosorin_compile.frontend.expand.placing import placed
 from rosorin_compile.frontend.load import load_mapping
 from rosorin_compile.frontend.mentions import mentions
 from rosorin_compile.frontend.tree import Map
@@ -75,6 +76,69 @@ control: {board: {plugin: some/Plugin, sensors: {gauge: {}}, gpio: {lamp: {}}}}
     assert names.gives("shape", "pad")
     assert not names.gives("link", "float")
     assert not names.gives("joint", "plate")
+
+
+@pytest.mark.parametrize(
+    ("text", "mounted"),
+    [
+        ("joints: {a: {type: fixed, parent: mount, child: b}}", True),
+        ("joints: {mount: {type: fixed, parent: a, child: b}}", False),
+        ("moveit: {spheres: {mount: []}}", True),
+        ("moveit: {joint_properties: {mount: {}}}", False),
+        ("disabled_contacts: [{links: [b, mount]}]", True),
+        ("urdf_elements: ['<gazebo reference=\"mount\"/>']", True),
+        ("urdf_elements: ['<a><bodyName>mount</bodyName></a>']", False),  # only seems to be a name
+        ("urdf_elements: ['<gazebo reference=\"mount_2\"/>']", False),
+        ('mjcf_elements: [\'<contact><exclude body1="mount" body2="b"/></contact>\']', True),
+        ("mjcf_elements: ['<sensor><force site=\"mount\"/></sensor>']", True),
+        ("mjcf_elements: ['<actuator><motor joint=\"mount\"/></actuator>']", False),
+        ("links: {b: {mjcf_elements: ['<camera target=\"mount\"/>']}}", True),
+        ("links: {b: {mjcf_elements: ['<geom material=\"mount\"/>']}}", False),
+        ("links: {b: {mjcf_elements: [5]}}", False),
+        ("edges: [{parent: b, child: c, when: mount}]", False),
+        ("controllers: {c: {params: {frame: mount}}}", False),
+        ("poses: {home: {positions: {mount: 0}}}", False),
+    ],
+)
+def test_what_sits_on_the_mount_or_names_it(text: str, mounted: bool, tmp_path: Path) -> None:
+    assert names_of(tree(tmp_path, text)).mounted is mounted
+
+
+def test_a_part_that_is_placed_calls_its_own_things_anew_and_nothing_else(tmp_path: Path) -> None:
+    fragment = tree(
+        tmp_path,
+        """\
+links: {arm: {mjcf_elements: ['<site name="tip"/><geom material="steel"/>']}, hand: {}}
+joints: {elbow: {type: revolute, parent: mount, child: arm}}
+control: {board: {plugin: some/Plugin, gpio: {lamp: {}}}}
+controllers: {runner: {type: a, params: {joints: [elbow, wheel], gains: {elbow: {p: 1}, wheel: {p: 2}},
+  interfaces: [elbow/position, lamp/state], frame: mount, number: 5}}}
+mjcf_elements: ['<contact><exclude body1="arm" body2="mount"/></contact>',
+  '<sensor><force site="tip"/><touch site="other"/></sensor>',
+  '<contact><pair geom1="arm_collision_1" geom2="floor"/></contact>']
+urdf_elements: ['<gazebo reference="arm"/><gazebo reference="wheel"/>']
+""",
+    )
+    made = placed(fragment, "l_", "base", [1, 0, 0], None, None)
+    assert list(made["links"]) == ["l_arm", "l_hand"]
+    assert made["links"]["l_arm"]["mjcf_elements"] == ['<site name="l_tip"/><geom material="steel"/>']
+    assert made["joints"]["l_elbow"]["parent"] == "base"
+    assert made["controllers"]["l_runner"]["params"] == {
+        "joints": ["l_elbow", "wheel"],
+        "gains": {"l_elbow": {"p": 1}, "wheel": {"p": 2}},
+        "interfaces": ["l_elbow/position", "l_lamp/state"],
+        "frame": "base",
+        "number": 5,
+    }
+    assert made["mjcf_elements"] == [
+        '<contact><exclude body1="l_arm" body2="base"/></contact>',
+        '<sensor><force site="l_tip"/><touch site="other"/></sensor>',
+        '<contact><pair geom1="l_arm_collision_1" geom2="floor"/></contact>',
+    ]
+    assert made["urdf_elements"] == ['<gazebo reference="l_arm"/><gazebo reference="wheel"/>']
+    without = placed(fragment, "l_", "base", None, None, None, kept=False)
+    assert without["urdf_elements"] == fragment["urdf_elements"]
+    assert fragment["joints"]["elbow"]["parent"] == "mount"  # what was given stays as it was
 
 
 def test_nothing_is_given_where_values_have_the_wrong_form(tmp_path: Path) -> None:

@@ -143,7 +143,7 @@ def leaves(package: Path) -> list[str]:
     for one in imports(package):
         importers[one.of].add(one.by)
     for home in (*extending._HOMES.values(), *diagnostics._HOMES.values()):
-        importers[home].add("the door")  # which imports a module when a name of it is asked for
+        importers[home].add("extending")  # the door, which imports a module when a name of it is asked for
     known = modules(package)
     return [
         f"{name}, {module.lines} lines, belongs into {next(iter(importers[name]))}, which alone imports it"

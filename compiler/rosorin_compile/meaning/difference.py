@@ -176,7 +176,7 @@ def lines(difference: Difference, full: bool = False) -> list[str]:
     said = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
     said += [item.text for item in difference.items]
     if not full and len(difference.items) > _MOST:
-        said[2 + _MOST :] = [f"... {len(difference.items) - _MOST} more differences (--full shows them)"]
+        said[2 + _MOST :] = [f"... {counted(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
     said += [f"note: {note}" for note in difference.notes]
     said += [f"not compared: {line}" for line in difference.not_compared]
     return [printable(line, keep="\t") for line in [*said, summary(difference)]]

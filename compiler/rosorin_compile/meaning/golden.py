@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics.progress import Progress
-from ..diagnostics.wording import printable
+from ..diagnostics.wording import counted, printable
 from ..formats import FORMATS, Artifact, Fact, Facts
 from ..model import Robot
 from ..model.looks import colours_of, is_own
@@ -192,7 +192,7 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
     """
     said = [change.line() for change in comparison.changes]
     if not full and len(said) > _MAX_CHANGES:
-        said[_MAX_CHANGES:] = [f"... {len(said) - _MAX_CHANGES} more differences (--full shows them)"]
+        said[_MAX_CHANGES:] = [f"... {counted(len(said) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
     said += [f"{printable(text.file)}: {text.remark}" for text in comparison.texts if text.remark]
     for text in comparison.texts:
         if text.lines and (full or text.shown):

@@ -66,7 +66,14 @@ def test_many_things_that_are_not_compared_are_one_line_for_people(tmp_path: Pat
     assert len(compared(path, path)["not_compared"]) == 10
 
 
-@pytest.mark.parametrize(("count", "more"), [(200, []), (202, ["... 2 more differences (--full shows them)"])])
+@pytest.mark.parametrize(
+    ("count", "more"),
+    [
+        (200, []),
+        (201, ["... 1 more difference (--full shows them)"]),
+        (202, ["... 2 more differences (--full shows them)"]),
+    ],
+)
 def test_of_many_differences_people_see_the_first_ones(tmp_path: Path, count: int, more: list[str]) -> None:
     sides = [urdf(tmp_path, f"{value}.urdf", INERTIAL.format(value)) for value in (1, 2)]
     found = rosorin_compile.diff(*sides)

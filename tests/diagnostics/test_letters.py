@@ -1,6 +1,5 @@
 """Letters: what nobody sees is found, and what looks alike has one look, whatever form a file is written in."""
 
-import doctest
 import unicodedata
 
 import pytest
@@ -11,12 +10,6 @@ from rosorin_compile.diagnostics import did_you_mean, letters
 from rosorin_compile.diagnostics.letters import foreign, look, unseen
 
 NAMES = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=12)
-
-
-def test_what_the_examples_say():
-    failed, tried = doctest.testmod(letters)
-    assert tried >= 5
-    assert not failed
 
 
 @given(NAMES)

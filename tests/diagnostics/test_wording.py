@@ -1,20 +1,11 @@
 """Wording: whatever stands in a file, what is said of it stands on one line and steers no terminal."""
 
-import doctest
-
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import wording
 from rosorin_compile.diagnostics.wording import listed, masked, printable, quoted
 
 TEXTS = st.text(st.characters(), max_size=20)  # lone surrogates too: names of files that are no text
-
-
-def test_what_the_examples_say():
-    failed, tried = doctest.testmod(wording)
-    assert tried >= 8
-    assert not failed
 
 
 @given(TEXTS)

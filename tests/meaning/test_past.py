@@ -153,6 +153,7 @@ def test_links_that_came_and_went(tmp_path: Path, outputs: str) -> None:
     gone = moves(_old(fewer, more), small)
     assert gone.how == {"lamp": "removed"}
     _same_places(large, _old(fewer, more), 1e-9)
+    assert "lamp_joint" in _old(fewer, more).joint or outputs == "mjcf"  # which has no names of fixed joints
     assert [purpose for link, purpose in gone.shapes if link == "lamp"] == ["visual"]
 
 

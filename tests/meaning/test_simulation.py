@@ -44,6 +44,9 @@ CHANGES = {
     ('data="x"', 'data="y"'): 'MJCF elements of the robot: new <custom><text data="y" name="note"/></custom>',
     ('pos="0 0 1"', 'pos="0 0 2"'): 'MJCF elements of base: new <light name="lamp" pos="0.0 0.0 2.0"/>',
     ("at: [0, 0, 0]", "at: [0, 0, 0.1]"): "constraint shut: anchor 0 0 0 -> 0 0 0.1",
+    ("connect, links: [base, arm], at: [0, 0, 0]", "weld, links: [base, arm], xyz: [0, 0, 0.1]"): (
+        "constraint shut: relpose none -> 0 0 0.1 1 0 0 0"
+    ),
     ("poses:", "mjcf_sensors: {angle: {kind: jointpos, joint: hip}}\nposes:"): "new: simulated sensor angle",
 }
 

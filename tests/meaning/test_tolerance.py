@@ -6,9 +6,22 @@ import math
 
 import pytest
 
+from rosorin_compile.diagnostics import Source
 from rosorin_compile.formats import Value
-from rosorin_compile.meaning.tolerance import HERE, Placed, Turn, gap, joined, same_angles, same_value, wrapped
+from rosorin_compile.frontend.load import parse_yaml
+from rosorin_compile.meaning.tolerance import (
+    HERE,
+    Placed,
+    Turn,
+    gap,
+    joined,
+    printing_of,
+    same_angles,
+    same_value,
+    wrapped,
+)
 from rosorin_compile.model import Transform
+from rosorin_compile.numbers import Style
 
 
 @pytest.mark.parametrize(
@@ -70,3 +83,17 @@ def test_two_places_are_one_within_their_tolerances() -> None:
     assert there.inverse().length == pytest.approx(3e-3)
     assert not gap(HERE, there, 0.99).closed
     assert gap(HERE, there, 1.0).closed
+
+
+@pytest.mark.parametrize(
+    ("numbers", "style"),
+    [
+        ("0.123456, 1.5", Style(6, True, True)),
+        ("0.123456, 1234567", Style(6, False, True)),  # a whole number counts, too
+        ("0.000123456, 1234.567891", Style(6, False, False)),  # six digits of one, six after the point of the other
+        ("0.12345678901234567, 1.5", None),
+    ],
+)
+def test_the_digits_of_numbers_say_how_they_were_printed(numbers: str, style: Style | None) -> None:
+    printing = printing_of(parse_yaml(Source("a.yaml", f"mass: [{numbers}]\n")))
+    assert printing.styles["mass"] == printing.general == style

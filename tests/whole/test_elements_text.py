@@ -1,17 +1,8 @@
 """Elements of XML: one spelling of what is the same, and nothing that a depth or a declaration could break."""
 
-import doctest
-
 import pytest
 
-from rosorin_compile.xml import elements
 from rosorin_compile.xml.elements import canonical, tree_of
-
-
-def test_what_the_examples_say():
-    failed, tried = doctest.testmod(elements)
-    assert tried
-    assert not failed
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def row_pair(old: Sequence[float], new: Sequence[float]) -> tuple[str, str]:
     """Return two rows of as many numbers, each number with the digits that tell it from the other one.
 
     >>> row_pair((0.5, 1), (0.5, 1.0000111))
-    ('0.5 1', '0.5 1.0000111')
+    ('0.5 1', '0.5 1.000011')
     """
     pairs = zip(old, new, strict=True)
     before, after = zip(*((number(a, b), number(b, a)) for a, b in pairs), strict=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.pipeline import Compiled, compile_robot
 from rosorin_compile.tools.importer import round_trip
-from rosorin_compile.tools.importer.repeats import finding, names, with_parts
+from rosorin_compile.tools.importer.repeats import finding, with_parts
 from rosorin_compile.tools.importer.repeats.forms import Form, flat, mirrored, nodes_of
 from rosorin_compile.tools.importer.repeats.names import split
 from rosorin_compile.tools.importer.round_trip import RoundTrip, check_round_trip
@@ -31,11 +30,6 @@ WHEEL = """
   <joint name="{1}" type="continuous"><parent link="base"/><child link="{0}"/><origin xyz="0 {y} 0"/>
     <axis xyz="0 1 0"/><limit effort="3" velocity="4"/><dynamics damping="0.1" friction="0.2"/></joint>
 """
-
-
-def test_the_examples_of_names_hold() -> None:
-    failed, tried = doctest.testmod(names)
-    assert (failed, tried > 5) == (0, True)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,172 @@
+"""What two robots differ in, of things that a description alone has, or few robots have; and what is no difference."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.meaning.difference import YAML, Difference, Side
+from rosorin_compile.meaning.robots import compare_robots
+from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Mesh, Pose, Robot, Shape
+from rosorin_compile.model.moveit import CollisionSearch, Moveit
+from rosorin_compile.model.robot import JointPose, Sensor
+from rosorin_compile.model.simulated import BODY_ELEMENT, Simulated
+
+URDF, MJCF, DRIVER = FORMATS["urdf"], FORMATS["mjcf"], FORMATS["robot_model"]
+BALL = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)
+BOX = Shape(Box((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)), name="case")
+MAP = HeightMap((0.0, 0.0), 0.1, ((0.1, 0.2), (0.3, 0.4)), 0.1)
+STAIRS = replace(MAP, bottom=((0.0, 0.1), (0.2, 0.3)))
+ROBOT = Robot(
+    "r",
+    (Link("base", BALL, collision=(BOX,)), Link("arm", BALL), Link("hand", BALL)),
+    (Joint("hip", "continuous", "base", "arm"), Joint("wrist", "fixed", "arm", "hand")),
+)
+
+
+def having(robot: Robot, name: str, **values: object) -> Robot:
+    """Return a robot of which one link has other values."""
+    links = (replace(link, **values) if link.name == name else link for link in robot.links)  # type: ignore[arg-type]
+    return replace(robot, links=tuple(links))
+
+
+def compared(a: Robot, b: Robot, tolerance: float = 1e-9, formats: tuple[object, object] = (YAML, YAML)) -> Difference:
+    return compare_robots(Side("a", formats[0], a), Side("b", formats[1], b), tolerance)  # type: ignore[arg-type]
+
+
+def said(a: Robot, b: Robot) -> list[tuple[str, object, object]]:
+    return [(item.text, item.before, item.after) for item in compared(a, b).items]
+
+
+def shaped(*shapes: Shape) -> Robot:
+    return having(ROBOT, "base", collision=shapes)
+
+
+TOLD = {
+    "modes": (
+        replace(ROBOT, modes=("fast",)),
+        replace(ROBOT, modes=("fast", "slow")),
+        [("the robot: modes fast -> fast slow", "fast", "fast slow")],
+    ),
+    "planning": (
+        replace(ROBOT, moveit=Moveit(urdf="r.urdf", search=CollisionSearch(trials=10))),
+        replace(ROBOT, moveit=Moveit(urdf="s.urdf", search=CollisionSearch(trials=20))),
+        [
+            ("MoveIt: urdf r.urdf -> s.urdf", "r.urdf", "s.urdf"),
+            ("MoveIt: search trials 10 -> 20", "10", "20"),
+        ],
+    ),
+    "a named pose more": (
+        ROBOT,
+        replace(ROBOT, poses=(JointPose("home", {"hip": 0.5}),)),
+        [("new: pose home", None, "home")],
+    ),
+    "a named pose less": (
+        replace(ROBOT, poses=(JointPose("home", {"hip": 0.5}),)),
+        ROBOT,
+        [("removed: pose home", "home", None)],
+    ),
+    "an element for the URDF": (
+        ROBOT,
+        having(ROBOT, "base", urdf_elements=("<lamp/>",)),
+        [("URDF elements of base: 1 new (<lamp/>)", None, "<lamp/>")],
+    ),
+    "no such element any more": (
+        having(ROBOT, "base", urdf_elements=("<lamp/>",)),
+        ROBOT,
+        [("URDF elements of base: 1 removed (<lamp/>)", "<lamp/>", None)],
+    ),
+    "a shape more: names of others are not those of the same": (
+        ROBOT,
+        shaped(replace(BOX, name="lid", pose=Pose((0.5, 0.0, 0.0))), BOX),
+        [("base collision: 1 -> 2 shapes", "", "box 0.2 0.2 0.2 at 0.5 0 0")],
+    ),
+    "a height map of another size": (
+        shaped(Shape(MAP)),
+        shaped(Shape(replace(MAP, heights=((0.1, 0.2, 0.2), (0.3, 0.4, 0.4))))),
+        [("base height map: 2 x 2 -> 2 x 3 cells", "2 x 2", "2 x 3")],
+    ),
+    "a shape less, of which one moved": (
+        shaped(BOX, replace(BOX, pose=Pose((1.0, 0.0, 0.0)))),
+        shaped(replace(BOX, pose=Pose((1.0, 0.0, 0.1)))),
+        [
+            (
+                "base collision: box min z -0.1 -> 0 m, max z 0.1 -> 0.2 m",
+                "box 0.2 0.2 0.2 at 1 0 0",
+                "box 0.2 0.2 0.2 at 1 0 0.1",
+            ),
+            ("base collision: 2 -> 1 shapes", "box 0.2 0.2 0.2 at 0 0 0", ""),
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", TOLD)
+def test_a_difference_is_told_with_what_was_and_what_is(case: str) -> None:
+    a, b, told = TOLD[case]
+    assert said(a, b) == told
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [
+        ROBOT,
+        shaped(Shape(STAIRS)),
+        having(ROBOT, "arm", inertial=Inertial(0.0, Pose(), 0.0, 0.0, 1e-3)),
+        having(ROBOT, "arm", inertial=Inertial(1.0, Pose(), 0.0, 0.0, 0.0)),
+    ],
+)
+def test_a_robot_is_the_same_as_itself_without_any_tolerance(robot: Robot) -> None:
+    assert not compared(robot, robot, 0.0).items
+
+
+def test_modes_are_no_difference_to_a_file_that_has_no_word_for_them() -> None:
+    fast = replace(ROBOT, modes=("fast",))
+    assert not compared(fast, ROBOT, formats=(YAML, URDF)).items
+    assert not compared(ROBOT, fast, formats=(URDF, YAML)).items
+
+
+def test_a_light_link_beside_a_heavy_one_has_changed_alone() -> None:
+    """As a whole the body is the same within the tolerance; nothing else of it makes up for what changed."""
+    heavy = having(ROBOT, "arm", inertial=replace(BALL, mass=100.0))
+    found = compared(heavy, having(heavy, "hand", inertial=replace(BALL, mass=1.01)), 1e-3)
+    assert [item.text for item in found.items] == ["hand mass 1 -> 1.01 kg (+10.0 g)"]
+
+
+def test_a_link_that_hangs_on_another_body_now_has_shapes_still() -> None:
+    moved = replace(
+        having(ROBOT, "hand", collision=(BOX,)), joints=(ROBOT.joints[0], Joint("wrist", "fixed", "base", "hand"))
+    )
+    assert "hand collision: 0 -> 1 shapes" in [item.text for item in compared(ROBOT, moved).items]
+
+
+def test_a_mesh_in_another_folder_is_a_note() -> None:
+    found = compared(shaped(Shape(Mesh("a/case.stl"))), shaped(Shape(Mesh("b/case.stl"))))
+    assert not found.items
+    assert found.notes == ("mesh files are named otherwise: a/case.stl -> b/case.stl",)
+
+
+def test_a_height_map_and_boxes_cannot_be_compared_where_a_link_has_one_box() -> None:
+    found = compared(shaped(Shape(MAP)), ROBOT, formats=(YAML, DRIVER))
+    assert "the collision of base: a height map on one side, boxes on the other" in found.not_compared
+    assert not [item for item in found.items if item.kind == "shape"]
+
+
+def test_things_of_a_simulation_are_counted_where_a_file_has_no_word_for_them() -> None:
+    lit = having(ROBOT, "base", mjcf_elements=("<light/>", "<camera/>"), mjcf={"mocap": True})
+    told = "3 things of a simulation, 1 publisher: b is a URDF, a format without a word for it"
+    assert told in compared(lit, ROBOT, formats=(YAML, URDF)).not_compared
+
+
+def test_a_site_of_a_sensor_is_no_frame_that_a_description_lacks() -> None:
+    site = Simulated(BODY_ELEMENT, "site", "spot", "hand")
+    described = replace(ROBOT, sensors=(Sensor("imu", "imu", "hand", "wrist", simulated=(site,)),))
+    spot = Joint("at_spot", "fixed", "hand", "spot")
+    simulated = replace(ROBOT, links=(*ROBOT.links, Link("spot")), joints=(*ROBOT.joints, spot))
+    found = compared(described, simulated, formats=(YAML, MJCF))
+    assert not found.items
+    told = "spot of b: a simulation has sites and cameras of its own for the sensors of a description"
+    assert told in found.not_compared
+    assert [item.name for item in compared(ROBOT, simulated, formats=(YAML, MJCF)).items] == ["spot"]

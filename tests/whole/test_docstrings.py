@@ -1,0 +1,28 @@
+"""The examples in the documentation of functions say what the functions return."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+
+import pytest
+
+from support.paths import ROOT
+
+PACKAGE = ROOT / "compiler"
+WITH_EXAMPLES = [
+    ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+    for path in sorted((PACKAGE / "rosorin_compile").rglob("*.py"))
+    if ">>>" in path.read_text("utf-8")
+]
+
+
+def test_there_are_examples() -> None:
+    assert len(WITH_EXAMPLES) > 30
+
+
+@pytest.mark.parametrize("name", WITH_EXAMPLES)
+def test_what_the_examples_say(name: str) -> None:
+    failed, tried = doctest.testmod(importlib.import_module(name))
+    assert tried
+    assert not failed

@@ -52,6 +52,7 @@ def authoring() -> Schema:
     definitions["element"] = _with_value(definitions["element"])
     made: Schema = {
         "$schema": "http://json-schema.org/draft-07/schema#",
+        "$id": "authoring",
         "title": plain["title"],
         "description": f"{plain['description']} This file, or the one that includes it, begins with robot.",
         "type": "object",

@@ -20,6 +20,12 @@ from support.commands import HANDY, Shown
 from support.paths import SCHEMAS
 
 BROKEN = "robot: broken\nlinks: {base_link: {}}\njoints: {lift: {type: fixed, parent: base_link, child: nope}}\n"
+FLEET = """\
+{"sweep": 1, "description": "descriptions/handy/robot.yaml", "arguments": {}, "variants": [
+{"name": "small", "arguments": {"scale": 1.0}, "status": "made", "artifacts": {}, "diagnostics": []},
+{"name": "large", "arguments": {"scale": 2.0}, "status": "made", "artifacts": {}, "diagnostics": []}
+]}
+"""
 pytestmark = pytest.mark.usefixtures("project")
 PROJECT = {
     **HANDY,
@@ -29,6 +35,8 @@ PROJECT = {
     "package/package.xml": "<package/>",
     "list.csv": "name,scale\nsmall,1\nlarge,2\n",
     "wrong.csv": "name,skale\nsmall,1\n",
+    "fleet.json": FLEET,
+    "half.json": FLEET.removesuffix("]}\n"),
 }
 HAND = "descriptions/handy"
 
@@ -36,6 +44,8 @@ HAND = "descriptions/handy"
 CASES: dict[str, tuple[str, str, str]] = {
     "all": (f"all {HAND}", "all broken.yaml", "all nobody"),
     "check": (f"check {HAND}", "check broken.yaml", "check nobody"),
+    "check fleet": ("check fleet fleet.json", "check fleet half.json", "check fleet nothing.json"),
+    "check physics": (f"check physics {HAND}", "check physics broken.yaml", "check physics nobody"),
     "deploy": (f"deploy {HAND} --to package", "deploy broken.yaml -o package", f"deploy {HAND} --to nowhere"),
     "import": ("import arm.urdf -o made", "import broken.urdf -o made", "import nothing.urdf"),
     "init": ("init rover", "", "init handy"),
@@ -56,7 +66,7 @@ CASES: dict[str, tuple[str, str, str]] = {
     "tf": (f"tf {HAND} base_link eye_link", "tf broken.yaml base_link nope", "tf base_link"),
 }
 # What commands answer alone, with --format json-list: their result, or the messages.
-MESSAGES = ("all", "check", "deploy", "import", "package", "sweep")
+MESSAGES = ("all", "check", "check fleet", "check physics", "deploy", "import", "package", "sweep")
 RESULTS = [name for name in CASES if name not in (*MESSAGES, "init")]
 
 
@@ -69,6 +79,14 @@ def asked(capsys: Shown, words: str, form: str = "json") -> tuple[int, Any]:
         code = end.code if isinstance(end.code, int) else 1
     printed = capsys.readouterr().out
     return code, json.loads(printed) if printed else None
+
+
+@pytest.fixture(autouse=True)
+def _engine(request: pytest.FixtureRequest) -> None:
+    """Skip what asks MuJoCo where it is not installed."""
+    if "check physics" in request.node.name:
+        pytest.importorskip("mujoco", minversion="4")
+        pytest.importorskip("trimesh")
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -153,7 +171,7 @@ def test_each_schema_of_an_answer_is_one_and_can_be_printed_by_its_id(capsys: Sh
 
 
 def test_the_other_schemas_of_documents_have_their_names_for_ids_too() -> None:
-    for name in ("robot_model", "static_tf", "recording", "robot_diff", "page"):
+    for name in ("authoring", "description", "robot_model", "static_tf", "recording", "robot_diff", "page"):
         assert json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))["$id"] == name
 
 

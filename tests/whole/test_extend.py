@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -109,6 +110,9 @@ def test_it_is_listed_and_the_schema_is_as_it_was(machine: Machine):
 
 def test_the_command_and_the_check(machine: Machine):
     assert machine.run("balls", "cart", code=0).startswith("cart: ball, radius 0.04 m, 2.09 kg\n")
+    answer = json.loads(machine.run("balls", "cart", "--format", "json", code=0))
+    assert [one["link"] for one in answer["result"]] == ["ball", "base"]
+    assert answer["schema"] == "answer"
     assert "all balls have 4.09 kg, and a parcel takes 4 kg" in machine.run("check", "parcel", "cart", code=1)
     assert machine.run("check", "parcel", "cart", "--most", "5", code=0) == "cart: 4.09 kg, which a parcel takes\n"
 

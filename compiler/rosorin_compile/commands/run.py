@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -117,6 +117,10 @@ class Run:
         from .transforms.states import asked_for
 
         return asked_for(case, self.options, self.console)
+
+    def tell_of_robot(self, more: Mapping[str, object]) -> None:
+        """Add to what the answer says of the robot at hand, in a command that goes through robots."""
+        tell_of_robot(self.options, more)
 
     def finish(self) -> None:
         """End what is said, and append it to the summary if one is asked for. Raises WrongUsage."""

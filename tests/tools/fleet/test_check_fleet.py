@@ -14,6 +14,7 @@ import pytest
 from rosorin_compile.cli import main
 from rosorin_compile.formats.page import data_of
 from rosorin_compile.tools.fleet import columns as columns_module
+from support.answers import hold
 from support.commands import Shown
 from support.fleets import BOT, Rows, calibrated, lines_of, rewrite, swept
 from support.schemas import schema
@@ -52,6 +53,22 @@ def test_a_sound_fleet(home: Path, capsys: Shown) -> None:
     assert first.startswith("lidar_x, mm")
     assert "▁" <= max(first) <= "█"
     assert gives == "  gives laser origin x, lidar_frame origin x"
+
+
+def test_what_a_program_gets_of_a_fleet(home: Path, capsys: Shown) -> None:
+    file = planted(home, "r004", {"lidar_x": 48.1})
+    capsys.readouterr()
+    assert main(["check", "fleet", str(file), "--format", "json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    hold(answer)
+    result = answer["result"]
+    assert (result["robots"], result["made"], result["with_outliers"], result["with_stand_ins"]) == (10, 10, 1, 10)
+    numbers = {one["name"]: one for one in result["numbers"]}
+    assert numbers["lidar_x"]["gives"] == ["laser origin x", "lidar_frame origin x"]
+    assert (numbers["lidar_x"]["unit"], numbers["lidar_x"]["largest"]) == ("m", 48.1)
+    assert [(one["robot"], one["number"], one["value"]) for one in result["outliers"]] == [("r004", "lidar_x", 48.1)]
+    said = shown(capsys, file)
+    assert f"{result['differing']} numbers of the artifacts differ, {result['same']} are the same in all robots" in said
 
 
 @pytest.mark.parametrize(

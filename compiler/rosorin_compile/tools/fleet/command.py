@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,13 +25,14 @@ from rosorin_compile.diagnostics import (
     listed,
     printable,
 )
-from rosorin_compile.extending import FINE, PROBLEMS, Run, WrongUsage, world
+from rosorin_compile.extending import FINE, PROBLEMS, Run, WrongUsage, give_result, world
 
+from .answers import CheckedFleet, FleetOutlier
 from .columns import Columns, Texts
 from .judging import Far, Row, far_of, outliers, rows_of
 from .spread import FEWEST
 from .sweep_file import SweepFile, Variant, span_of
-from .telling import add_table, table, texts_of
+from .telling import add_table, table, texts_of, told_of
 
 if TYPE_CHECKING:
     from rosorin_compile.extending import Parser
@@ -242,10 +244,33 @@ class Fleet:
             words.append(f"medians are those of {drawn:,} drawn robots")
         return "; ".join(words)
 
+    def counts(self) -> tuple[int, int]:
+        """Return how many numbers of the artifacts differ between robots, and how many are the same in all."""
+        differing = sum(1 for row in self.rows if not row.is_argument) + sum(len(row.follow) for row in self.rows)
+        return differing, self.columns.count() - differing
+
+    def answer(self, fine: bool) -> CheckedFleet:
+        """Return what a program gets; ``fine``: there is no error."""
+        differing, same = self.counts()
+        far = [(self.columns.robots[robot], one) for robot, found in self.far.items() for one in found]
+        return CheckedFleet(
+            file=str(self.file.path),
+            fine=fine,
+            robots=self.total,
+            made=self.made,
+            failed=self.failed.count,
+            with_outliers=len(self.far),
+            with_stand_ins=self.stand_ins.robots,
+            drawn=len(self.columns.drawn),
+            differing=differing,
+            same=same,
+            numbers=[told_of(row) for row in self.rows],
+            outliers=[FleetOutlier(name, one.row.label, one.value, one.sigmas) for name, one in far],
+        )
+
     def numbers(self, full: bool) -> list[str]:
         """Return the lines about numbers: the table of those that differ, and how many are equal."""
-        differing = sum(1 for row in self.rows if not row.is_argument) + sum(len(row.follow) for row in self.rows)
-        same = self.columns.count() - differing
+        differing, same = self.counts()
         if not self.made:
             return []
         lines = table(self.rows, full) if self.rows else []
@@ -286,6 +311,7 @@ def run(options: argparse.Namespace) -> int:
 
         write(fleet, diagnostics, options, console)
     console.end(failed)
+    give_result(options, asdict(fleet.answer(not failed)), str)
     run.finish()
     return PROBLEMS if failed else FINE
 

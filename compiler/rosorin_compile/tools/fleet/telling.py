@@ -10,6 +10,7 @@ from typing import Any
 
 from rosorin_compile.diagnostics import Console, counted, first_of, printable
 
+from .answers import FleetNumber
 from .columns import ARGUMENT, Columns
 from .judging import Row
 
@@ -144,6 +145,22 @@ def add_table(rows: Sequence[Row], console: Console) -> None:
     """Add the numbers that differ to what is said in Markdown, as a table."""
     lines = [(*_cells(row), bar(row, _BINS).strip()) for row in rows]
     console.add_table("number", (*_HEADS, "histogram"), lines, code=(0, len(_HEADS)))
+
+
+def told_of(row: Row) -> FleetNumber:
+    """Return a number that differs for a program."""
+    spread = row.spread
+    return FleetNumber(
+        row.label,
+        row.is_argument,
+        row.unit,
+        spread.robots,
+        spread.smallest,
+        spread.median,
+        spread.largest,
+        spread.width,
+        [str(column.fact.about) for column in row.follow],
+    )
 
 
 def page_rows(rows: Sequence[Row]) -> list[dict[str, Any]]:

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile import Case
-from rosorin_compile.diagnostics import Diagnostic, Progress, arrange, counted, listed
+from rosorin_compile.diagnostics import Diagnostic, Progress, arrange
 from rosorin_compile.extending import Description, Places, world
 
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
+from .answers import LookedAt
 from .files import Meshes, named_meshes
 from .overlaps import ZERO, State
 from .scene import Scene
@@ -22,10 +23,10 @@ _NAMES = {"collada": "pycollada", "mujoco": "'mujoco>=4'"}
 
 
 class Looked(NamedTuple):
-    """What was found, and at what was looked, in words."""
+    """What was found, and at what was looked."""
 
     diagnostics: list[Diagnostic]
-    at: str
+    at: LookedAt
 
 
 def lacking() -> str:
@@ -70,10 +71,8 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
     found += overlaps.told(case, scene, states, always)
     found += sweeps.told(case, scene, swept.meetings)
     found += rest.told(case, starts, tick)
-    at = [counted(len(poses) - 1, "pose"), "zero"]
-    at += [f"the ranges of {counted(len(joints), 'joint')}"] if joints else []
-    at += [counted(len({one.mesh.file for one in named}), "mesh")] if named else []
-    return Looked(arrange(case.settled(found, "physics")), listed(at if len(poses) > 1 else at[1:]))
+    at = LookedAt(len(poses) - 1, len(joints), len({one.mesh.file for one in named}))
+    return Looked(arrange(case.settled(found, "physics")), at)
 
 
 def _legal(scene: Scene) -> State:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import counted, has_errors, listed
@@ -18,7 +19,7 @@ from rosorin_compile.extending import (
     is_foreign,
 )
 
-from .checking import lacking, look
+from .checking import Looked, lacking, look
 
 if TYPE_CHECKING:
     from rosorin_compile.extending import Parser
@@ -32,13 +33,13 @@ def options(command: Parser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Check the physics of each robot."""
     _check_installed()
-    return for_each(options, _check)
+    return for_each(options, _answered)
 
 
 def after(_options: argparse.Namespace) -> Callable[[Run, Description], int]:
     """Return what does so with a robot that was compared; what its description says wrongly was told then."""
     _check_installed()
-    return lambda run, description: _check(run, description, was_told=not is_foreign(description.path))
+    return lambda run, description: _code(_check(run, description, was_told=not is_foreign(description.path)))
 
 
 def _check_installed() -> None:
@@ -47,13 +48,23 @@ def _check_installed() -> None:
         raise WrongUsage(f"check physics needs what is not installed: pip install {missing}")
 
 
-def _check(run: Run, description: Description, was_told: bool = False) -> int:
+def _answered(run: Run, description: Description) -> int:
+    looked = _check(run, description)
+    run.tell_of_robot({"looked_at": looked and asdict(looked.at)})
+    return _code(looked)
+
+
+def _check(run: Run, description: Description, was_told: bool = False) -> Looked | None:
     case = run.understood(description, quietly=was_told)
     if case is None:
-        return PROBLEMS
+        return None
     looked = look(case, description, run.given.packages)
     run.console.show(looked.diagnostics)
     severities = Counter(diagnostic.severity for diagnostic in looked.diagnostics)
     found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
     run.console.say(f"{description.name}: physics of {looked.at}: {found or 'nothing to say'}")
-    return PROBLEMS if has_errors(looked.diagnostics) else FINE
+    return looked
+
+
+def _code(looked: Looked | None) -> int:
+    return PROBLEMS if looked is None or has_errors(looked.diagnostics) else FINE

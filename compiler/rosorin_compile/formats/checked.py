@@ -7,6 +7,7 @@ such things are accepted by an entry of ``accept``, and said. What no reader can
 from __future__ import annotations
 
 from ..diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
+from ..diagnostics.progress import Progress
 from ..frontend.accepting import settled
 from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
@@ -22,6 +23,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
     There is no tree if anything is wrong that cannot be accepted. ``lenient`` accepts more.
     """
+    Progress.step("validating")
     wrong = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if wrong:
         return None, wrong

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnostics import ERROR, NOTE, Diagnostic, Source, Span, error, has_errors
+from ..diagnostics.progress import Progress
 from ..diagnostics.registry import READING, Rule
 from ..plugins import PluginFailed
 from ..project import ENDINGS, stdin_of
@@ -55,6 +56,7 @@ def read(path: Path, options: ReadOptions, asked: Span | None = None) -> Importe
 
 
 def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
+    Progress.step(f"reading {path.name}")
     suffix = path.suffix.lower()
     if suffix in ENDINGS:
         message = f"{path.name} is a description already, or another file in YAML"

@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from ..diagnostics.progress import Progress
 from ..diagnostics.wording import first_of
 from ..formats import Value
 from ..formats.format import About
@@ -41,7 +42,8 @@ class Frames(NamedTuple):
 def compare_frames(pairing: Pairing) -> Frames:
     """Return which frames moved, by how much, and at which positions of the joints."""
     work = _Frames(pairing)
-    for top in pairing.bodies:
+    for index, top in enumerate(pairing.bodies):
+        Progress.step("comparing frames", index, len(pairing.bodies))
         work.body(top)
     work.items += _elsewhere(pairing)
     return Frames(work.items, work.notes, work.clusters, work.coordinates)
@@ -311,7 +313,9 @@ def furthest(pairing: Pairing, coordinates: Coordinates, items: Sequence[Item]) 
     root = a.root if a.root in b.link else next(iter(pairing.shared), "")
     best: tuple[float, float, str, dict[str, float]] = (0.0, 0.0, "", {})
     zeros = {name: coordinate.of(0.0) for name, coordinate in coordinates.items()}
-    for state in whole_states(a, b):
+    states = whole_states(a, b)
+    for index, state in enumerate(states):
+        Progress.step("comparing states", index, len(states))
         counted = {name: coordinates[name].of(value) if name in coordinates else value for name, value in state.items()}
         first = a.poses_in_root(state)
         # A follower of B follows its own leader.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from ..diagnostics.progress import Progress
 from ..formats import FORMATS, Format
 from ..formats.facts import COLLISION
 from ..formats.format import About
@@ -63,7 +64,8 @@ def compare_shapes(
     capsules = _capsules_told(pairing, sides, purpose)
     asked = Purpose(purpose, (sides[0].format, sides[1].format), capsules)
     work = _Shapes(pairing, asked)
-    for top, goal in pairing.bodies.items():
+    for number, (top, goal) in enumerate(pairing.bodies.items()):
+        Progress.step("comparing shapes", number, len(pairing.bodies))
         frame = clusters[top][0][0] if clusters.get(top) else ""
         work.body(pairing.a.members[top], pairing.b.members[goal], frame)
     done = {name for top in pairing.bodies for name in pairing.a.members[top] if _same_body(pairing, top, name)}

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics.console import Console
+from ...diagnostics.progress import Progress
 from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
 from ...project import Description
@@ -185,7 +186,10 @@ def _answer(known: Known, source: str, target: str, asked: Asked, options: argpa
             console.warn(f'rosorin-compile: in these modes nobody publishes the frame "{frame}"')
             return PROBLEMS
     try:
-        answers = [lookup(graph, source, target, state) for state in asked.states]
+        answers = []
+        for number, state in enumerate(asked.states):
+            Progress.step("looking up", number, len(asked.states))
+            answers.append(lookup(graph, source, target, state))
     except NoWay as problem:
         console.show([_no_way(known, problem)])
         return PROBLEMS

@@ -18,6 +18,7 @@ from typing import Any
 from ... import world
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.bounded import json_of
+from ...diagnostics.progress import Progress
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of, listed
 from ...model import Output, Pose, Robot
@@ -86,7 +87,11 @@ class Embedding:
 
     def take(self, data: Data, robot: Robot, files: Mapping[str, Path]) -> None:
         """Put the meshes and the images of a robot into its data."""
-        data["meshes"] = {name: self._mesh(name, files.get(name)) for name in mesh_names(robot)}
+        names = list(mesh_names(robot))
+        data["meshes"] = {}
+        for number, name in enumerate(names):
+            Progress.step("reading meshes", number, len(names))
+            data["meshes"][name] = self._mesh(name, files.get(name))
         if "textures" in data:
             data["textures"] = {name: self._image(name, files.get(name)) for name in texture_names(robot)}
 

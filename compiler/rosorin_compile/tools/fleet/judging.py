@@ -14,7 +14,7 @@ from itertools import combinations, pairwise
 from typing import NamedTuple
 
 from rosorin_compile import Fact, Value
-from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Related, Rule, Span, counted, listed
+from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Progress, Related, Rule, Span, counted, listed
 
 from .columns import ARGUMENT, Column, Columns
 from .spread import Spread, Typo, is_same, spread_of, straight, typo
@@ -126,7 +126,8 @@ def rows_of(columns: Columns) -> list[Row]:
     every = list(columns.columns())
     arguments = [_row(column) for column in every if column.fact.kind == ARGUMENT]
     others = []
-    for column in every:
+    for at, column in enumerate(every):
+        Progress.step("comparing numbers", at, len(every))
         if column.fact.kind == ARGUMENT:
             continue
         cause = _cause(column, arguments)

@@ -140,6 +140,7 @@ def _world(mujoco: object, case: Case, description: Description, given: Given, b
 
     from .world import World, simulated
 
+    Progress.step("building the model")
     robot = case.robot
     formats = [one.name for one in FORMATS.values() if one.refusal is not None and one.write is not None]
     output = next((one for one in robot.outputs if one.backend in formats), None)

@@ -18,6 +18,7 @@ from rosorin_compile.diagnostics import (
     WARNING,
     Diagnostic,
     Heading,
+    Progress,
     Rule,
     and_more,
     counted,
@@ -111,6 +112,7 @@ RULES = (
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """Return what is wrong with a recording, held against the description and the compiled artifacts."""
+    Progress.step("judging the recording")
     findings = list(recording.troubles)
     prefixed = judge_tree.prefixed(recording)
     if prefixed is not None:  # of frames that have other names nothing else can be said

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.diagnostics import Console, Diagnostic, pip_install
+from rosorin_compile.diagnostics import Console, Diagnostic, Progress, pip_install
 from rosorin_compile.extending import (
     FINE,
     PROBLEMS,
@@ -158,7 +158,9 @@ class _Followed:
 
     def _compile(self) -> None:
         """Read the robot, and tell the pages; after an error the last one stays."""
+        Progress.begin()
         looked = _looked(self.given, self.description, self.console)
+        Progress.wipe()
         errors = [one for one in looked.diagnostics if one.severity == "error"]
         self.console.show(errors)
         for file in looked.files:

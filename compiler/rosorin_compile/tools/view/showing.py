@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile import Explained
-from rosorin_compile.diagnostics import WARNING, Console, Diagnostic, Span, printable
+from rosorin_compile.diagnostics import WARNING, Console, Diagnostic, Progress, Span, printable
 from rosorin_compile.extending import Description, Given, Places, is_foreign, world
 
 from ...formats.page import MESHES, Embedding
@@ -163,7 +163,8 @@ def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
         told = ({**one, "text": _without(one["text"], files)} for one in data["warnings"])
         data["warnings"] = [{**one, **_sent(one)} for one in told]
     links = []
-    for link in data["links"]:
+    for number, link in enumerate(data["links"]):
+        Progress.step("explaining", number, len(data["links"]))
         said = shown.explained(link["name"]) if len(data["links"]) <= _EXPLAINED else []
         said = [_without(line, files) for line in said]
         links.append({**link, **_sent(link), **({"said": said} if said else {})})

@@ -10,6 +10,8 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
+from rosorin_compile.diagnostics import Progress
+
 from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of, sliced
 from .names import MOUNT, Split, identity, is_left, split, whole
 from .parameters import MAX_PARAMETERS, Owner, Parameters, differences, owners
@@ -139,7 +141,8 @@ class Finder:
         ]
         covered: set[int] = set()
         several += _trunks(body, shapes, own)
-        for those in sorted(several, key=lambda some: (-len(some[0]), -len(some), some[0])):
+        for number, those in enumerate(sorted(several, key=lambda some: (-len(some[0]), -len(some), some[0]))):
+            Progress.step("finding what repeats", number, len(several))
             covered |= self._tried(body, [one for one in those if covered.isdisjoint(one)])
 
     def _tried(self, body: Body, members: list[tuple[int, ...]]) -> set[int]:

@@ -129,12 +129,6 @@ class Text(str):
 
     __slots__ = ()
 
-    def quoted(self) -> str:
-        """Return it as a scalar in double quotes, which every reader of YAML takes for just this text."""
-        from .yaml_text import quoted
-
-        return quoted(self)
-
 
 class Kept(Text):
     """Elements of XML among the sections of a part or the rounds of a loop: text that knows how it came there."""

@@ -37,6 +37,10 @@ class Scalar(str):
         """Return it on one line, in quotes only where it has to be; ``flow`` is inside brackets."""
         return scalar(self, flow)
 
+    def quoted(self) -> str:
+        """Return it in double quotes, which every reader of YAML takes for just this text."""
+        return quoted(self)
+
     @property
     def is_raw(self) -> bool:
         """Whether every letter can stand in a file as it is; a line end cannot."""

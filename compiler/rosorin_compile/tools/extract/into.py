@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from rosorin_compile.diagnostics import Heading, Rule, Source
-from rosorin_compile.extending import ExtractProblem, LoadError, Map, Seq, Text, parse_yaml, read_utf8
+from rosorin_compile.extending import ExtractProblem, LoadError, Map, Scalar, Seq, parse_yaml, read_utf8
 from rosorin_compile.model import HeightMap
 
 from . import writing
@@ -127,7 +127,7 @@ def _values(text: str, there: yaml.CollectionNode, block: Block, made: HeightMap
     wanted: dict[str, tuple[Any, str]] = {
         "origin": (list(made.origin), writing.row(made.origin)),
         "cell": (made.cell, writing.length(made.cell)),
-        "method": (made.method, Text(made.method).quoted()),
+        "method": (made.method, Scalar(made.method).quoted()),
     }
     if made.step != block.height_map.get("step", made.cell):
         wanted["step"] = (made.step, writing.length(made.step))

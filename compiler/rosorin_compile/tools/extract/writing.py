@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.diagnostics import Heading, Rule
-from rosorin_compile.extending import ExtractProblem, Holding, OutputError, Scalar, Text, exact, world
+from rosorin_compile.extending import ExtractProblem, Holding, OutputError, Scalar, exact, world
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
 
 from ..importer.layout import escaped
@@ -55,7 +55,7 @@ def length(value: float) -> str:
 
 def source(status: str, note: str) -> str:
     """Return the value of ``source``."""
-    return f"{{status: {status}, note: {Text(note).quoted()}}}"
+    return f"{{status: {status}, note: {Scalar(note).quoted()}}}"
 
 
 def shape(piece: Shape) -> str:
@@ -105,7 +105,7 @@ def height_map(link: str, made: HeightMap, status: str, note: str) -> list[str]:
         f"          origin: {row(made.origin)}",
         f"          cell: {length(made.cell)}",
         *([f"          step: {length(made.step)}"] if made.step != made.cell else []),
-        f"          method: {Text(made.method).quoted()}",
+        f"          method: {Scalar(made.method).quoted()}",
         f"          heights:           # a row is {length(made.cell)} of x, a number in it of y; 0 is no body",
     ]
     lines += [f"            - {text}" for text in height_rows(made.heights)]

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rosorin_compile.diagnostics import Heading, Rule, error
-from rosorin_compile.extending import LoadError, Map, Text, world
+from rosorin_compile.extending import LoadError, Map, Scalar, world
 
 RULES = (
     Rule(
@@ -90,7 +90,7 @@ def text(folder: Path, robot: str, places: Mapping[str, str]) -> str:
     robots[robot] = dict(places)
     lines = [f"# Where rosorin-compile deploy puts artifacts in this folder ({NOWHERE}: not here).", "robots:"]
     for name in sorted(robots):
-        lines.append(f"  {Text(name).quoted()}:")
+        lines.append(f"  {Scalar(name).quoted()}:")
         entries = sorted(robots[name].items())
-        lines += [f"    {Text(output).quoted()}: {Text(place).quoted()}" for output, place in entries]
+        lines += [f"    {Scalar(output).quoted()}: {Scalar(place).quoted()}" for output, place in entries]
     return "\n".join(lines) + "\n"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Artifact, Templates
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error
-from rosorin_compile.extending import FORMATS, Description, Text, world
+from rosorin_compile.extending import FORMATS, Description, Scalar, world
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 
 from . import meshes, papers, starting, views
@@ -211,7 +211,7 @@ def _made(
         "urdf": urdf.removeprefix("urdf/"),
         "rviz": rviz,
         "literal": repr,
-        "quoted": lambda text: Text(text).quoted(),
+        "quoted": lambda text: Scalar(text).quoted(),
         "comment": Templates.comment,
         "contents": sorted([*_contents(placed, rviz, carried), *started.contents()]),
         "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],

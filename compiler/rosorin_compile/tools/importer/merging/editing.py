@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from rosorin_compile.diagnostics import Source
-from rosorin_compile.extending import LoadError, Path, Text, parse_yaml
+from rosorin_compile.extending import LoadError, Path, Scalar, parse_yaml
 
 from .three_way import MISSING, OURS, Change, same
 
@@ -338,5 +338,5 @@ def _flow(node: Any, text: _Text) -> str:
         return f"[{', '.join(_flow(item, text) for item in node.value)}]"
     written = text.text[node.start_mark.index : text.end(node)]
     if node.style is None:
-        return Text(node.value).quoted() if re.search(r"[\[\]{},\n]", written) else written or "null"
-    return written if node.style in "\"'" and "\n" not in written else Text(node.value).quoted()
+        return Scalar(node.value).quoted() if re.search(r"[\[\]{},\n]", written) else written or "null"
+    return written if node.style in "\"'" and "\n" not in written else Scalar(node.value).quoted()

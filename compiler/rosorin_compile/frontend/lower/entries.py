@@ -78,11 +78,6 @@ def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
     return record_of(Actuator, entry, gear=gears, mjcf=values_of(entry.get("mjcf")))
 
 
-def pair_of(value: Any) -> tuple[float, float] | None:
-    """Return two numbers of a description; None if they are not given."""
-    return None if value is None else (float(value[0]), float(value[1]))
-
-
 def values_of(entry: Mapping[str, Any] | None) -> dict[str, Attribute]:
     """Return attributes in MuJoCo's words, by name."""
     return {name: attribute_of(value) for name, value in sorted(entry.items())} if entry else {}

@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile import __version__
 from rosorin_compile.cli import main
-from rosorin_compile.commands import robots
+from rosorin_compile.commands import run as running
 from rosorin_compile.commands.schema import names
 from support.answers import hold, validator
 from support.commands import HANDY, Shown
@@ -177,8 +177,8 @@ def test_the_other_schemas_of_documents_have_their_names_for_ids_too() -> None:
 
 def test_the_answer_of_a_run_is_no_part_of_what_a_robot_is_remembered_by(monkeypatch: pytest.MonkeyPatch) -> None:
     keys: list[list[str]] = []
-    key = robots._key
-    monkeypatch.setattr(robots, "_key", lambda *given: keys.append(key(*given)) or keys[-1])
+    key = running._key
+    monkeypatch.setattr(running, "_key", lambda *given: keys.append(key(*given)) or keys[-1])
     assert main(["all", HAND]) == main(["all", HAND]) == 0
     assert keys[0] == keys[1]
     assert "Answer" not in str(keys)

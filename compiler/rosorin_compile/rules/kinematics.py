@@ -40,7 +40,8 @@ def known_joints(case: Case) -> Iterator[Diagnostic]:
 
 def _mentions(case: Case, kind: str) -> Iterator[Mention]:
     """Yield what names links or joints in the description, and in the options of its outputs."""
-    yield from (one for one in case.mentions(kind) if one.among == "")
+    named = [one for one in case.mentions(kind) if one.among == ""]
+    yield from sorted(named, key=lambda one: one.path[0] == "moveit")  # what planners are told comes after the robot
     option = {"link": "rename", "joint": "joints"}[kind]
     for output in case.robot.outputs:
         for index, name in enumerate(output.options.get(option, ())):

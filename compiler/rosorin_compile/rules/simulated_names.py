@@ -13,6 +13,7 @@ from typing import NamedTuple
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
 from ..frontend.annotations import SIMULATION
+from ..frontend.expand.naming import ENDS, KINDS
 from ..frontend.mentions import Mention, mentions
 from ..frontend.tree import Path
 from ..model import Robot
@@ -26,12 +27,10 @@ from .case import Case
 
 AFTER = "xml_elements"
 
-# What MuJoCo makes of a joint that moves in several ways.
-BALL = "ball"
-SEVERAL = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
-# How a kind is called here.
-WORDS: Mapping[str, str] = {BODY: "link", GEOM: "shape", EQUALITY: "constraint", KEY: "pose", "pair": "contact pair"}
-_KINDS = {"link": BODY, "shape": GEOM}  # our words for what MuJoCo calls otherwise
+BALL = "ball"  # a joint of several positions, as those of ENDS
+# How a kind is called here, and what MuJoCo calls what is called otherwise here.
+WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
+_KINDS = {word: kind for kind, word in KINDS.items()}
 _MAX_RELATED = 3
 
 
@@ -130,7 +129,7 @@ class Names:
     def _joints(self) -> set[str]:
         robot = self.robot
         names = {joint.name for joint in robot.joints if joint.moves or joint.type == BALL}
-        names |= {joint.name + end for joint in robot.joints for end in SEVERAL.get(joint.type, ())}
+        names |= {joint.name + end for joint in robot.joints for end in ENDS.get(joint.type, ())}
         if any(stands_free(robot, output) for output in robot.outputs):
             names.add(free_joint(robot))
         return names
@@ -217,7 +216,7 @@ def _said(names: Names, kind: str, name: str, what: str, path: Path) -> tuple[st
         joint = robot.joint[name]
         if joint.is_fixed:
             return "joint-is-fixed", f'joint "{name}", {what}, is fixed', "name a joint that moves"
-        parts = " or ".join(f'"{name}{end}"' for end in SEVERAL[joint.type])
+        parts = " or ".join(f'"{name}{end}"' for end in ENDS[joint.type])
         message = f'joint "{name}", {what}, is {joint.type} and has no single position'
         return "joint-has-no-position", message, f"name one of the joints that MuJoCo has for it: {parts}"
     if kind == GEOM and names.shapes.get(name, 0) > 1:

@@ -25,10 +25,10 @@ THINGS = (
     *("actuator", "tendon", "constraint", "sensor of MuJoCo", "site", "camera", "light"),
 )
 _ELEMENT = "element"  # whatever an element of MJCF is, beside its kind
-_KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # MuJoCo's words for ours
-# Names that the MJCF makes of that of a link, and ends of those that it makes of that of a joint.
+KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # MuJoCo's words for ours
+# Names that the MJCF makes of that of a link, and ends of those that it makes of one of a joint of several positions.
 _MADE = re.compile(r"(.+)_(?:collision|visual)_\d+")
-_ENDS = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
+ENDS = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,11 @@ class Names:
 def names_of(fragment: Map) -> Names:
     """Return the names that a fragment of a description gives, those of its elements of MJCF too."""
     found: dict[str, set[str]] = {}
-    for kind, name in _given(fragment):
+    inside = [one for node, value in _sections(fragment) for one in _inside(node, value)]
+    for kind, name in _given(fragment, inside):
         found.setdefault(kind, set()).add(name)
-    inside = any(True for node, value in _sections(fragment) for _ in _inside(node, value))
-    return Names({kind: frozenset(names) for kind, names in found.items()}, _mentions_mount(fragment), inside)
+    mounted = any(_mentions_mount(*one) for one in _sections(fragment)) or any(_uses_mount(*one) for one in inside)
+    return Names({kind: frozenset(names) for kind, names in found.items()}, mounted, bool(inside))
 
 
 def _sections(fragment: Map) -> Iterator[tuple[Node, Any]]:
@@ -90,18 +91,19 @@ def _sections(fragment: Map) -> Iterator[tuple[Node, Any]]:
             yield node, value
 
 
-def _given(fragment: Map) -> Iterator[tuple[str, str]]:
+def _given(fragment: Map, inside: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, str]]:
     for node, value in _sections(fragment):
         yield from _given_at(node, value)
         yield from _ends(node, value)
-        yield from (one for inside, text in _inside(node, value) for one in _of_elements(inside, text))
+    for how, value in inside:
+        yield from _of_elements(how, value)
 
 
 def _ends(node: Node, section: Any) -> Iterator[tuple[str, str]]:
     """Yield the names that the MJCF has for a joint that moves in several ways."""
     if node.keys is not None and node.keys.gives == "joint" and isinstance(section, Map):
         for name, joint in section.items():
-            ends = _ENDS.get(str(joint.get("type")), ()) if isinstance(joint, Map) else ()
+            ends = ENDS.get(str(joint.get("type")), ()) if isinstance(joint, Map) else ()
             yield from (("joint", name + end) for end in ends)
 
 
@@ -109,7 +111,7 @@ def _of_elements(inside: str, text: str) -> Iterator[tuple[str, str]]:
     """Yield the names that elements of MJCF give, by kind and as what they are: an element."""
     if inside in ("mjcf", "mjcf_body") and isinstance(text, str):
         for one in (one for found in found_in(text) for one in given(found, inside == "mjcf") if one.attribute):
-            yield from ((_KINDS.get(one.kind, one.kind), one.name), (_ELEMENT, one.name))
+            yield from ((KINDS.get(one.kind, one.kind), one.name), (_ELEMENT, one.name))
 
 
 def _given_at(node: Node, value: Any) -> Iterator[tuple[str, str]]:
@@ -155,21 +157,13 @@ def _inside(node: Node, value: Any) -> Iterator[tuple[str, Any]]:
         yield from _inside(below, inner)
 
 
-def _mentions_mount(fragment: Map) -> bool:
-    """Say whether anything in a fragment is attached to the mount, or names it."""
-    return any(_mentions(node, value) for node, value in _sections(fragment))
-
-
-def _mentions(node: Node, value: Any) -> bool:
+def _mentions_mount(node: Node, value: Any) -> bool:
+    """Say whether a value, or anything in it, is attached to the mount or names it; elements of XML aside."""
     if node.names == "link" and value == MOUNT:
         return True
     if isinstance(value, Map) and node.keys is not None and node.keys.names == "link" and MOUNT in value:
         return True
-    if any(
-        isinstance(text, str) and MOUNT in text and _uses_mount(inside, text) for inside, text in _inside(node, value)
-    ):
-        return True
-    return any(_mentions(*one) for one in _below(node, value, "link"))
+    return any(_mentions_mount(*one) for one in _below(node, value, "link"))
 
 
 def _uses_mount(inside: str, text: Any) -> bool:

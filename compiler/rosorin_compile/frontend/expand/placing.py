@@ -16,7 +16,7 @@ from ...xml.mujoco import with_names
 from ...xml.references import renamed
 from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node, holds_many, is_one_entry, sections
 from ..tree import Instance, Kept, Map, Seq
-from .forms import XML
+from .forms import KEPT, XML
 from .mirroring import AXES, MIRRORED, is_vector, listed, side
 from .naming import MOUNT, Names, names_of
 
@@ -135,7 +135,7 @@ class _Placer:
         if is_one_entry(section):
             return _made_by(self.placed(node, value), self.via, value)
         if section in XML:
-            if section == XML[0] and not self.kept:
+            if section == KEPT and not self.kept:
                 return value
             return each(self.placed(node, value), lambda text: _by(text, self.via))
         return self._entries(node, value, self._entry_made)

@@ -11,7 +11,7 @@ import pytest
 
 from rosorin_compile.cli import main, parser
 from rosorin_compile.commands.completion import known
-from rosorin_compile.commands.completion.candidates import KINDS, CommandLine, candidates, kind, slots
+from rosorin_compile.commands.completion.candidates import CommandLine, candidates, kind, kinds, slots
 from rosorin_compile.commands.completion.line import split
 from rosorin_compile.commands.parser import Parser
 from rosorin_compile.commands.registry import commands
@@ -106,7 +106,7 @@ def test_every_place_has_candidates_or_is_free_text() -> None:
                 named.append(kind(action))
         for name in named:
             for one in ("FILE" if name.startswith("FILE") else name).split("=") if name not in FREE else ():
-                assert one in KINDS or one in FREE, (called, name)
+                assert one in kinds() or one in FREE, (called, name)
                 seen.add(one)
     assert len(seen) > 12
 
@@ -223,6 +223,23 @@ def test_a_broken_description_has_the_names_of_its_text(project: Path, broken: s
     assert words("tf --pose o") == ["open"]
     assert words("explain ey") == ["eye_link", "eye"]
     assert words("frames h") == ["handy"]
+
+
+def test_the_entries_of_every_section_can_be_asked_for(project: Path) -> None:
+    robot = project / "descriptions" / "handy" / "robot.yaml"
+    whole = robot.read_text("utf-8")
+    section = "mjcf_sensors:\n  ticks: {type: clock}\n"
+    for text in (f"{whole}\n{section}", f"{whole}\n{section}links: ["):
+        robot.write_text(text)
+        forget()
+        assert list(known.names(known.Subject(("handy",), {}, {}), "mjcf_sensors")) == ["ticks"]
+
+
+def test_a_broken_description_has_names_that_stand_in_its_entries(project: Path) -> None:
+    robot = project / "descriptions" / "handy" / "robot.yaml"
+    robot.write_text("sensors:\n  eye: {type: camera, frame: eye_link, joint: stalk}\nlinks: [")
+    assert words("tf eye") == ["eye_link"]
+    assert words("explain st") == ["stalk"]
 
 
 def test_what_takes_long_has_the_names_of_its_text(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:

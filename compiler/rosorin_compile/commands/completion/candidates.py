@@ -1,7 +1,7 @@
 """What may stand at the cursor: asked of the parser of the command, which says what each word and option is.
 
 A place is called by the name that the help has for its value: ``--args FILE``, ``[ROBOT] JOINT=VALUE ...``. What there
-is for a name is looked up in ``KINDS``; a name that is not there is free text. ``completes`` of an option says another
+is for a name is looked up in ``kinds``; a name that is not there is free text. ``completes`` of an option says another
 name, where that of the help is too general. Nothing is printed but candidates, nothing is written, and nothing is run.
 """
 
@@ -12,6 +12,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout, suppress
+from functools import cache
 from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
@@ -255,7 +256,7 @@ def _all(name: str, asked: known.Subject, current: str) -> Iterable[Candidate]:
     """Return all there is of a kind, files only as far as they are typed."""
     if name.startswith("VALUE OF "):
         return [Candidate(value) for value in known.values(asked, name.removeprefix("VALUE OF "))]
-    of_kind = KINDS.get("FILE" if name.startswith("FILE") else name)
+    of_kind = kinds().get("FILE" if name.startswith("FILE") else name)
     return of_kind(asked, current) if of_kind else ()
 
 
@@ -340,8 +341,8 @@ def files(current: str, endings: Sequence[str] | None = None) -> list[str]:
     return sorted(found)
 
 
-# What there is for the name of a place; a name that is not here is free text.
-KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
+# What there is for the name of a place, beside what the entries of a section are called.
+_KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
     "ROBOT": _robots,
     "CHECK": _checks,
     "FILE": lambda _, current: map(Candidate, files(current)),
@@ -350,21 +351,27 @@ KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
     "FOLDER": lambda _, current: map(Candidate, files(current, ())),
     "PATH": lambda _, current: map(Candidate, files(current, ())),
     "FRAME": _names("frames"),
-    "LINK": _names("links"),
-    "JOINT": _names("joints"),
     "SERVO": _names("servos"),
-    "SENSOR": _names("sensors"),
     "THING": _names("things"),
-    "POSE": _names("poses"),
-    "MODE": _names("modes"),
     "NODE": _names("nodes"),
-    "OUTPUT": _names("outputs"),
     "ARTIFACT": _artifacts,
-    "ARGUMENT": _names("arguments"),
+    "ARGUMENT": _names(known.ARGUMENTS),
     "ID": _rules,
     "SCHEMA": _schemas,
     "TEMPLATE": _templates,
 }
+
+
+@cache
+def kinds() -> Mapping[str, Callable[[known.Subject, str], Iterable[Candidate]]]:
+    """Return what there is for the name of a place; a name that is not there is free text.
+
+    ``JOINT`` is one of the entries of the section in which a joint is called so.
+    """
+    from ...frontend.annotations import sections
+
+    called = {node.called.upper(): _names(section) for section, node in sections().items() if node.called}
+    return {**called, **_KINDS}
 
 
 def answer(words: Sequence[str], of: CommandLine) -> int:

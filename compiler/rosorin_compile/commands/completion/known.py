@@ -19,32 +19,30 @@ from ...project import ENDINGS, Description, all_here, here
 from ..robots import is_foreign
 
 if TYPE_CHECKING:
+    from ...frontend.annotations import Node
     from ...frontend.arguments import Argument
+    from ...frontend.tree import Map
     from ...model import Robot
 
 PATIENCE = 1.5  # seconds that a person waits at a tab; then the text has to do
 _LEAST = 0.001  # seconds; a timer of none never ends
+ARGUMENTS = "arguments"
 _spent: list[float] = []  # of it, seconds
 _MAX_ROBOTS = 8  # whose names are shown together where none is named
 
 _SECTION = re.compile(r"([a-z_]+):")
 _ENTRY = re.compile(r" {1,8}[\"']?([A-Za-z_][\w./-]*)[\"']?:(.*)")
-_FRAME = re.compile(r"\bframe: *[\"']?([A-Za-z_]\w*)")
+USE = "use"
 _XACRO_ARG = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
-# Where the names of a kind stand in a text.
-_SECTIONS = {
-    "frames": ("links", "frames"),
-    "links": ("links",),
-    "joints": ("joints",),
-    "servos": ("joints",),
-    "sensors": ("sensors",),
-    "things": ("links", "frames", "joints", "sensors", "use"),
-    "poses": ("poses",),
-    "nodes": ("publishers",),
-    "outputs": ("outputs",),
-    "modes": ("modes",),
-    "arguments": ("args",),
+# What is asked for beside the entries of a section: the kinds of names that these are where a text alone can be read.
+_IN_TEXT = {
+    "frames": ("link",),
+    "servos": ("joint",),
+    "things": ("link", "joint", "sensor", USE),
+    "nodes": ("publisher",),
 }
+# What stands in a text: the names of each kind, and those of the entries of each section.
+_Text = tuple[dict[str, list[str]], dict[str, list[str]]]
 
 
 class Subject(NamedTuple):
@@ -112,14 +110,14 @@ def _unquoted(text: str) -> str:
 
 
 def _names(path: Path, asked: Subject, of: str) -> dict[str, str]:
-    """Return the names of one kind in one robot."""
+    """Return the names of one kind, or of the entries of one section, in one robot."""
     with suppress(Exception):
-        if of == "arguments":
+        if of == ARGUMENTS:
             return {one.name: one.help or _default(one) for one in _arguments(path)}
-        robot = _robot(path, tuple(asked.arguments.items()), tuple(asked.packages.items()))
-        if robot is not None:
-            uses = dict.fromkeys(_sections(path).get("use", ()), "use of a part") if of == "things" else {}
-            return {**uses, **_OF_ROBOT[of](robot)}
+        understood = _understood(path, tuple(asked.arguments.items()), tuple(asked.packages.items()))
+        if understood is not None:
+            uses = dict.fromkeys(_text(path)[1].get(USE, ()), "use of a part") if of == "things" else {}
+            return {**uses, **_in_robot(*understood, of)}
     return _in_text(path, of)
 
 
@@ -145,8 +143,10 @@ def _arguments(path: Path) -> list[Argument]:
 
 
 @world.asked_again
-def _robot(path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[tuple[str, Path], ...]) -> Robot | None:
-    """Return the robot of a description, or of a file that can be read without running anything; else None."""
+def _understood(
+    path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[tuple[str, Path], ...]
+) -> tuple[Robot, Map] | None:
+    """Return the robot and tree of a description, or of a file that can be read without running anything; else None."""
     from ...diagnostics import has_errors
 
     with suppress(Exception, _TooLong), _patience():  # it may end before it has begun
@@ -170,17 +170,19 @@ def _robot(path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[t
                 if expanded.tree is not None and not has_errors(expanded.diagnostics):
                     robot = lower(expanded.tree).robot
                     if robot is not None:
-                        return robot
+                        return robot, expanded.tree
     return None
 
 
-def _foreign(path: Path, packages: Mapping[str, Path]) -> Robot | None:
+def _foreign(path: Path, packages: Mapping[str, Path]) -> tuple[Robot, Map] | None:
     from ..foreign import understand_foreign
 
     if _runs(path):
         return None
-    lowered = understand_foreign(path, {}, packages, lambda _: None).lowered
-    return lowered.robot if lowered is not None else None
+    expanded, lowered, *_ = understand_foreign(path, {}, packages, lambda _: None)
+    if expanded.tree is None or lowered is None or lowered.robot is None:
+        return None
+    return lowered.robot, expanded.tree
 
 
 def _runs(path: Path) -> bool:
@@ -225,7 +227,7 @@ def _above(robot: Robot, name: str) -> str:
 
 
 def _joints(robot: Robot) -> dict[str, str]:
-    return {joint.name: f"{joint.type}, {joint.parent} -> {joint.child}" for joint in robot.joints}
+    return {joint.name: _said(robot, joint) for joint in robot.joints}
 
 
 def _servos(robot: Robot) -> dict[str, str]:
@@ -233,8 +235,8 @@ def _servos(robot: Robot) -> dict[str, str]:
     return {name: joints.get(name, "") for group in robot.servos for name in group.joints}
 
 
-def _sensors(robot: Robot) -> dict[str, str]:
-    return {sensor.name: sensor.type for sensor in robot.sensors}
+def _things(robot: Robot) -> dict[str, str]:
+    return {**_frames(robot), **_joints(robot), **{sensor.name: sensor.type for sensor in robot.sensors}}
 
 
 def _modes(robot: Robot) -> dict[str, str]:
@@ -248,34 +250,55 @@ def _nodes(robot: Robot) -> dict[str, str]:
 
 _OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {
     "frames": _frames,
-    "links": lambda robot: {link.name: _above(robot, link.name) for link in robot.links},
-    "joints": _joints,
     "servos": _servos,
-    "sensors": _sensors,
-    "things": lambda robot: {**_frames(robot), **_joints(robot), **_sensors(robot)},
-    "poses": lambda robot: {pose.name: "" for pose in robot.poses},
+    "things": _things,
     "modes": _modes,
     "nodes": _nodes,
-    "outputs": lambda robot: {output.name: output.file for output in robot.outputs},
 }
 
 
+def _in_robot(robot: Robot, tree: Map, of: str) -> dict[str, str]:
+    """Return the names of one kind, or of the entries of a section: those of the model, which knows more, if any."""
+    if of in _OF_ROBOT:
+        return _OF_ROBOT[of](robot)
+    entries = getattr(robot, of, None)
+    if entries is None:
+        return dict.fromkeys(tree.get(of) or (), "")
+    return {one.name: _said(robot, one) for one in entries}
+
+
+def _said(robot: Robot, entry: Any) -> str:
+    """Return what an entry is, in few words."""
+    from ...model import Joint, Link, Output, Sensor
+
+    if isinstance(entry, Link):
+        return _above(robot, entry.name)
+    if isinstance(entry, Joint):
+        return f"{entry.type}, {entry.parent} -> {entry.child}"
+    if isinstance(entry, Sensor):
+        return entry.type
+    return entry.file if isinstance(entry, Output) else ""
+
+
 def _in_text(path: Path, of: str) -> dict[str, str]:
-    """Return the names of one kind that stand in the YAML files beside a description, whatever else is in them."""
+    """Return the names that stand in the YAML files beside a description, whatever else is in them."""
     if is_foreign(path):
         return {}
-    found: dict[str, str] = {}
-    sections = _sections(path)
-    for section in _SECTIONS[of]:
-        found |= dict.fromkeys(sections.get(section, ()), "")
-    return found
+    kinds, sections = _text(path)
+    found = [name for kind in _IN_TEXT[of] for name in kinds.get(kind, ())] if of in _IN_TEXT else sections.get(of, ())
+    return dict.fromkeys(found, "")
 
 
 @world.asked_again
-def _sections(path: Path) -> dict[str, list[str]]:
-    """Return the keys of each section, line by line: of a file that is no YAML just now, too."""
+def _text(path: Path) -> _Text:
+    """Return the names that the lines of files have: of a file that is no YAML just now, too."""
+    from ...frontend.annotations import sections
+
     files = [path] if path.name.count(".") and path.parent == Path() else world.matching(path.parent, "*.y*ml")
-    found: dict[str, list[str]] = {"frames": []}
+    kinds: dict[str, list[str]] = {}
+    entries: dict[str, list[str]] = {}
+    said = sections()
+    words = {section: _giving(node) for section, node in said.items()}
     for file in files[:50]:
         with suppress(OSError):
             section, depth = "", 0
@@ -286,7 +309,20 @@ def _sections(path: Path) -> dict[str, list[str]]:
                 indent = len(line) - len(line.lstrip())
                 if entry and (not depth or indent <= depth):
                     depth = indent
-                    found.setdefault(section, []).append(entry[1])
-                if section == "sensors":
-                    found["frames"] += _FRAME.findall(line)
+                    entries.setdefault(section, []).append(entry[1])
+                    keys = said[section].keys if section in said else None
+                    kinds.setdefault(keys.gives if keys else section, []).append(entry[1])
+                for word, kind in words.get(section, {}).items():
+                    kinds.setdefault(kind, []).extend(re.findall(rf"\b{word}: *[\"']?([A-Za-z_]\w*)", line))
+    return kinds, entries
+
+
+def _giving(node: Node) -> dict[str, str]:
+    """Return the words of a section whose texts give names, each with the kind of them."""
+    found: dict[str, str] = {}
+    for word, below in node.properties.items():
+        if below is not None:
+            found |= ({word: below.gives} if below.gives and not below.scope else {}) | _giving(below)
+    for below in (node.others, node.items):
+        found |= _giving(below) if below is not None else {}
     return found

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.frontend.accepting import names_at
 from rosorin_compile.frontend.annotations import Node, merged, of_parts, sections
 from rosorin_compile.frontend.expand.naming import names_of
 from rosorin_compile.frontend.expand.placing import placed
@@ -181,6 +182,50 @@ def test_where_the_schema_has_no_words_the_place_is_said(tmp_path: Path) -> None
         "slam": 'the publisher of edges "0"',
     }
     assert [one.name for one in mentions(tree(tmp_path, text), ("link",))] == []  # edges have a rule of their own
+
+
+@pytest.mark.parametrize(
+    ("path", "names"),
+    [
+        ("links.arm", ["arm"]),
+        ("links.arm.visual.0.material", ["arm"]),
+        ("links.gone.inertial", []),
+        ("joints.hinge.limit.lower", ["hinge", "arm"]),
+        ("joints.hinge.parent", ["hinge", "arm"]),
+        ("joints.loose.type", ["loose"]),
+        ("sensors.eye", ["eye_frame_joint", "eye_frame"]),
+        ("sensors.eye.optical.rpy", ["stalk", "eye_optical"]),
+        ("sensors.blind.type", []),
+        ("actuators.motor.kp", ["motor"]),
+        ("poses.home", []),
+        ("poses.home.positions.hinge", ["hinge"]),
+        ("drive.frame", ["arm"]),
+        ("drive.mecanum.front_left", ["hinge"]),
+        ("moveit.virtual_joint.name", ["world_joint"]),
+        ("moveit.groups.all.chain.base", ["arm"]),
+        ("servos.quad.joints.0", ["hinge"]),
+        ("robot", []),
+        ("nothing.of.it", []),
+    ],
+)
+def test_what_is_wrong_is_accepted_of_the_names_that_the_schema_says(
+    path: str, names: list[str], tmp_path: Path
+) -> None:
+    said = tree(
+        tmp_path,
+        """\
+robot: some
+links: {arm: {visual: [{material: steel}]}}
+joints: {hinge: {type: fixed, parent: plate, child: arm}, loose: {type: fixed}}
+sensors: {eye: {frame: eye_frame, optical: {frame: eye_optical, joint: stalk}}, blind: {type: camera}}
+actuators: {motor: {type: motor, kp: 1}}
+poses: {home: {positions: {hinge: 0}}}
+drive: {frame: arm, mecanum: {front_left: hinge}}
+moveit: {virtual_joint: {name: world_joint}, groups: {all: {chain: {base: arm}}}}
+servos: {quad: {joints: [hinge]}}
+""",
+    )
+    assert list(names_at(said, tuple(int(step) if step.isdigit() else step for step in path.split(".")))) == names
 
 
 def test_every_section_says_how_files_are_joined() -> None:

@@ -5,13 +5,15 @@ What a rule refuses becomes a note; what is a warning or a note is not told any 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Set
+from collections.abc import Collection, Iterable, Iterator, Mapping, Set
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, MAX_LISTED, NOTE, WARNING, Diagnostic
 from ..diagnostics import error as problem
 from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
 from ..diagnostics.wording import and_more, first_of
+from .annotations import Node, sections, texts
 from .tree import Map, Path, Seq, locate
 
 RULES = (
@@ -48,38 +50,39 @@ class Settled(NamedTuple):
 
 
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
-    """Return the names under which a problem at a path may be accepted: the link; the joint and its child."""
-    section, name = (*path, "", "")[:2]
-    entry: Any = tree.get(str(section))
-    entry = entry.get(name) if isinstance(entry, dict) else None
-    if section == "links":
-        return (str(name),)
-    if section in ("drive", "moveit"):
-        return _text_at(tree, path)
-    if section == "poses":
-        return tuple(str(step) for step in path[3:4])
-    if not isinstance(entry, dict):
-        return ()
-    if section == "joints":
-        return (str(name), str(entry.get("child")))
-    if section in ("actuators", "tendons", "constraints", "mjcf_sensors"):
-        return (str(name),)
-    if section != "sensors":
-        return ()
-    inner: Any = entry.get("optical") if path[2:3] == ("optical",) else entry
-    frame = inner.get("frame") if isinstance(inner, dict) else None
-    return () if frame is None else (str(inner.get("joint", f"{frame}_joint")), str(frame))
+    """Return the names under which a problem at a path may be accepted: the link; the joint and its child.
 
-
-def _text_at(tree: Map, path: Path) -> tuple[str, ...]:
-    """Return the text at a path, the name of a joint of the drive; nothing if something else is there."""
-    node: Any = tree
+    The innermost thing on the way of which the schema says so has them (``x-accepted``); else it is the name there.
+    """
+    found: tuple[str, ...] = ()
+    node: Node = Node(properties=sections())
+    value: Any = tree
+    told = False
     for step in path:
-        try:
-            node = node[step]
-        except (KeyError, IndexError, TypeError):
-            return ()
-    return (str(node),) if isinstance(node, str) else ()
+        if not told and node.keys is not None and node.keys.names:
+            found = (str(step),)
+        below = node.items if isinstance(step, int) else node.at(step)
+        if below is None:
+            return found
+        node, value = below, _inner(value, step)
+        if node.accepted and isinstance(value, Map):
+            found, told = tuple(_names(node, value, path)), True
+    return (value,) if not told and node.names and isinstance(value, str) else found
+
+
+def _inner(value: Any, step: str | int) -> Any:
+    """Return what is at a step of a path; ``None`` if nothing is."""
+    try:
+        return value[step]
+    except (KeyError, IndexError, TypeError):
+        return None
+
+
+def _names(node: Node, entry: Map, path: Path) -> Iterator[str]:
+    said = {**{key: name for key, _, name in node.left_out(entry)}, **texts(entry)}
+    for name in node.accepted:
+        with suppress(KeyError):  # it has no such name
+            yield name.format(*path, **said)
 
 
 def accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:

@@ -13,6 +13,7 @@
 | ``x-mirror`` | a mapping | how a mirror turns what it holds |
 | ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use |
 | ``x-in-parts`` | a section | it may stand in a part |
+| ``x-accepted`` | a mapping | what is wrong with it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
 | ``x-called`` | a section | what one of its entries is called |
 | ``x-also`` | a key | what others call it (``synonyms``) |
 | ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
@@ -22,6 +23,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Literal
@@ -55,6 +57,7 @@ WORDS = {
     "x-mirror": "mirror",
     "x-attached": "attached",
     "x-in-parts": "in_parts",
+    "x-accepted": "accepted",
     "x-called": "called",
     "x-merge": "merge",
     "x-sourced": "sourced",
@@ -81,6 +84,7 @@ class Node:
     mirror: Sequence[str] = ()
     attached: Sequence[str] = ()
     in_parts: bool = False
+    accepted: Sequence[str] = ()
     called: str = ""
     merge: str = ""
     sourced: bool = False
@@ -93,6 +97,18 @@ class Node:
     def at(self, key: str) -> Node | None:
         """Return what the schema says of the value of a key of a mapping; ``None`` if it says nothing."""
         return self.properties.get(key, self.others)
+
+    def left_out(self, entry: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+        """Yield the keys that are left out and whose name follows from others, each with its kind and that name."""
+        for key, below in self.properties.items():
+            if below is not None and below.otherwise and key not in entry:
+                with suppress(KeyError):  # what it follows from is missing, too
+                    yield key, below.gives, below.otherwise.format_map(texts(entry))
+
+
+def texts(entry: Mapping[str, Any]) -> dict[str, str]:
+    """Return the keys of an entry whose values are texts, with them."""
+    return {key: value for key, value in entry.items() if isinstance(value, str)}
 
 
 @cache

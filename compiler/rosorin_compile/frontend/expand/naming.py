@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -124,18 +123,9 @@ def _given_at(node: Node, value: Any) -> Iterator[tuple[str, str]]:
     if isinstance(value, Map) and keys is not None and keys.gives and not keys.scope:
         yield from ((keys.gives, name) for name in value)
     if isinstance(value, Map):
-        yield from _left_out(node, value)
+        yield from ((kind, name) for _, kind, name in node.left_out(value))
     for below, inner in _below(node, value, GIVES):
         yield from _given_at(below, inner)
-
-
-def _left_out(node: Node, entry: Map) -> Iterator[tuple[str, str]]:
-    """Yield the names of what has one that follows from others, where it is left out."""
-    for key, below in node.properties.items():
-        if below is not None and below.otherwise and key not in entry:
-            said = {one: text for one, text in entry.items() if isinstance(text, str)}
-            with suppress(KeyError):  # what it follows from is missing, too
-                yield below.gives, below.otherwise.format_map(said)
 
 
 def _below(node: Node, value: Any, wanted: str) -> Iterator[tuple[Node, Any]]:

@@ -21,7 +21,7 @@ from rosorin_compile.formats.page import data_of
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.meaning.difference import YAML, Side, as_json, lines
 from rosorin_compile.meaning.golden import compare
-from rosorin_compile.meaning.pairing import renamed
+from rosorin_compile.meaning.renaming import renamed
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.meaning.tables import blocks
 from rosorin_compile.model import Output, Robot

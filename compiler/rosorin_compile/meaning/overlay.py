@@ -13,8 +13,9 @@ from ..model import Link, Mesh, Robot
 from .difference import Difference, Side
 from .entities import Pair
 from .moves import PURPOSES, SHAPED, Moves, moves
-from .pairing import Pairing, renamed
+from .pairing import Pairing
 from .past import past
+from .renaming import renamed
 
 
 class Overlay(NamedTuple):

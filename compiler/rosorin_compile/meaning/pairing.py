@@ -7,13 +7,12 @@ them has is told at the end.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 from typing import NamedTuple
 
-from ..model import Joint, Link, Robot, Sensor
-from ..model.simulation import Renames
+from ..model import Joint, Robot
 from .bodies import Bodies
 from .difference import JOINT, NAME, Item, Side
+from .renaming import renamed
 from .tolerance import Printing, gap
 from .wording import Hung, existence
 from .wording import renamed as renamed_text
@@ -156,76 +155,6 @@ def prefix_of(a: Robot, b: Robot) -> str:
     best = max(sorted(found), key=lambda prefix: found[prefix])
     enough = found[best] > max(1, plain) and found[best] >= _MOST * min(len(mine), len(theirs))
     return best if enough else ""
-
-
-def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -> Robot:
-    """Return a robot under other names; links and joints that are not mentioned keep theirs."""
-
-    def link(name: str) -> str:
-        return links.get(name, name)
-
-    def joint(name: str) -> str:
-        return joints.get(name, name)
-
-    return replace(
-        robot,
-        links=tuple(_link(one, link) for one in robot.links),
-        joints=tuple(_joint(one, links, joints) for one in robot.joints),
-        sensors=tuple(_sensor(one, link, joint) for one in robot.sensors),
-        edges=tuple(replace(edge, parent=link(edge.parent), child=link(edge.child)) for edge in robot.edges),
-        servos=tuple(replace(group, joints=tuple(map(joint, group.joints))) for group in robot.servos),
-        poses=tuple(
-            replace(
-                pose,
-                positions={joint(name): value for name, value in pose.positions.items()},
-                pulses={joint(name): value for name, value in pose.pulses.items()},
-            )
-            for pose in robot.poses
-        ),
-        disabled_contacts=tuple((link(one), link(other)) for one, other in robot.disabled_contacts),
-        drive=robot.drive
-        and replace(
-            robot.drive,
-            joints={role: tuple(map(joint, names)) for role, names in robot.drive.joints.items()},
-            frame=robot.drive.frame and link(robot.drive.frame),
-        ),
-        moveit=robot.moveit and robot.moveit.renamed(link, joint),
-        control=tuple(block.renamed(joint) for block in robot.control),
-        publishers=tuple(replace(one, stamps=tuple(map(link, one.stamps))) for one in robot.publishers),
-        simulation=robot.simulation.renamed(link, joint),
-    )
-
-
-def _link(one: Link, link: Rename) -> Link:
-    names = Renames(link, link)
-    marked = tuple(replace(mark, values=names.values(mark.values)) for mark in one.marked)
-    return replace(one, name=link(one.name), marked=marked)
-
-
-def _sensor(one: Sensor, link: Rename, joint: Rename) -> Sensor:
-    return replace(
-        one,
-        frame=link(one.frame),
-        optical_frame=link(one.optical_frame),
-        joint=joint(one.joint),
-        stamps=tuple(map(link, one.stamps)),
-        simulated=tuple(replace(part, link=link(part.link)) for part in one.simulated),
-        gazebo=tuple(
-            replace(
-                part,
-                link=(joint if part.at_joint else link)(part.link),
-                stamp=link(part.stamp),
-                feels=link(part.feels),
-            )
-            for part in one.gazebo
-        ),
-    )
-
-
-def _joint(joint: Joint, links: Mapping[str, str], joints: Mapping[str, str]) -> Joint:
-    parent, child = links.get(joint.parent, joint.parent), links.get(joint.child, joint.child)
-    mimic = joint.mimic and replace(joint.mimic, joint=joints.get(joint.mimic.joint, joint.mimic.joint))
-    return replace(joint, name=joints.get(joint.name, joint.name), parent=parent, child=child, mimic=mimic)
 
 
 def without_prefix(robot: Robot, prefix: str) -> Robot:

@@ -13,7 +13,8 @@ from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference
 from .frames import compare_frames, furthest
 from .joints import compare_joints
 from .others import compare_masses, compare_others
-from .pairing import Pairing, compare_names, pair, renamed
+from .pairing import Pairing, compare_names, pair
+from .renaming import renamed
 from .shapes import compare_shapes
 from .unsaid import not_carried, unsaid
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from .link import NO_SOURCE, Source
@@ -111,17 +111,6 @@ class Block:
     is_async: bool | None = None
     thread_priority: int | None = None
     source: Source = NO_SOURCE
-
-    def renamed(self, joint: Callable[[str], str]) -> Block:
-        """Return it with other names of joints."""
-        return replace(
-            self,
-            joints=tuple(replace(one, name=joint(one.name)) for one in self.joints),
-            transmissions=tuple(
-                replace(one, joints=tuple(replace(end, name=joint(end.name)) for end in one.joints))
-                for one in self.transmissions
-            ),
-        )
 
     def components(self) -> Iterator[tuple[str, Component]]:
         """Yield the joints, sensors and gpio, each with the section that it stands in."""

@@ -265,7 +265,7 @@ def test_a_mesh_that_cannot_be_read_is_left_out_and_told(
 def test_a_dae_becomes_an_obj_of_metres(name: str, made: str, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("trimesh")
     put(describe(name) / name, dae("0.001"))
-    assert main(["all"]) == 0
+    assert main(["all", "--notes"]) == 0
     said = capsys.readouterr().err
     assert f"note[mesh-converted]: mesh {name} is converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH" in said
     assert f'file="{made}"' in ours()

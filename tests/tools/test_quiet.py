@@ -35,8 +35,10 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_only_stand_ins_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["all", "rover.yaml", "-q"]) == main(["all", "rover.yaml", "-q"]) == 0
     assert capsys.readouterr() == ("", OF_ALL * 2)
-    for words in (["check", "rover.yaml", "--quiet"], ["all", "rover.yaml", "-q", "--notes"]):
-        assert main(words) == 0
+    assert main(["check", "rover.yaml", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", OF_ALL)
+    for command in ("all", "check"):
+        assert main([command, "rover.yaml", "-q", "--notes"]) == 0
         assert capsys.readouterr() == ("", OF_OTHERS)
 
 
@@ -48,13 +50,89 @@ def test_all_counts_stand_ins_and_lists_them_with_notes(capsys: pytest.CaptureFi
         assert "warning[ignored-key]" in shown.err
         assert "note[stand-in]" not in shown.err
         assert shown.err.endswith(OF_ALL)
-    for words in (["all", "--notes"], ["all", "--notes", "-n"], ["check"]):
+    for words in (["all", "--notes"], ["all", "--notes", "-n"], ["check", "--notes"]):
         assert main([*words, "rover.yaml"]) == 0
         shown = capsys.readouterr()
         assert "note[stand-in]: nobody has measured the laser" in shown.err
         assert "values that are not measured" not in shown.err
     assert main(["all", "rover.yaml", "--format", "json"]) == 0
     assert "stand-in" in [entry["rule"] for entry in json.loads(capsys.readouterr().out)["diagnostics"]]
+
+
+HEAVY = """
+robot: {0}
+links: {{base: {{inertial: {{mass: 1 kg, inertia: {{ixx: 1, iyy: 1, izz: 1}}}}}}, laser: {{}}}}
+joints: {{laser_joint: {{type: fixed, parent: base, child: laser{1}}}}}
+outputs: {{urdf: {{file: rover.urdf}}}}
+"""
+SOURCE = ", source: {status: stand_in, note: nobody has measured it}"
+
+
+def heavy(name: str, stands_in: bool) -> str:
+    """Return a robot with a note, as its root has a mass; and with a stand-in."""
+    return HEAVY.format(name, SOURCE if stands_in else "")
+
+
+COUNTED = {
+    (False,): "1 note; --notes lists it\n",
+    (False, False): "2 notes; --notes lists them\n",
+    (True,): "1 stand-in: values that are not measured, and 1 note; --notes lists them\n",
+    (True, True, False): "2 stand-ins: values that are not measured, and 3 notes; --notes lists them\n",
+}
+
+
+@pytest.mark.parametrize("stand_ins", COUNTED, ids=str)
+def test_notes_are_counted_over_all_robots(
+    project: Path, stand_ins: tuple[bool, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number, stands_in in enumerate(stand_ins):
+        (project / f"r{number}.yaml").write_text(heavy(f"r{number}", stands_in))
+    robots = [f"r{number}.yaml" for number in range(len(stand_ins))]
+    for command in ("all", "all", "all", "check", "check"):  # also of robots that are known, in a new command line
+        assert main([command, *robots]) == 0
+        assert capsys.readouterr().err == COUNTED[stand_ins]
+        robots.reverse()
+    for command in ("all", "check"):
+        assert main([command, *robots, "--notes"]) == 0
+        told = capsys.readouterr().err
+        assert told.count("note[root-inertial]: ") == len(stand_ins)
+        assert told.count("note[stand-in]: ") == sum(stand_ins)
+        assert "--notes" not in told
+
+
+def test_what_is_new_of_one_robot_is_counted_with_what_is_known_of_others(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("one", "two"):
+        (project / f"{name}.yaml").write_text(heavy(name, stands_in=False))
+    assert main(["all", "one.yaml", "two.yaml"]) == 0
+    (project / "two.yaml").write_text(heavy("two", stands_in=True))
+    capsys.readouterr()
+    for _ in range(2):
+        assert main(["all", "one.yaml", "two.yaml"]) == 0
+        assert capsys.readouterr().err == "1 stand-in: values that are not measured, and 2 notes; --notes lists them\n"
+
+
+def test_a_file_for_which_check_fails_is_listed(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["all", "rover.yaml", "-q"]) == 0
+    (project / "outputs" / "rover" / "old").touch()
+    capsys.readouterr()
+    for words, told in ((["all"], True), (["all", "--notes"], True), (["all", "-q"], False)):
+        assert main([*words, "rover.yaml"]) == 0
+        assert ("note[not-an-artifact]: outputs/rover/old is no artifact" in capsys.readouterr().err) == told, words
+    assert main(["check", "rover.yaml"]) == 1
+
+
+@pytest.mark.parametrize("form", ["json", "json-list", "sarif", "github", "markdown"])
+def test_a_program_gets_all_notes(project: Path, form: str, capsys: pytest.CaptureFixture[str]) -> None:
+    (project / "rover.yaml").write_text(heavy("rover", stands_in=True))
+    for command in ("all", "check"):
+        assert main([command, "rover.yaml", "--format", form]) == 0
+        told = capsys.readouterr()
+        assert ("2 notes (1 stand-in" if form == "markdown" else "nobody has measured it") in told.out
+        assert "--notes" not in told.err
+    assert main(["check", "rover.yaml", "--summary", "summary.md"]) == 0
+    assert "2 notes (1 stand-in" in (project / "summary.md").read_text()
 
 
 def test_errors_are_shown(project: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -504,7 +504,7 @@ def test_a_broken_rule_is_told_in_one_sentence(machine: Machine, case: str):
 
 def test_a_rule_that_is_alone_and_says_nothing_of_an_order(machine: Machine):
     machine.write(f"{PACKAGES}/toy_robot/balls.py", _yields('"note", "oh"'))
-    assert "note[ball-too-heavy]: oh" in machine.run("all", "plain", code=0)
+    assert "note[ball-too-heavy]: oh" in machine.run("all", "plain", "--notes", code=0)
 
 
 FUNCTIONS = {

@@ -94,7 +94,7 @@ def test_a_rule_and_a_function_of_a_plugin(machine: Machine):
     assert code == 1
     assert "robot.yaml:5:28: error[wheel-too-heavy]: the wheel is too heavy" in printed
     machine.describe("${halved(width)}", "accept: [{rule: wheel-too-heavy, of: [wheel], reason: it is strong}]\n")
-    code, printed = machine.run("all", "robot.yaml")
+    code, printed = machine.run("all", "robot.yaml", "--notes")
     assert code == 0, printed
     assert "note[wheel-too-heavy]: accepted: the wheel is too heavy (it is strong)" in printed
     (urdf,) = machine.work.rglob("cart.urdf")
@@ -133,8 +133,8 @@ def test_it_comes_goes_and_changes_though_nothing_else_does(machine: Machine):
     def told(version: str) -> str:
         code = TOY.replace('"mass"))', '"mass"), severity="note")').replace("the wheel is", f"for {version} it is")
         machine.install(code=code, version=version.partition(" ")[0])
-        machine.run("all", "robot.yaml")
-        return machine.run("all", "robot.yaml")[1]
+        machine.run("all", "robot.yaml", "--notes")
+        return machine.run("all", "robot.yaml", "--notes")[1]
 
     machine.describe("${width}")
     assert "wheel-too-heavy" not in machine.run("all", "robot.yaml")[1]

@@ -113,7 +113,7 @@ def test_a_record_that_somebody_changed(
     monkeypatch.setattr(console, "colour", lambda: coloured)
     said(["all"], capsys)
     told = [(memory.ERR, f"{EVIL}\n"), (memory.OUT, f"plain{EVIL}, unchanged\n")]
-    monkeypatch.setattr(memory, "recall", lambda _: memory.Done(0, told, {"stand-ins": 0}))
+    monkeypatch.setattr(memory, "recall", lambda _: memory.Done(0, told, {}))
     out = said(["all"], capsys)
     assert out.count(r"\x1b[2J\x1b]0;owned\x07\x9b31m\u202e") == 2
     assert ", unchanged\n" in out

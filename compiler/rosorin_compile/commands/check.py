@@ -60,6 +60,7 @@ RULES = (
 def options(command: Parser) -> None:
     """Add what this command takes, and the options that asked for checks before those had names."""
     command.add_check_options(hook=True)
+    command.add_notes()
     command.listed, command.formatter_class = _listed, argparse.RawDescriptionHelpFormatter
     command.add_argument(
         "--every-argument",

@@ -158,6 +158,12 @@ class Parser(argparse.ArgumentParser):
         )
         how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
 
+    def add_notes(self) -> None:
+        """Add the option to list the notes that a run counts for people."""
+        self.add_argument(
+            "--notes", action="store_true", help="list notes, stand-ins among them: without it they are counted"
+        )
+
     def add_result(self) -> None:
         """Add how a result is printed that is more than messages, and that of those only errors are."""
         self.add_result_form()

@@ -166,13 +166,13 @@ def once(run: Run, description: Description, work: Callable[[], int]) -> int:
     console = run.console
     if not console.for_people or console.keeps:
         return work()
-    before = console.stand_ins
+    before = console.unlisted.copy()
     done, was_known = memory.once(
-        _key(run, description), work, [description.outputs], lambda: {"stand-ins": console.stand_ins - before}
+        _key(run, description), work, [description.outputs], lambda: dict(console.unlisted - before)
     )
     if was_known:
         console.repeat(done.said)
-        console.stand_ins += done.numbers["stand-ins"]
+        console.unlisted.update(done.numbers)
     return done.code
 
 

@@ -11,6 +11,7 @@ import errno
 import os
 import re
 import sys
+from collections import Counter
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,6 +32,7 @@ MAX_SHOWN = 200
 MARKDOWN = "markdown"  # a form in which a run is told robot by robot
 ENVELOPE, BARE = "json", "json-list"  # a result with all that was said around it, and a list or a result alone
 
+_STAND_IN = "stand-in"  # the rule, and what is counted of it
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
 
@@ -136,8 +138,8 @@ class Console:
         self.keeps = summary or form == MARKDOWN
         self.sections: list[Section] = []
         self.collected: list[Diagnostic] = [] if collected is None else collected
-        self.stand_ins = 0
-        self.counts = False  # whether stand-ins are counted for people, and not listed
+        self.unlisted: Counter[str] = Counter()  # the notes that were counted, and not printed; stand-ins apart
+        self.counts = False  # whether notes are counted for people, and not listed
         self.listing = "without -q they are listed"
         self.differing: list[str] = []  # what differs of the robot at hand, in lines
         self.beside = False  # whether standard output is for a result alone
@@ -196,19 +198,21 @@ class Console:
         if self.keeps and made:
             self.section.blocks.append(Table(noun, tuple(head), made))
 
-    def show(self, diagnostics: Sequence[Diagnostic]) -> None:
-        """Print diagnostics, or keep them for the end."""
-        if self.quiet or (self.counts and self.for_people):
-            stand_ins = [diagnostic for diagnostic in diagnostics if diagnostic.rule == "stand-in"]
-            self.stand_ins += len(stand_ins)
-            diagnostics = [one for one in diagnostics if one.severity == ERROR or not (self.quiet or one in stand_ins)]
-            if not self.for_people:
-                diagnostics += stand_ins
+    def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
+        """Print diagnostics, or keep them for the end; for people notes may only be counted, unless ``listed``."""
+        if self.quiet:
+            stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
+            diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
         if self.keeps:
             self.section.diagnostics += diagnostics
         if not self.for_people:
             self.collected += diagnostics
-        if not self.for_people or not diagnostics:
+            return
+        if self.quiet or (self.counts and not listed):
+            notes = [one for one in diagnostics if one.severity == NOTE]
+            self.unlisted.update(_STAND_IN if one.rule == _STAND_IN else NOTE for one in notes)
+            diagnostics = [one for one in diagnostics if one.severity != NOTE]
+        if not diagnostics:
             return
         from . import report
 
@@ -264,6 +268,14 @@ class Console:
         """Print a line about what keeps a run from its end."""
         sys.stderr.write(f"{self._inert(line)}\n")
 
+    def _unlisted(self) -> str:
+        """Return how many notes there are that were not printed, and how they are."""
+        stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
+        said = [f"{counted(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
+        said += [counted(notes, NOTE)] if notes else []
+        listing = self.listing.replace("them", "it") if said == ["1 note"] else self.listing
+        return f"{', and '.join(said)}; {listing}"
+
     def _inert(self, line: str) -> str:
         """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
         return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
@@ -279,9 +291,8 @@ class Console:
 
         The envelope is printed at the end of the run, by the command line.
         """
-        if self.for_people and self.stand_ins:
-            count = counted(self.stand_ins, "stand-in")
-            self.warn(f"{count}: values that are not measured; {self.listing}")
+        if self.for_people and self.unlisted.total():
+            self.warn(self._unlisted())
         if self.form == MARKDOWN:
             sys.stdout.write(self.summary())
         elif not self.for_people and self.form != ENVELOPE:

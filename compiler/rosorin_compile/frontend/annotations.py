@@ -15,6 +15,8 @@
 | ``x-in-parts`` | a section | it may stand in a part |
 | ``x-accepted`` | a mapping | what is wrong with it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
 | ``x-called`` | a section | what one of its entries is called |
+| ``x-topic`` | a section | a format that ``lacks`` this topic has no word for it |
+| ``x-compared`` | a section | its entries are compared value by value, each called so: ``battery main`` |
 | ``x-also`` | a key | what others call it (``synonyms``) |
 | ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
 | ``x-sourced`` | a section | its entries have the source of their file, where they have none of their own |
@@ -59,6 +61,8 @@ WORDS = {
     "x-in-parts": "in_parts",
     "x-accepted": "accepted",
     "x-called": "called",
+    "x-topic": "topic",
+    "x-compared": "compared",
     "x-merge": "merge",
     "x-sourced": "sourced",
 }
@@ -86,6 +90,8 @@ class Node:
     in_parts: bool = False
     accepted: Sequence[str] = ()
     called: str = ""
+    topic: str = ""
+    compared: str = ""
     merge: str = ""
     sourced: bool = False
     keys: Node | None = None

@@ -21,7 +21,8 @@ from .difference import MASS, OTHER, YAML, Item, Side
 from .elements import Context, Key, context_of, said, spelt
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
-from .rest import compare_rest, either
+from .plainly import either
+from .rest import compare_rest
 from .simulation import compare_simulation
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
 from .values import text_of

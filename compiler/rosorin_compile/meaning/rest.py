@@ -6,14 +6,16 @@ words of its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
+from ..frontend.annotations import sections
 from ..model import HeightMap, Robot
 from ..model.drive import ROLES
 from .difference import OTHER, YAML, Item, Side
 from .joints import changed, differ
 from .pairing import Pairing
+from .plainly import compare_entries, compare_plainly, either
 from .values import changed_entry
 from .wording import number
 
@@ -31,16 +33,6 @@ def compare_rest(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset[s
         yield from _planned(pairing)
     if sides[0].format is sides[1].format:
         yield from _of_one_format(pairing.a.robot, pairing.b.robot)
-
-
-def either(kind: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Item]:
-    """Yield the names that are in one of two tables only."""
-    for name in old:
-        if name not in new:
-            yield Item(OTHER, name, kind, f"removed: {kind} {name}", name, None)
-    for name in new:
-        if name not in old:
-            yield Item(OTHER, name, kind, f"new: {kind} {name}", None, name)
 
 
 def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
@@ -97,30 +89,18 @@ def _planned(pairing: Pairing) -> Iterator[Item]:
 def _of_one_format(a: Robot, b: Robot) -> Iterator[Item]:
     """Yield what differs in what no other comparison reads; that something is new or gone is told where it is named."""
     yield from changed_entry("the robot", {"modes": a.modes}, {"modes": b.modes})
-    for kind, old, new in (
-        ("publisher", a.publishers, b.publishers),
-        ("hardware", a.control, b.control),
-        ("controller", a.controllers, b.controllers),
-    ):
-        yield from either(kind, _by_name(old), _by_name(new))
-        yield from _entries(kind, _by_name(old), _by_name(new))
-    yield from _entries("publisher of", _own_publishers(a), _own_publishers(b))
-    yield from _entries("sensor", _simulated(a), _simulated(b))
-    yield from _entries("", _shapes(a, b), _shapes(b, a))
+    yield from compare_plainly(_plain(a), _plain(b))
+    yield from compare_entries("publisher of", _own_publishers(a), _own_publishers(b))
+    yield from compare_entries("sensor", _simulated(a), _simulated(b))
+    yield from compare_entries("", _shapes(a, b), _shapes(b, a))
     if a.moveit is not None and b.moveit is not None:
         for word in ("urdf", "search"):
             yield from changed_entry("MoveIt", {word: getattr(a.moveit, word)}, {word: getattr(b.moveit, word)})
 
 
-def _by_name(entries: tuple[Any, ...]) -> dict[str, Any]:
-    return {entry.name: entry for entry in entries}
-
-
-def _entries(kind: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Item]:
-    """Yield what differs in the entries that both have."""
-    for name in old:
-        if name in new:
-            yield from changed_entry(f"{kind} {name}".strip(), old[name], new[name])
+def _plain(robot: Robot) -> dict[str, Any]:
+    """Return the sections that are compared value by value."""
+    return {section: getattr(robot, section) for section, node in sections().items() if node.compared}
 
 
 def _own_publishers(robot: Robot) -> dict[str, Any]:

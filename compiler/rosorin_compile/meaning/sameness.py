@@ -12,6 +12,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from ..formats import FORMATS
+from ..frontend.annotations import sections
 from ..model import Box, Ellipsoid, Joint, Link, Robot, Shape
 from ..model.joint import Dynamics
 from ..model.shape import Material, plain
@@ -21,24 +22,9 @@ from .wording import number_pair
 
 # Where a value comes from and what is made of it says nothing about the robot.
 _NOT_COMPARED = ("source", "outputs", "stand_in")
+# What links, joints and shapes have that a URDF does not say.
 _NOT_IN_URDF = (
-    "sensors",
-    "edges",
-    "publishers",
-    "servos",
-    "poses",
-    "modes",
-    "disabled_contacts",
-    "drive",
-    "moveit",
-    "publisher",
-    "actuator",
-    "simulation",
-    "contact",
-    "mjcf",
-    "marked",
-    "gravity_compensation",
-    "mjcf_elements",
+    *("publisher", "actuator", "simulation", "contact", "mjcf", "marked", "gravity_compensation", "mjcf_elements"),
 )
 _NAMED = (Link, Joint, Material)
 
@@ -50,7 +36,8 @@ def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool)
     compared, and by what it means: a box by its size, an element of XML without its line ends.
     """
     skipped = (*_NOT_COMPARED, *(_NOT_IN_URDF if carried_by_urdf else ()))
-    values = list(_Comparison(tolerance, skipped, carried_by_urdf).values("", one, other))
+    held = _without_lacking(one, other) if carried_by_urdf else one
+    values = list(_Comparison(tolerance, skipped, carried_by_urdf).values("", held, other))
     if not values:
         return []
     sides = Side("source", YAML, one), Side("result", FORMATS.published() if carried_by_urdf else YAML, other)
@@ -62,6 +49,12 @@ def differently_said(one: Robot, other: Robot, section: str, tolerance: float) -
     """Return in which values two robots differ in one field of the model, such as ``moveit``."""
     comparison = _Comparison(tolerance, _NOT_COMPARED, by_meaning=False)
     return list(comparison.values(section, getattr(one, section), getattr(other, section)))
+
+
+def _without_lacking(one: Robot, other: Robot) -> Robot:
+    """Return a robot with what a URDF has no word for as another one has it."""
+    lacks = FORMATS.published().lacks
+    return replace(one, **{name: getattr(other, name) for name, node in sections().items() if node.topic in lacks})
 
 
 class _Comparison:

@@ -199,6 +199,8 @@ FORMAT = Format(
             "edge",
             "capsule",
             "drive",
+            "planning",
+            "mode",
         )
     ),
     links=_links,

@@ -9,6 +9,9 @@ from rosorin_compile.extending import FORMATS, Language
 Schema = dict[str, Any]
 
 LANGUAGE = Language.of(FORMATS.values())
+_SENSOR = LANGUAGE.schema["$defs"]["sensor"]["properties"]
+# The keys of a sensor that a type of sensors may say.
+IN_TYPES = tuple(key for key, said in _SENSOR.items() if "x-in-types" in said)
 
 # A name that an expression can use: letters of any script, digits, underscores. \w would be ASCII alone in an editor.
 _NAME = r"[^\s!-/0-9:-@\[-^`{-~][^\s!-/:-@\[-^`{-~]*"
@@ -214,12 +217,13 @@ def _sensor_type(help: Schema) -> Schema:
             "help": help,
             "params": _ref("bounded_params"),
             "let": _ref("let"),
-            "optical": _ref("optical"),
-            "mjcf": {"$ref": "#/definitions/sensor/properties/mjcf"},
-            "gazebo": {"$ref": "#/definitions/sensor/properties/gazebo"},
-            "urdf_elements": {"$ref": "#/definitions/sensor/properties/urdf_elements"},
-            "publisher": _ref("publisher"),
-            "source": _ref("source"),
+            **{key: _of_sensor(key) for key in IN_TYPES},
         },
         "additionalProperties": False,
     }
+
+
+def _of_sensor(key: str) -> Schema:
+    """Return what a sensor has at a key, where that is defined."""
+    reference = _SENSOR[key].get("$ref", f"sensor/properties/{key}")
+    return {"$ref": f"#/definitions/{reference.removeprefix('#/$defs/')}"}

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from authoring_sections import LANGUAGE, added_definitions, added_sections, definitions
+from authoring_sections import IN_TYPES, LANGUAGE, added_definitions, added_sections, definitions
 
 HEAD = Path(__file__).parents[1] / "_language_head.md"
 _KEYS = ("key", "value", "unit", "needed", "meaning")
@@ -47,7 +47,7 @@ def language() -> Schema:
     arguments = {**use["properties"]["with"], "type": "object"}
     added["use"] = {**use, "type": "object", "properties": {**use["properties"], "with": arguments}}
     whole = plain["$defs"]["sensor"]["properties"]
-    same = {name: whole[name] for name in ("mjcf", "gazebo", "urdf_elements")}
+    same = {name: whole[name] for name in IN_TYPES}
     added["sensor_type"] = {**kind, "properties": {**kind["properties"], **same}}
     return {
         **plain,

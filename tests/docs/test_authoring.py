@@ -15,7 +15,7 @@ from jsonschema import Draft7Validator
 
 from rosorin_compile.diagnostics import Source
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.annotations import of_parts
+from rosorin_compile.frontend.annotations import of_parts, of_types
 from rosorin_compile.frontend.expand import forms, parameters
 from rosorin_compile.frontend.load import parse_yaml, plain_scalar
 from rosorin_compile.frontend.tree import Map, Seq
@@ -236,7 +236,7 @@ def test_the_sections_that_the_expansion_knows_are_those_of_the_schema() -> None
     definitions = SCHEMA["definitions"]
     assert set(definitions["part"]["properties"]) == {*forms._PART_KEYS, *of_parts()}
     assert set(definitions["use"]["properties"]) == {*forms._USE_KEYS, "for", "if"}
-    assert set(definitions["sensor_type"]["properties"]) == set(forms._SENSOR_TYPE_KEYS)
+    assert set(definitions["sensor_type"]["properties"]) == {*forms._SENSOR_TYPE_KEYS, *of_types()}
     assert set(definitions["arg"]["properties"]) == set(parameters.KEYS)
     assert set(definitions["bounded_param"]["properties"]) == {*parameters.KEYS, *parameters.BOUNDS}
 

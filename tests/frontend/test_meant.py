@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rosorin_compile.diagnostics import did_you_mean, nearest
+from rosorin_compile.frontend.annotations import of_types
 from rosorin_compile.frontend.expand.forms import _SENSOR_TYPE_KEYS
 from rosorin_compile.frontend.meant import unit_meant
 from rosorin_compile.frontend.schema import schema
@@ -70,7 +71,8 @@ def test_synonyms_lead_to_keys_that_there_are(kind: str) -> None:
 def test_synonyms_of_sections_lead_to_sections() -> None:
     legal = {*schema()["properties"], "parts", "use", "sensor_types"}
     assert all(" " in meaning or meaning in legal for meaning in words_for("top").values())
-    assert all(" " in meaning or meaning in _SENSOR_TYPE_KEYS for meaning in KEYS["sensor_type"].values())
+    of_type = {*_SENSOR_TYPE_KEYS, *of_types()}
+    assert all(" " in meaning or meaning in of_type for meaning in KEYS["sensor_type"].values())
     assert set(OTHERS) <= set(schema()["$defs"])
     types = schema()["$defs"]["joint"]["properties"]["type"]["enum"]
     assert all(" " in meaning or meaning in types for meaning in VALUES["joint type"].values())

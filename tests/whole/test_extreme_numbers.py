@@ -112,6 +112,19 @@ def test_what_nothing_can_be_calculated_with_is_told_at_its_place(tmp_path: Path
     assert path.read_text("utf-8").splitlines()[span.line - 1][span.column - 1 :].startswith(value)
 
 
+@pytest.mark.parametrize(
+    "place",
+    [
+        "links: {{b: {{inertial: {{mass: {}, inertia: {{ixx: 1, iyy: 1, izz: 1}}}}}}}}",
+        "links: {{b: {{}}}}\npublishers: {{n: {{package: p}}}}\nposes: {{home: {{mjcf: {{time: {}}}}}}}",
+    ],
+)
+def test_what_is_not_calculated_with_or_has_a_rule_of_its_own_is_not_told_so(tmp_path: Path, place: str) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(f"robot: r\n{place.format('1e151')}\noutputs: {{urdf: {{file: r.urdf}}}}\n", "utf-8")
+    assert [one for one in compile_robot(path).diagnostics if one.rule == "not-finite"] == []
+
+
 def test_a_limit_may_be_the_largest_number(tmp_path: Path) -> None:
     """As many files of others say that there is none."""
     most = "1.7976931348623157e308"

@@ -13,8 +13,10 @@
 | ``x-mirror`` | a mapping | how a mirror turns what it holds |
 | ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use |
 | ``x-in-parts`` | a section | it may stand in a part |
+| ``x-in-types`` | a key of a sensor | a type of sensors may say it for its sensors |
 | ``x-accepted`` | a mapping | what is wrong with it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
 | ``x-called`` | a section | what one of its entries is called |
+| ``x-reckoned`` | any value | its numbers are calculated with: none may be beyond reckoning; false: not below |
 | ``x-topic`` | a section | a format that ``lacks`` this topic has no word for it |
 | ``x-compared`` | a section | its entries are compared value by value, each called so: ``battery main`` |
 | ``x-also`` | a key | what others call it (``synonyms``) |
@@ -59,7 +61,9 @@ WORDS = {
     "x-mirror": "mirror",
     "x-attached": "attached",
     "x-in-parts": "in_parts",
+    "x-in-types": "in_types",
     "x-accepted": "accepted",
+    "x-reckoned": "reckoned",
     "x-called": "called",
     "x-topic": "topic",
     "x-compared": "compared",
@@ -88,7 +92,9 @@ class Node:
     mirror: Sequence[str] = ()
     attached: Sequence[str] = ()
     in_parts: bool = False
+    in_types: bool = False
     accepted: Sequence[str] = ()
+    reckoned: bool | None = None
     called: str = ""
     topic: str = ""
     compared: str = ""
@@ -134,6 +140,15 @@ def merged(*how: str, in_parts: bool = False) -> tuple[str, ...]:
 def of_parts() -> tuple[str, ...]:
     """Return the sections that may stand in a part."""
     return tuple(key for key, node in sections().items() if node.in_parts)
+
+
+@cache
+def of_types() -> tuple[str, ...]:
+    """Return the keys of a sensor that a type of sensors may say, in the order of the schema."""
+    entries = [node.others for node in sections().values() if node.others is not None]
+    return tuple(
+        key for entry in entries for key, node in entry.properties.items() if node is not None and node.in_types
+    )
 
 
 def is_one_entry(section: str) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SHAPE, Rule
 from ..units import Dimension, Quantity, describe, parse_unit
+from .annotations import sections
 from .expand.tracing import problem_at
 from .schema import Steps, backend_of, has_entries, subject, unit_at, with_outputs
 from .tree import Map, Seq
@@ -34,10 +35,6 @@ RULES = (
     ),
 )
 
-# The sections whose numbers are calculated with, but for limits of joints, where 1.8e308 is how many files say that
-# there is none, and masses, which have rules of their own.
-_RECKONED = ("links", "joints", "sensors", "root", "drive", "edges")
-_OTHERS = ("limit", "mass")
 # Beyond it, what is calculated of a number (a volume, a moment of inertia) may be beyond all numbers that there are.
 MOST = 1e150
 
@@ -179,7 +176,14 @@ def _not_finite(tree: Map, path: Steps, value: float, scope: Scope | None) -> Di
 
 
 def _is_reckoned(steps: Steps) -> bool:
-    return steps[0] in _RECKONED and not any(word in steps for word in _OTHERS)
+    """Say whether a number is calculated with: those of limits may be 1.8e308, and masses have rules of their own."""
+    reckoned, node = False, sections().get(str(steps[0]))
+    for step in steps[1:]:
+        if node is None:
+            break
+        reckoned = reckoned if node.reckoned is None else node.reckoned
+        node = node.items if isinstance(step, int) else node.at(step)
+    return reckoned if node is None or node.reckoned is None else node.reckoned
 
 
 @lru_cache(maxsize=2_000)

@@ -12,7 +12,7 @@ from typing import Any
 
 from ...diagnostics.letters import in_words, unseen
 from ...units import ANGLE, LENGTH, Dimension, Quantity, describe
-from ..annotations import ENTRIES, ITEMS, merged, of_parts
+from ..annotations import ENTRIES, ITEMS, merged, of_parts, of_types
 from ..expression import pieces
 from ..expression.functions import kind_of
 from ..schema import resolve, schema
@@ -26,7 +26,7 @@ XML = (KEPT, OF_MJCF)
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use")
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
-_SENSOR_TYPE_KEYS = ("help", "params", "let", "optical", "mjcf", "gazebo", KEPT, "publisher", "source")
+_SENSOR_TYPE_KEYS = ("help", "params", "let")
 _USE_TEXTS = ("part", "prefix", "parent")
 _POSE: dict[str, Dimension] = {"xyz": LENGTH, "rpy": ANGLE}
 _FLOATS = [float] * 3
@@ -57,7 +57,7 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
 def check_sensor_type(name: str, body: Map, scope: Scope) -> None:
     """Report keys and kinds of values that a type of sensors cannot have. Raises Failed after that."""
     owner = f'sensor type "{name}"'
-    sound = _check_keys(owner, body, _SENSOR_TYPE_KEYS, scope, "sensor_type")
+    sound = _check_keys(owner, body, (*_SENSOR_TYPE_KEYS, *of_types()), scope, "sensor_type")
     for key in ("params", "let"):
         sound &= _check_kind(owner, body, key, Map, scope, evaluated=False)
     params = body.get("params")

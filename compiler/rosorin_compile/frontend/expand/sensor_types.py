@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...diagnostics.registry import ARGUMENTS, Rule
+from ..annotations import of_types
 from ..load import LoadError, load_own
 from ..tree import Instance, Map, Place, Seq
 from .forms import KEPT, check_sensor_type
@@ -26,8 +27,6 @@ RULES = (
         ARGUMENTS,
     ),
 )
-
-_BROUGHT = ("optical", "mjcf", "gazebo", KEPT, "publisher", "source")
 
 
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
@@ -100,7 +99,7 @@ def _full(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> M
         if key != "with":
             made.put(key, value, sensor.key_spans[key], sensor.value_spans[key])
     changed = sensor["gazebo"] if isinstance(sensor.get("gazebo"), Map) else None
-    for key in _BROUGHT:
+    for key in of_types():
         if key in definition and (key not in sensor or (key == "gazebo" and changed is not None)):
             brought = scope.resolve(definition[key], Place(definition.value_spans[key], scope.via), key == KEPT)
             if key == "gazebo" and changed is not None:

@@ -61,7 +61,7 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     for step in path:
         if not told and node.keys is not None and node.keys.names:
             found = (str(step),)
-        below = node.items if isinstance(step, int) else node.at(step)
+        below = node.below(step)
         if below is None:
             return found
         node, value = below, _inner(value, step)

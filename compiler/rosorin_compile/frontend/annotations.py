@@ -17,6 +17,7 @@
 | ``x-accepted`` | a mapping | what is wrong with it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
 | ``x-called`` | a section | what one of its entries is called |
 | ``x-reckoned`` | any value | its numbers are calculated with: none may be beyond reckoning; false: not below |
+| ``x-explained`` | a section | its entries have no frame; ``explain`` shows where their numbers were written |
 | ``x-topic`` | a section | a format that ``lacks`` this topic has no word for it |
 | ``x-compared`` | a section | its entries are compared value by value, each called so: ``battery main`` |
 | ``x-also`` | a key | what others call it (``synonyms``) |
@@ -65,6 +66,7 @@ WORDS = {
     "x-accepted": "accepted",
     "x-reckoned": "reckoned",
     "x-called": "called",
+    "x-explained": "explained",
     "x-topic": "topic",
     "x-compared": "compared",
     "x-merge": "merge",
@@ -96,6 +98,7 @@ class Node:
     accepted: Sequence[str] = ()
     reckoned: bool | None = None
     called: str = ""
+    explained: bool = False
     topic: str = ""
     compared: str = ""
     merge: str = ""
@@ -109,6 +112,10 @@ class Node:
     def at(self, key: str) -> Node | None:
         """Return what the schema says of the value of a key of a mapping; ``None`` if it says nothing."""
         return self.properties.get(key, self.others)
+
+    def below(self, step: str | int) -> Node | None:
+        """Return what the schema says of what is at a step of a path: a key of a mapping, an index of a list."""
+        return self.items if isinstance(step, int) else self.at(step)
 
     def left_out(self, entry: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
         """Yield the keys that are left out and whose name follows from others, each with its kind and that name."""

@@ -182,7 +182,7 @@ def _is_reckoned(steps: Steps) -> bool:
         if node is None:
             break
         reckoned = reckoned if node.reckoned is None else node.reckoned
-        node = node.items if isinstance(step, int) else node.at(step)
+        node = node.below(step)
     return reckoned if node is None or node.reckoned is None else node.reckoned
 
 

@@ -12,14 +12,14 @@ from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span
 from ..diagnostics.misspelt import UNNAMED, Offer, offer, placed, told_once, written
+from ..frontend.annotations import Node, sections
 from ..frontend.tree import Instance, Map, Place, Seq, exists, locate, nearer
 from ..frontend.tree import Path as TreePath
 from .names import named_sections
 
-# Sections whose keys are names that others are looked up by.
 _WORD = re.compile(r"\w+")
-# Mappings whose keys name what is defined elsewhere: the section, and the key of the mapping.
-_NAMING = (("control", "joints"), ("poses", "positions"), ("poses", "pulses"), ("outputs", "rename"))
+# Options of outputs whose keys name what is defined elsewhere.
+_NAMING = ("outputs", "rename")
 # What is wrong because a name leads nowhere, and the rules that tell that: who corrects it sees whether it still is.
 _FOLLOWING = {
     "control-joint": ("unknown-link", "unknown-joint", "unknown-option"),
@@ -103,18 +103,20 @@ def _mentions(tree: Map, wanted: set[str]) -> dict[str, list[_Named]]:
     """Return where names are named, those of definitions aside."""
     found: dict[str, list[_Named]] = {}
 
-    def walk(node: Any, via: Instance | None, path: TreePath) -> None:
+    def walk(node: Any, via: Instance | None, path: TreePath, said: Node | None) -> None:
         via = nearer(via, node.via)
-        names = len(path) == 3 and (path[0], path[2]) in _NAMING
+        names = (len(path) == 3 and (path[0], path[2]) == _NAMING) or (
+            said is not None and said.keys is not None and bool(said.keys.names)
+        )
         for key, value in node.items() if isinstance(node, Map) else enumerate(node):
             if names and key in wanted:
                 found.setdefault(str(key), []).append(_Named((*path, key), Place(node.key_spans[key], via)))
             if isinstance(value, (Map, Seq)):
-                walk(value, via, (*path, key))
+                walk(value, via, (*path, key), said and said.below(key))
             elif isinstance(value, str):
                 # A condition names several modes.
                 for name in wanted.intersection(_WORD.findall(value) if key == "when" else (value,)):
                     found.setdefault(name, []).append(_Named((*path, key), Place(node.value_spans[key], via)))
 
-    walk(tree, tree.via, ())
+    walk(tree, tree.via, (), Node(properties=sections()))
     return found

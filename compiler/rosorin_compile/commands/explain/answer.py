@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ...diagnostics import did_you_mean, nearest
+from ...frontend.annotations import sections
 from ...frontend.expand import Expanded
 from ...frontend.lower import Lowered
 from ...frontend.tree import Map, Path
@@ -38,6 +39,7 @@ def explain(
     frames = Frames(lowered.robot, lowered.places, origins)
     if pose and all(known.name != pose for known in lowered.robot.poses):
         raise NotThere(_missing("pose", pose, [known.name for known in lowered.robot.poses]))
+    without_frames = list(_explained(expanded.tree))
     targets: dict[str, None] = {}
     others: list[str] = []
     simulated: list[Answer] = []
@@ -45,7 +47,7 @@ def explain(
         found = _targets(frames, name)
         targets |= dict.fromkeys(found)
         entries = (
-            [] if found else [Answer(name, tuple(of_entry(frames, path))) for path in _entries(expanded.tree, name)]
+            [] if found else [Answer(name, tuple(of_entry(frames, path))) for path in without_frames if path[1] == name]
         )
         simulated += entries
         others += [] if found or entries else [name]
@@ -55,7 +57,7 @@ def explain(
     for name in others:
         if not any(_is_called(number, name) for number in numbers):
             known = {*frames.names(), *(sensor.name for sensor in frames.robot.sensors), *frames.robot.joint}
-            known |= {entry for section in _SIMULATED for entry in expanded.tree.get(section) or ()}
+            known |= {str(path[1]) for path in without_frames}
             known |= {use for frame in frames.names() for use in frames.uses(frame)}
             raise NotThere(
                 _missing("frame, link, joint, sensor, use or number", name, [*sorted(known), *sorted(numbers)])
@@ -63,13 +65,11 @@ def explain(
     return [_answer(one, others) for one in answered] if others else answered
 
 
-# Sections for a simulation whose entries have no frame.
-_SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors")
-
-
-def _entries(tree: Map, name: str) -> list[Path]:
-    """Return the paths of what only a simulation has under a name."""
-    return [(section, name) for section in _SIMULATED if name in (tree.get(section) or ())]
+def _explained(tree: Map) -> Iterator[Path]:
+    """Yield the paths of entries that have no frame, and numbers of which the schema says that they are shown."""
+    for section, node in sections().items():
+        if node.explained:
+            yield from ((section, name) for name in tree.get(section) or ())
 
 
 def _numbers(one: Explanation | Answer) -> Sequence[Number]:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ..frontend.language import Language
     from ..frontend.load import LoadError, each_entry, parse_yaml, read_utf8
     from ..frontend.packages import Packages
+    from ..frontend.schema import fragment_at
     from ..frontend.tree import Map, Path, Seq, Text
     from ..frontend.yaml_text import Scalar
     from ..meaning.entities import Change
@@ -102,6 +103,7 @@ _HOMES = {
     "expand_robot": "pipeline",
     "expression_names": "frontend.expression.functions",
     "for_each": "commands.run",
+    "fragment_at": "frontend.schema",
     "give_result": "commands.answer",
     "holding": "output.placing",
     "is_foreign": "commands.robots",
@@ -166,6 +168,7 @@ __all__ = [
     "expand_robot",
     "expression_names",
     "for_each",
+    "fragment_at",
     "give_result",
     "holding",
     "is_foreign",

@@ -122,29 +122,37 @@ def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
 
     None where the schema has no number at all.
     """
-    # The names of entries and the indices of items make no difference: what is asked for is found once for all.
-    steps = [0 if isinstance(step, int) else step for step in path]
-    if len(steps) > 1 and has_entries(str(steps[0])):
-        steps[1] = "*"
-    return _unit_of(tuple(steps))
-
-
-@lru_cache(maxsize=2_000)
-def _unit_of(path: tuple[str | int, ...]) -> str | list[str] | None:
-    node: Any = schema()
-    for step in path:
-        node = resolve(node)
-        if isinstance(step, int):
-            node = node.get("items")
-        else:
-            node = node.get("properties", {}).get(step, node.get("additionalProperties", node.get("items")))
-        if not isinstance(node, dict):
-            return None
-    node = resolve(node)
+    node = fragment_at(path)
     if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # a number, or a list of them
         return None
     unit: str | list[str] = node.get("x-unit", "")
     return unit
+
+
+def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
+    """Return what the schema says of the value at a path of a description; nothing where it says nothing.
+
+    Of what is said beside a reference and behind it, the nearer one counts.
+    """
+    # The names of entries and the indices of items make no difference: what is asked for is found once for all.
+    steps = [0 if isinstance(step, int) else step for step in path]
+    if len(steps) > 1 and has_entries(str(steps[0])):
+        steps[1] = "*"
+    return _fragment_at(tuple(steps))
+
+
+@lru_cache(maxsize=2_000)
+def _fragment_at(path: tuple[str | int, ...]) -> Mapping[str, Any]:
+    node: Any = schema()
+    for step in path:
+        inner = node.get("items")
+        if not isinstance(step, int):
+            inner = node.get("properties", {}).get(step, node.get("additionalProperties", inner))
+        if not isinstance(inner, dict):
+            return {}
+        node = {**resolve(inner), **inner} if "$ref" in inner else inner
+    found: Mapping[str, Any] = node
+    return found
 
 
 def resolve(node: dict[str, Any]) -> dict[str, Any]:

@@ -14,73 +14,9 @@ from rosorin_compile.diagnostics import Span
 from rosorin_compile.extending import Description, Imported, Map, Outputs, Path, Seq, expression_names
 
 from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
+from .order import about, in_files, is_default, sorted_keys, sorted_sections
 
 MAX_LINES = 150  # a longer description is split into files
-PARTS, LINKS, JOINTS = "parts.yaml", "links.yaml", "joints.yaml"
-SIMULATION, EXTENSIONS = "simulation.yaml", "extensions.yaml"
-SENSORS, CONTROL, MOVEIT = "sensors.yaml", "control.yaml", "moveit.yaml"
-
-_HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
-_TAIL = (
-    *("modes", "publishers", "edges", "poses", "drive", "control", "controllers", "moveit", "disabled_contacts"),
-    *("accept", "outputs"),
-)
-_FILES = {
-    PARTS: ("parts",),
-    LINKS: ("materials", "links"),
-    JOINTS: ("joints",),
-    SIMULATION: (
-        *("root", "actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs"),
-        "mjcf_elements",
-    ),
-    SENSORS: ("sensors",),
-    CONTROL: ("control",),
-    EXTENSIONS: ("urdf_elements",),
-    MOVEIT: ("moveit",),
-}
-_ABOUT = {
-    PARTS: "The parts: what the robot has several times, written once; robot.yaml uses them.",
-    LINKS: "The links: masses, what they look like, what they collide with.",
-    JOINTS: "The joints: how the links hang together.",
-    SIMULATION: "What only a simulation has: how the robot stands, what drives it, what it measures and touches.",
-    SENSORS: "The sensors: what each measures, and what Gazebo has of it.",
-    CONTROL: "The hardware of ros2_control.",
-    EXTENSIONS: "What the language has no word for, as it stood in the source.",
-    MOVEIT: "What MoveIt has to know beside the URDF: groups of joints, end effectors, pairs that it need not check.",
-}
-# Sections in an entry whose keys are names: of a pose, a tendon, a link.
-_NAMED_SECTIONS = ("positions", "pulses", "controls", "joints", "sites", "cameras", "lights")
-# And in one of these sections also others.
-_NAMED_WITHIN = {
-    "control": ("params", "sensors", "gpio", "transmissions", "actuators", "command", "state"),
-    "sensors": ("with",),
-}
-
-# The order in which a person says things; what is not here comes after, in the order of the source.
-_ORDER = (
-    "name type part plugin prefix parent child frame optical box cylinder capsule sphere ellipsoid mesh height_map "
-    "file mass size radius length radii xyz rpy mirror with inertia ixx iyy izz ixy ixz iyz inertial visual collision "
-    "axis limit lower upper effort velocity mimic joint multiplier offset dynamics damping friction armature stiffness "
-    "spring_reference calibration "
-    "safety_controller material rgba texture kind tendon site links joints shapes kp kv damping_ratio gear range force "
-    "layers touches contact actuator publisher optical sites cameras lights gravity_compensation source mjcf "
-    "urdf_elements mjcf_elements"
-)
-_RANK = {key: rank for rank, key in enumerate(_ORDER.split())}
-
-# What the language takes when nothing is said, by the last two keys of a path.
-_DEFAULTS: dict[tuple[str, str], Any] = {
-    ("inertia", "ixy"): 0,
-    ("inertia", "ixz"): 0,
-    ("inertia", "iyz"): 0,
-    ("mimic", "multiplier"): 1,
-    ("mimic", "offset"): 0,
-    ("mesh", "scale"): [1, 1, 1],
-    ("dynamics", "damping"): 0,
-    ("dynamics", "friction"): 0,
-    ("dynamics", "armature"): 0,
-}
-_POSED = ("links", "joints")  # where xyz and rpy are zero by default
 
 
 def tree_of(imported: Imported) -> Map:
@@ -104,13 +40,14 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
         whole = _file(Description.ROOT_FILE, document, imported, wanted, head)
         if split is False or whole.count("\n") <= MAX_LINES:
             return {Description.ROOT_FILE: whole}
-    parts = {name: {key: document.pop(key) for key in keys if key in document} for name, keys in _FILES.items()}
-    parts = {name: part for name, part in parts.items() if part}
-    document["include"] = list(parts)
-    files = {Description.ROOT_FILE: _file(Description.ROOT_FILE, _sorted(document), imported, wanted, head)}
+    parts = in_files(document)
+    for section in {section for part in parts.values() for section in part} - {"source"}:
+        del document[section]
+    document["include"] = [f"{name}.yaml" for name in parts]
+    files = {Description.ROOT_FILE: _file(Description.ROOT_FILE, sorted_sections(document), imported, wanted, head)}
     for name, part in parts.items():
-        source = {"source": document["source"]} if "source" in document else {}
-        files[name] = _file(name, {**source, **part}, imported, wanted, head)
+        file = f"{name}.yaml"
+        files[file] = _file(file, part, imported, wanted, [*head, about(name, part)])
     return files
 
 
@@ -123,19 +60,11 @@ def lines_of(tree: Map) -> int:
 def _file(name: str, document: dict[str, Any], imported: Imported, wanted: Outputs, head: list[str]) -> str:
     """Return the text of one file."""
     root = name == Description.ROOT_FILE
-    said = placed(imported.comments, document, head if root else [*head, _ABOUT[name]], root)
+    said = placed(imported.comments, document, head, root)
     if root and wanted.lines:
         inside = {**said.inside, ("outputs",): wanted.lines}
         said = said._replace(inside=inside)
     return layout(document, said)
-
-
-def _sorted(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the sections of a file in the order of a description."""
-    rank = {key: place for place, key in enumerate((*_HEAD, *(k for keys in _FILES.values() for k in keys)))}
-    rank |= {key: 1000 + place for place, key in enumerate(_TAIL)}
-    ranked = {**rank, "use": rank["joints"] + 0.5}  # they hang on links, as joints do
-    return dict(sorted(document.items(), key=lambda item: ranked.get(item[0], 500)))
 
 
 class _Document:
@@ -155,7 +84,7 @@ class _Document:
         if lets:
             document["let"] = lets
         document["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
-        return _sorted(document)
+        return sorted_sections(document)
 
     def value(self, value: Any, path: Path, span: Span | None) -> Any:
         """Return one value as ``layout`` takes it."""
@@ -178,18 +107,11 @@ class _Document:
         own = within_part(path)
         for key, item, span in _items(value):
             here = (*path, key)
-            if not _is_default((*own, key), item):
+            if not is_default((*own, key), item):
                 found = self.value(item, here, span)
                 if found or key != "dynamics":
                     made[key] = found
-        if len(own) > 1 and own[0] != "parts" and not _keeps_order(own):
-            made = dict(sorted(made.items(), key=lambda entry: _RANK.get(entry[0], len(_RANK))))
-        return made
-
-
-def _keeps_order(path: Path) -> bool:
-    """Say whether the keys at a path are names, or words of another program: they stay as they were."""
-    return path[-1] in (*_NAMED_SECTIONS, *_NAMED_WITHIN.get(str(path[0]), ())) or path[2:4] == ("gazebo", "elements")
+        return sorted_keys(made, own) if len(own) > 1 else made
 
 
 def _written(value: Any) -> Any:
@@ -204,16 +126,6 @@ def _written(value: Any) -> Any:
 def _items(value: Map) -> Iterator[tuple[str, Any, Span | None]]:
     for key, item in value.items():
         yield key, item, value.value_spans.get(key)
-
-
-def _is_default(path: Path, value: Any) -> bool:
-    """Say whether a value is what the language takes when nothing is said."""
-    if path[0] not in _POSED or len(path) < 3:
-        return False
-    if path[-1] in ("xyz", "rpy"):
-        return isinstance(value, list) and not any(value)
-    default = _DEFAULTS.get((str(path[-2]), str(path[-1])))
-    return default is not None and not isinstance(value, bool) and bool(value == default)
 
 
 MAX_NAME = 60

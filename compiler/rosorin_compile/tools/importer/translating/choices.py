@@ -14,8 +14,8 @@ from copy import deepcopy
 from pathlib import PurePosixPath
 from typing import Any, TypeGuard
 
-from ..description import _RANK
 from ..layout import Expression, Verbatim
+from ..order import in_order
 from .expressions import all_of, negated, written
 
 IF = Verbatim("if")
@@ -66,7 +66,7 @@ def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
     keys = dict.fromkeys(key for value, _ in found for key in value)
     sure = [when for _, when in found]
     made: dict[Any, Any] = {}
-    for key in sorted(keys, key=lambda one: _RANK.get(str(one), len(_RANK))):
+    for key in in_order(keys):
         having = [(value[key], when) for value, when in found if key in value]
         made[key] = merged(str(key), having, sure)
         if made[key] is None:

@@ -8,8 +8,8 @@ from typing import Any
 
 from rosorin_compile.extending import Scalar, exact
 
-from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
+from ..order import in_order
 from .blocks import DEFAULTS, Leaf, inserted, leaves, owner, value_at
 from .choices import Alternative, conditional, merged, node_of
 from .data import Data
@@ -311,7 +311,7 @@ class Values:
                 if not (isinstance(when, ast.Constant) and not when.value):
                     groups.setdefault(key, []).append((value, when))
         made: dict[Any, Any] = {}
-        for key in sorted(groups, key=lambda one: _RANK.get(one, len(_RANK))):
+        for key in in_order(groups):
             self.settle(made, key, groups[key])
         return made
 

@@ -26,6 +26,7 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
         "disabled_contacts": tuple((link(one), link(other)) for one, other in robot.disabled_contacts),
         "moveit": robot.moveit and robot.moveit.renamed(link, joint),
         "simulation": robot.simulation.renamed(link, joint),
+        "sections": {name: walk.at(sections().get(name), section) for name, section in robot.sections.items()},
     }
     walked = (field.name for field in fields(robot) if field.name in sections() and field.name not in found)
     return replace(robot, **found, **{name: walk.at(sections()[name], getattr(robot, name)) for name in walked})

@@ -7,6 +7,7 @@ words of its own.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import fields
 from typing import Any
 
 from ..frontend.annotations import sections
@@ -100,7 +101,8 @@ def _of_one_format(a: Robot, b: Robot) -> Iterator[Item]:
 
 def _plain(robot: Robot) -> dict[str, Any]:
     """Return the sections that are compared value by value."""
-    return {section: getattr(robot, section) for section, node in sections().items() if node.compared}
+    of_model = (field.name for field in fields(robot) if field.name in sections() and sections()[field.name].compared)
+    return {**robot.sections, **{section: getattr(robot, section) for section in of_model}}
 
 
 def _own_publishers(robot: Robot) -> dict[str, Any]:

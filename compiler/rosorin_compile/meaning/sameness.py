@@ -54,7 +54,8 @@ def differently_said(one: Robot, other: Robot, section: str, tolerance: float) -
 def _without_lacking(one: Robot, other: Robot) -> Robot:
     """Return a robot with what a URDF has no word for as another one has it."""
     lacks = FORMATS.published().lacks
-    return replace(one, **{name: getattr(other, name) for name, node in sections().items() if node.topic in lacks})
+    skipped = [name for name, node in sections().items() if node.topic in lacks]
+    return replace(one, **{name: getattr(other, name) for name in ("sections", *skipped)})
 
 
 class _Comparison:

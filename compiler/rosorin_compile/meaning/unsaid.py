@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 from ..diagnostics.wording import plural
+from ..frontend.annotations import ENTRIES, ITEMS, sections
 from ..model import Joint, Robot
 from .difference import YAML, Side
 from .pairing import Pairing
@@ -85,6 +86,7 @@ def unsaid(a: Side, b: Side) -> Unsaid:
         ]
         lines += _line(side, other, empty, "which leaves out all of it")
         topics |= {*lacks, *empty, *side.format.lacks}
+    lines += [*_outside(a, b), *_outside(b, a)]
     if a.format != b.format and "contact" not in topics:
         # What a simulation excludes beside what was asked for are the contacts of neighbours.
         topics.add("contact")
@@ -94,9 +96,21 @@ def unsaid(a: Side, b: Side) -> Unsaid:
     return Unsaid(frozenset(topics), lines)
 
 
+def _outside(side: Side, other: Side) -> list[str]:
+    """Return the sentence on sections of a description that no format has a word for."""
+    if side.format is YAML:
+        return []
+    own = ((sections()[name], section) for name, section in other.robot.sections.items())
+    counts = [(node.compared, len(section) if node.merge in (ENTRIES, ITEMS) else 1) for node, section in own]
+    return _sentence(side, counts, "a format without a word for it")
+
+
 def _line(side: Side, other: Side, topics: list[str], why: str) -> list[str]:
-    counted = [(TOPICS[topic][1](other.robot), TOPICS[topic][0]) for topic in topics]
-    said = ", ".join(f"{count} {_counted(name, count)}" for count, name in counted if count)
+    return _sentence(side, [(TOPICS[topic][0], TOPICS[topic][1](other.robot)) for topic in topics], why)
+
+
+def _sentence(side: Side, counts: Iterable[tuple[str, int]], why: str) -> list[str]:
+    said = ", ".join(f"{count} {_counted(name, count)}" for name, count in counts if count)
     return [f"{said}: {side.label} is {side.format.named}, {why}"] if said else []
 
 

@@ -181,6 +181,7 @@ class Output:
 class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description.
 
+    ``sections`` has what a description says in sections that have no field here, as plain values in SI units.
     ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
     of each that is, and of each image. ``mesh_contents`` are the bytes of those that artifacts open, as they open them,
     each with the ending of its name.
@@ -205,6 +206,7 @@ class Robot:
     control: tuple[Block, ...] = ()
     controllers: tuple[Controller, ...] = ()
     moveit: Moveit | None = None
+    sections: Mapping[str, Any] = field(default_factory=dict, hash=False)
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)

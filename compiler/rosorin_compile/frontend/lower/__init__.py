@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
@@ -36,6 +37,7 @@ from ...model.link import Source
 from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, GazeboSensor, Replicas, Simulated
 from ...model.simulation import NO_SIMULATION
 from ..accepting import accepted, names_at
+from ..annotations import sections
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
 from ..schema import backend_of
@@ -59,6 +61,7 @@ from .entries import (
     values_of,
     vector_of,
 )
+from .plainly import plain
 from .sdf import Frames, lower_gazebo
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
@@ -86,6 +89,13 @@ OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 
 # The problems of lowering that a description may accept.
 _ACCEPTABLE = {rule.id: rule for rule in _OF_SHAPES if rule.accept}
+
+
+@cache
+def _without_fields() -> tuple[str, ...]:
+    """Return the sections of which the model has no field of their own, and the schema says that they are compared."""
+    known = {field.name for field in fields(Robot)}
+    return tuple(name for name, node in sections().items() if node.compared and name not in known)
 
 
 class Lowered(NamedTuple):
@@ -200,6 +210,7 @@ class _Lowering:
             drive=self.drive(),
             **self.of_ros2_control(),
             moveit=self.moveit(),
+            sections={name: plain(tree[name]) for name in _without_fields() if tree.get(name) is not None},
         )
 
     def of_ros2_control(self) -> dict[str, Any]:

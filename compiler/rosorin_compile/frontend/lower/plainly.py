@@ -22,6 +22,17 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
     return kind(**found, **given)
 
 
+def plain(value: Any) -> Any:
+    """Return a value of a description without its place, and where it comes from: quantities as numbers in SI units."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items() if key != "source"}
+    if isinstance(value, list):
+        return tuple(plain(item) for item in value)
+    if isinstance(value, float):
+        return float(value)
+    return str(value) if isinstance(value, str) else value
+
+
 @cache
 def _fields(kind: Any) -> tuple[tuple[str, Convert], ...]:
     """Return the fields of a record, each with what makes its value of one of a description."""

@@ -21,6 +21,8 @@ BATTERY = {
         "voltage": {"type": "number", "description": "Its voltage.", "x-unit": "V"},
         "mass": {"type": "number", "description": "Its mass.", "x-unit": "kg"},
         "link": {**NAME, "description": "The link that it is in.", "x-names": "link", "x-attached": ["xyz"]},
+        "gauge": {**NAME, "description": "What measures it.", "x-names": "sensor", "x-among": "description"},
+        "spare": {**NAME, "description": "What stands in.", "x-names": "battery", "x-among": "description"},
         "xyz": {"$ref": "#/$defs/xyz"},
         "source": {"$ref": "#/$defs/source"},
     },
@@ -43,11 +45,13 @@ SECTION = {
 ROBOT = """\
 robot: toy
 links: {base: {}}
+sensors: {meter: {type: imu, parent: base, frame: meter_frame}}
 parts:
   pack:
     links: {box: {}}
     joints: {hold: {type: fixed, parent: mount, child: box, xyz: [0, 0.1, 0]}}
     battery:
+      other: {link: mount, gauge: meter, spare: main}
       main: {link: box, voltage: 12, mass: 200 g, xyz: [0, 0.02, 0], source: {note: weighed, status: measured}}
 use:
   left: {part: pack, parent: base}
@@ -105,14 +109,19 @@ def test_what_the_schema_says_is_enough(tool: Path, tmp_path: Path) -> None:
     told = asked(tool, tmp_path, "diff", robot, described(tmp_path, "box", "tray"), code=1)
     assert "link left_box renamed to left_tray\nlink right_box renamed to right_tray\ndifferent: 2 names" in told
     told = asked(tool, tmp_path, "diff", robot, "outputs/toy/toy.urdf")
-    assert "not compared: 2 batteries: outputs/toy/toy.urdf is a URDF, a format without a word for it" in told
+    assert "not compared: 4 batteries: outputs/toy/toy.urdf is a URDF, a format without a word for it" in told
     told = asked(tool, tmp_path, "diff", robot, described(tmp_path, "weighed", "guessed"))
     assert "the same robot" in told
     told = asked(tool, tmp_path, "all", described(tmp_path, "link: box", "link: bxo"), code=1)
     assert 'there is no link "bxo", the link of battery "left_main"' in told
     assert 'did you mean "box"?' in told
+    told = asked(tool, tmp_path, "all", described(tmp_path, "meter, spare: main", "mteer, spare: mian"), code=1)
+    assert 'there is no sensor "mteer", the gauge of battery "left_other"' in told
+    assert 'did you mean "meter"?' in told
+    assert 'there is no battery "mian", the spare of battery "left_other"' in told
+    assert 'did you mean "main"?' in told
     told = asked(tool, tmp_path, "all", described(tmp_path, "battery:", "batery:"), code=1)
     assert 'did you mean "battery"?' in told
     told = asked(tool, tmp_path, "explain", robot, "right_main", "xyz", "mass")
-    assert "toy.yaml:8:44  200 g" in told
+    assert "toy.yaml:10:44  200 g" in told
     assert "-0.02 m" in told

@@ -7,7 +7,8 @@
 | ``x-otherwise`` | beside ``x-gives`` | the name where the key is left out: ``{frame}_joint`` |
 | ``x-said`` | beside ``x-names`` | what is said of a name of nothing; ``{1}``: the second step of the path to it |
 | | | false: a rule of its own tells that, or none, here and below |
-| ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, or (left out) in the description |
+| ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, in the ``description``; |
+| | | left out: a link or a joint in the description, another kind by a rule of its own |
 | ``x-scope`` | beside them | ``robot``: never with the prefix of a part; ``world``: it gives no name of the part |
 | ``x-names-in`` | any value | names stand inside of it; the function that knows where |
 | ``x-mirror`` | a mapping | how a mirror turns what it holds |
@@ -50,7 +51,7 @@ ALSO: Mapping[str, tuple[str, ...]] = {
 }
 MIRROR, GIVES, INSIDE = "x-mirror", "x-gives", "x-names-in"
 ROBOT, WORLD = "robot", "world"
-SIMULATION = "simulation"
+SIMULATION, DESCRIPTION = "simulation", "description"
 ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 # Each annotation and the field of a node that has it.

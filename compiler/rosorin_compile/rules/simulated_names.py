@@ -6,14 +6,14 @@ one of the section are both actuators. What elements of MJCF bring counts as wel
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
-from ..frontend.annotations import SIMULATION
-from ..frontend.expand.naming import ENDS, KINDS
+from ..frontend.annotations import DESCRIPTION, SIMULATION
+from ..frontend.expand.naming import ENDS, KINDS, names_of
 from ..frontend.mentions import Mention, mentions
 from ..frontend.tree import Path
 from ..model import Robot
@@ -186,13 +186,16 @@ def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
 
 @rule(
     "unknown-name",
-    "What only a simulation has names a site, a shape, a tendon, an actuator or a camera that there is not.",
+    "What only a simulation has names a site, a shape, a tendon, an actuator or a camera that there is not; "
+    "or an entry names another one that there is not.",
     "Correct the name.",
     SIMULATED,
 )
 def known(case: Case) -> Iterator[Diagnostic]:
     """Names in the sections for a simulation; each name that there is not once, however often it is used."""
-    named = [one for one in mentions(case.tree) if one.among == SIMULATION]
+    said = [one for one in mentions(case.tree) if one.among]
+    yield from _unknown(case, [one for one in said if one.among == DESCRIPTION])
+    named = [one for one in said if one.among == SIMULATION]
     if not named:
         return
     names = Names(case)
@@ -207,6 +210,18 @@ def known(case: Case) -> Iterator[Diagnostic]:
         for path, what, related in ((first.path, first.what, also[:_MAX_RELATED]), *((*one, []) for one in same)):
             id, message, help = _said(names, kind, name, what, path)
             yield case.problem(id, message, path, help, related=related, key=first.key)
+
+
+def _unknown(case: Case, named: Sequence[Mention]) -> Iterator[Diagnostic]:
+    """Yield what names no entry of the description, where the schema says that it names one."""
+    if not named:
+        return
+    names = names_of(case.tree)
+    for one in named:
+        if not names.gives(one.kind, one.name):
+            message = f'there is no {one.kind} "{one.name}", {one.what}'
+            help = case.suggest(one.path, one.name, names.among((one.kind,)), f"name a {one.kind} of the robot")
+            yield case.problem("unknown-name", message, one.path, help, key=one.key)
 
 
 def _said(names: Names, kind: str, name: str, what: str, path: Path) -> tuple[str, str, str]:

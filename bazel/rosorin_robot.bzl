@@ -12,6 +12,7 @@ _ENVIRONMENT = {
     "PYTHONDONTWRITEBYTECODE": "1",
     "PYTHONNOUSERSITE": "1",
     "ROSORIN_COMPILE_CACHE": "off",
+    "ROSORIN_COMPILE_PROGRESS": "off",
 }
 
 def _package_folder(target, name):

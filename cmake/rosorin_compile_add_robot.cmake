@@ -228,6 +228,8 @@ macro(_rosorin_compile_build)
     list(APPEND words --quiet)
   endif()
   list(GET ROSORIN_COMPILE_EXECUTABLE 0 program)
+  # colcon points out a package whose build prints to standard error: how far a robot is does not go there.
+  set(silently "${CMAKE_COMMAND}" -E env ROSORIN_COMPILE_PROGRESS=off)
   list(GET files 0 first)
   list(JOIN names ", " listed)
   set(forget "")
@@ -241,7 +243,7 @@ macro(_rosorin_compile_build)
     OUTPUT ${files}
     COMMAND "${CMAKE_COMMAND}" -P "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/rosorin_compile_same_outputs.cmake"
       -- "${asked}" "${arg_NAME}" ${ask}
-    COMMAND ${ROSORIN_COMPILE_EXECUTABLE} all "${source}" ${only} -o "${folder}/${robot}"
+    COMMAND ${silently} ${ROSORIN_COMPILE_EXECUTABLE} all "${source}" ${only} -o "${folder}/${robot}"
       --depfile "${folder}/outputs.d" --depfile-target "${first}" ${words}
     ${forget}
     DEPENDS ${inputs} "${program}" ${arg_DEPENDS}
@@ -271,7 +273,7 @@ macro(_rosorin_compile_golden)
   set(stamp "${folder}/golden.stamp")
   add_custom_command(
     OUTPUT "${stamp}"
-    COMMAND ${ROSORIN_COMPILE_EXECUTABLE} check "${source}" -o "${committed}/${robot}"
+    COMMAND ${silently} ${ROSORIN_COMPILE_EXECUTABLE} check "${source}" -o "${committed}/${robot}"
       --depfile "${folder}/golden.d" --depfile-target "${stamp}" ${words}
     COMMAND "${CMAKE_COMMAND}" -E touch "${stamp}"
     ${forget}

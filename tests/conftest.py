@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -59,7 +60,11 @@ def rosorin(home: Path) -> Path:
 
 
 def pytest_configure() -> None:
-    """Take interrupts where a shell's job in the background ignores them: its children would ignore them, too."""
+    """Take interrupts where a shell's job in the background ignores them: its children would ignore them, too.
+
+    What a command prints depends on no clock: nothing is shown of what takes long, but by the tests of that.
+    """
+    os.environ["ROSORIN_COMPILE_PROGRESS"] = "off"
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -99,7 +99,7 @@ def _answered(words: list[str], answer: Answer) -> int:
         if getattr(options, "xacro_seconds", None):
             os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
         if _shown(options):
-            show_progress()
+            show_progress(getattr(options, "in_logs", True))
         code: int = options.run(options)
         if not getattr(options, "quiet", False):
             console = answer.console()
@@ -117,9 +117,9 @@ def _answered(words: list[str], answer: Answer) -> int:
 
 
 def _shown(options: argparse.Namespace) -> bool:
-    """Say whether a run is one for a person, who wants to see how far it is."""
-    for_programs = getattr(options, "format", "text") != "text"
-    return not (for_programs or getattr(options, "quiet", False))
+    """Say whether somebody wants to see how far a run is: at a terminal, or in the log of a job."""
+    for_people = getattr(options, "format", "text") in ("text", "github", "markdown")
+    return for_people and not getattr(options, "quiet", False)
 
 
 def _say_no_more() -> None:

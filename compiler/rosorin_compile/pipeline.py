@@ -193,6 +193,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs]
     Progress.step("validating")
     diagnostics += validate(tree, FORMATS, expanded.scope)
+    Progress.step("building the robot")
     lowered = None if has_errors(diagnostics) else lower(tree, expanded.scope)
     diagnostics += [*_plugged_rules(), *unknown(tree, acceptable())]
     if lowered is None or has_errors(diagnostics):

@@ -1,4 +1,4 @@
-"""Progress on the last line of a terminal: only for a person, only after a while, and never a letter of it left."""
+"""Progress: on the last line of a terminal, with never a letter of it left, or in lines of a log."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import io
 import itertools
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import Progress, progress
-from support.commands import write_files
+from support.commands import of_a_person, write_files
 
 CHAIN = """robot: chain
 parts:
@@ -72,11 +73,17 @@ def sit_down(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     """Return the terminal that is standard error from now on, where a clock goes a second at each look."""
     made = Terminal()
     monkeypatch.setattr(sys, "stderr", made)
-    monkeypatch.delenv("CI", raising=False)
     monkeypatch.setenv("TERM", "xterm")
+    slow_down(monkeypatch)
+    return made
+
+
+def slow_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a clock go a second at each look, on a machine of a person."""
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
     ticks = itertools.count()
     monkeypatch.setattr("rosorin_compile.diagnostics.progress.time.monotonic", lambda: float(next(ticks)))
-    return made
 
 
 def test_nothing_is_shown_before_two_seconds(clock: Clock) -> None:
@@ -155,7 +162,7 @@ def test_every_stage_of_a_large_robot_is_shown(
     assert main(["all", "chain.yaml"]) == 0
     shown = person.getvalue()
     kinds = re.findall(r"\r([a-z ]+?)(?:,| [\d\[]|\x1b| [a-z_]+\.)", shown)
-    order = ["expanding parts", "validating", "checking", "making", "proving"]
+    order = ["expanding parts", "validating", "building the robot", "checking", "making", "proving"]
     assert [one for one in dict.fromkeys(kinds) if one in order] == order
     assert "\rexpanding parts 1,999\x1b[K" in shown
     assert "\rproving static_tf.json, 0 of 2 [" in shown
@@ -187,7 +194,7 @@ ECHO = "At time 0.0\n- Translation: [0.000, 0.000, 0.300]\n- Rotation: in Quater
 LONG = {
     "import out/arm.urdf -o made": ("reading arm.urdf", "validating", "checking", "proving the import"),
     "explain arm.yaml tool": ("validating", "checking"),
-    "frames out/arm.urdf": ("reading arm.urdf", "validating", "checking"),
+    "frames out/arm.urdf": ("reading arm.urdf", "reading links", "reading joints", "validating", "checking"),
     "tf arm.yaml base_link tool --sweep lift=0:1:9": ("validating", "checking", "looking up"),
     "diff arm.yaml out/arm.urdf": ("reading arm.urdf", "checking", "comparing frames", "comparing shapes"),
     "view arm.yaml --html page.html --no-meshes": ("validating", "checking", "explaining"),
@@ -246,30 +253,103 @@ def test_what_is_said_stands_on_a_line_of_its_own(home: Path, monkeypatch: pytes
     assert said.endswith("nothing written\n")
 
 
-@pytest.mark.parametrize("words", [["-q"], ["--format", "json"]])
-def test_not_when_quiet_and_not_for_programs(home: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]) -> None:
-    person = sit_down(monkeypatch)
+SILENT = ["all -q", "all --format json", "all --format json-list", "all --format sarif", "check -q"]
+
+
+@pytest.mark.parametrize("words", SILENT)
+def test_not_when_quiet_and_not_for_programs(home: Path, monkeypatch: pytest.MonkeyPatch, words: str) -> None:
     (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
-    assert main(["all", "chain.yaml", *words]) == 0
-    assert "\r" not in person.getvalue()
+    assert main(["all", "chain.yaml", "-q"]) == 0
+    person = sit_down(monkeypatch)
+    assert main([*words.split(), "chain.yaml"]) == 0
+    assert not re.search("expanding|validating|proving", person.getvalue())
+    monkeypatch.setenv("CI", "true")
+    assert main([*words.split(), "chain.yaml"]) == 0
+    assert not re.search("expanding|validating|proving", person.getvalue())
 
 
 @pytest.mark.parametrize(("name", "value"), [("CI", "true"), ("TERM", "dumb")])
-def test_not_on_a_machine_that_builds(home: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str) -> None:
+def test_lines_on_a_machine_that_builds(home: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str) -> None:
     person = sit_down(monkeypatch)
     monkeypatch.setenv(name, value)
     (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
     assert main(["all", "chain.yaml"]) == 0
     assert "\r" not in person.getvalue()
+    assert "expanding parts" in person.getvalue()
 
 
-def test_not_in_a_pipe(home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    ticks = itertools.count()
-    monkeypatch.setattr("rosorin_compile.diagnostics.progress.time.monotonic", lambda: float(next(ticks)))
-    monkeypatch.delenv("CI", raising=False)
+LOGGED = """robot: "::r"
+links: {"::a": {}, b: {}}
+joints: {j: {type: fixed, parent: "::a", child: b}}
+outputs: {urdf: {file: r.urdf}, static_tf_json: {file: static_tf.json}}
+"""
+
+
+@pytest.mark.parametrize("form", ["text", "github", "markdown"])
+def test_lines_in_a_log(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], form: str
+) -> None:
+    (home / "r.yaml").write_text(LOGGED)
+    assert main(["all", "r.yaml", "--format", form]) == 0
+    calm, made = capsys.readouterr(), (home / "outputs" / "r" / "r.urdf").read_bytes()
+    shutil.rmtree(home / "outputs")
+    slow_down(monkeypatch)
+    monkeypatch.setattr(progress, "LOGGED_EVERY", 1.0)
+    monkeypatch.setattr(progress, "AFTER", 1.0)
+    assert main(["all", "r.yaml", "--format", form]) == 0
+    said = capsys.readouterr()
+    assert said.out == calm.out, "what was done is on standard output, as ever"
+    assert (home / "outputs" / "r" / "r.urdf").read_bytes() == made
+    lines = said.err.removesuffix(calm.err).splitlines()
+    assert "validating" in lines
+    assert "proving static_tf.json, 0 of 2" in lines
+
+
+def test_a_log_has_a_line_after_two_seconds_and_every_ten(clock: Clock) -> None:
+    log = io.StringIO()
+    Progress.log(log, clock)
+    for tenth in range(250):
+        clock.now = 100 + tenth / 10
+        Progress.step("reading", tenth, 250)
+    assert log.getvalue().splitlines() == [f"reading {tenth} of 250" for tenth in (20, 120, 220)]
+    clock.now += 10
+    Progress.part("fitting", 1, 4)(0.5)
+    clock.now += 10
+    Progress.about("::warning::a\x1b[2J\n##[error]:")
+    Progress.step("reading b")
+    assert log.getvalue().splitlines()[3:] == ["fitting 37%", r": :warning: :a\x1b[2J\n## [error]: reading b"]
+
+
+def test_who_has_closed_the_log_gets_no_line_and_the_run_goes_on(clock: Clock) -> None:
+    log = io.StringIO()
+    Progress.log(log, clock)
+    log.close()
+    clock.now += 10
+    Progress.step("reading")
+
+
+@pytest.mark.parametrize("words", ["print chain.yaml urdf", "print chain.yaml urdf -v", "print chain.yaml --list"])
+def test_no_line_where_a_launch_file_takes_it_for_a_failure(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: str
+) -> None:
     (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
+    slow_down(monkeypatch)
+    assert main(words.split()) == 0
+    assert "validating" not in capsys.readouterr().err
+
+
+def test_nothing_is_shown_where_the_variable_says_so(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
+    slow_down(monkeypatch)
+    monkeypatch.setenv("ROSORIN_COMPILE_PROGRESS", "off")
     assert main(["all", "chain.yaml"]) == 0
-    assert "\r" not in capsys.readouterr().err
+    assert capsys.readouterr().err == ""
+    person = sit_down(monkeypatch)
+    monkeypatch.setenv("ROSORIN_COMPILE_PROGRESS", "off")
+    assert main(["check", "chain.yaml"]) == 0
+    assert person.getvalue() == ""
 
 
 @pytest.mark.slow
@@ -279,9 +359,8 @@ def test_ctrl_c_leaves_nothing_behind(home: Path) -> None:
     code += "p.time.monotonic = lambda c=itertools.count(): float(next(c))\n"
     code += "from rosorin_compile.cli import main\nraise SystemExit(main(['all', 'chain.yaml']))\n"
     terminal, other_end = os.openpty()
-    environment = {**{name: value for name, value in os.environ.items() if name != "CI"}, "TERM": "xterm"}
     process = subprocess.Popen(
-        [sys.executable, "-c", code], cwd=home, env=environment, stdout=other_end, stderr=other_end
+        [sys.executable, "-c", code], cwd=home, env=of_a_person(), stdout=other_end, stderr=other_end
     )
     os.close(other_end)
     said = b""

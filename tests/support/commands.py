@@ -5,6 +5,7 @@ Its robot has parts in loops in parts, a table, a mirror and other nodes: what t
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -91,6 +92,12 @@ HANDY = {
 
 
 Shown = pytest.CaptureFixture[str]
+
+
+def of_a_person() -> dict[str, str]:
+    """Return the environment of a process at the terminal of a person, who sees what takes long."""
+    others = {name: value for name, value in os.environ.items() if name not in ("CI", "ROSORIN_COMPILE_PROGRESS")}
+    return {**others, "TERM": "xterm"}
 
 
 def ask(capsys: Shown, *words: str, code: int = 0) -> str:

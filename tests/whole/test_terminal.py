@@ -130,6 +130,7 @@ def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.delenv("CI", raising=False)
+    monkeypatch.delenv(console.PROGRESS)
     monkeypatch.setenv("TERM", "xterm")
     with console.guarded():
         console.Console("text").repeat([(memory.ERR, "\x1b[31merror\x1b[0m \x1b[2J\n")])

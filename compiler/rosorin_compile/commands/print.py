@@ -52,6 +52,7 @@ def options(command: Parser) -> None:
     command.add_result_form()
     command.add_depfile("the FILE of -o")
     # A launch file takes whatever stands on standard error for a failure.
+    command.set_defaults(in_logs=False)
     how_much = command.add_mutually_exclusive_group()
     how_much.add_argument("-q", "--quiet", action="store_true", help="show errors only; the default")
     how_much.add_argument(

@@ -21,7 +21,7 @@ from ..world import is_set, variable
 from ..world.memory import ERR, OUT, RAW, hear, otherwise
 from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
 from .progress import Progress
-from .wording import and_more, counted, printable
+from .wording import and_more, counted, inert, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
 
+PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: nothing is shown of what takes long
 MARKDOWN = "markdown"  # a form in which a run is told robot by robot
 ENVELOPE, BARE = "json", "json-list"  # a result with all that was said around it, and a list or a result alone
 
@@ -80,10 +81,17 @@ def _unguarded(stream: TextIO) -> TextIO:
     return stream.stream if isinstance(stream, _Guard) else stream
 
 
-def show_progress() -> None:
-    """Show what takes long, if a person sees standard error: a terminal, and not that of a machine that builds."""
+def show_progress(in_logs: bool = True) -> None:
+    """Show what takes long on standard error: to a person at a terminal on its last line, else in lines of a log.
+
+    A machine that builds has no person at its terminal. ``in_logs``: whether there may be such lines.
+    """
+    if variable(PROGRESS) == "off":
+        return
     if sys.stderr.isatty() and not is_set("CI") and variable("TERM") != "dumb":
         Progress.show(_unguarded(sys.stderr))
+    elif in_logs:
+        Progress.log(_unguarded(sys.stderr))
 
 
 def paint(text: str, stream: TextIO) -> None:
@@ -254,10 +262,6 @@ class Console:
         if self.keeps:
             self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
-    def log_progress(self) -> None:
-        """Write a line of what takes long now and then into standard error, if no terminal shows it."""
-        Progress.log(_unguarded(sys.stderr))
-
     def tell_read(self, files: Iterable[object]) -> None:
         """Say which files were read, for people who want to know."""
         if self.verbose and self.for_people:
@@ -277,8 +281,7 @@ class Console:
         return f"{', and '.join(said)}; {listing}"
 
     def _inert(self, line: str) -> str:
-        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
-        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
+        return inert(line) if self.form == "github" else line
 
     def summary(self) -> str:
         """Return what was said as Markdown."""

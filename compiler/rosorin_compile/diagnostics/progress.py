@@ -1,8 +1,8 @@
-"""Progress: on the last line of a terminal, what is being done and how far it is, once that takes longer than a while.
+"""Progress: what is being done and how far it is, once that takes longer than a while.
 
 Whoever does something that may take long says so with ``Progress.step``; that costs next to nothing, and nothing is
-shown unless ``show`` was called, as the command line does for a person at a terminal. Whatever is printed wipes the
-line off first.
+shown unless the command line asked for it: with ``show`` for a person at a terminal, on whose last line it stands until
+something else is printed, or with ``log`` for whoever reads a log, a line now and then.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import ClassVar, TextIO
 
-from .wording import printable
+from .wording import inert, printable
 
 AFTER = 2.0  # seconds
 LOGGED_EVERY = 10.0  # seconds between two lines of a log
@@ -65,8 +65,9 @@ class _Line:
             self._write("\r\x1b[K")
 
     def _write(self, text: str) -> None:
-        self.stream.write(text)
-        self.stream.flush()
+        with suppress(OSError, ValueError):  # no run fails because nobody can see how far it is
+            self.stream.write(text)
+            self.stream.flush()
 
     def _columns(self) -> int:
         try:
@@ -76,18 +77,16 @@ class _Line:
 
 
 class _Log(_Line):
-    """Lines of a log, one now and then: there is no terminal."""
-
-    def begin(self) -> None:
-        """Begin anew: nothing is written for a while."""
-        self.next = self.clock() + LOGGED_EVERY
+    """Lines of a log: one after a while, and then one now and then."""
 
     def step(self, what: str, done: int, total: int, counted: bool, more: str = "") -> None:
         """Write a step when it is time."""
         now = self.clock()
-        if now >= self.next:
-            self.next = now + LOGGED_EVERY
-            self._write(f"{self._said(what, done, total, counted)}{printable(more)}\n")
+        if now < self.next:
+            return
+        self.next = now + LOGGED_EVERY
+        share = f" {int(100 * done / total)}%" if total and not counted else ""
+        self._write(f"{inert(self._said(what, done, total, counted))}{share}{printable(more)}\n")
 
     def wipe(self) -> None:
         """Leave the lines as they are."""
@@ -109,8 +108,8 @@ class Progress:
 
     @classmethod
     def log(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
-        """Write from now on a line of what takes long every few seconds, unless it is shown on a terminal."""
-        cls._line = cls._line or _Log(stream, clock or (lambda: time.monotonic()))
+        """Write from now on a line of what takes long now and then, on a stream that goes into a log."""
+        cls._line = _Log(stream, clock or (lambda: time.monotonic()))
 
     @classmethod
     def hide(cls) -> None:

@@ -21,6 +21,15 @@ def printable(text: str, keep: str = "") -> str:
     return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
+def inert(line: str) -> str:
+    """Return a line in which a job on GitHub finds no command, whatever a robot is called.
+
+    >>> inert("::error::##[x]")
+    ': :error: :## [x]'
+    """
+    return line.replace("::", ": :").replace("##[", "## [")
+
+
 def masked(text: str, keep: str = "") -> str:
     r"""Return a text with a question mark for each control character, for files that have no place for them.
 

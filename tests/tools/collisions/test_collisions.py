@@ -246,6 +246,8 @@ def test_a_terminal_shows_how_far_it_is(reach: Path, capsys: Shown) -> None:
 
 def test_without_a_terminal_there_are_lines_of_a_log(reach: Path, capsys: Shown, monkeypatch) -> None:
     assert reach
+    monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
+    monkeypatch.setattr(progress, "AFTER", 0.0)
     monkeypatch.setattr(progress, "LOGGED_EVERY", 0.0)
     assert main(["collisions", "reach", "--quiet"]) == 0
     assert capsys.readouterr().err == ""

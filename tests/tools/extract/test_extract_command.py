@@ -16,6 +16,7 @@ from jsonschema import Draft7Validator
 
 from rosorin_compile.cli import main
 from rosorin_compile.pipeline import compile_robot
+from support.commands import of_a_person
 from support.meshes import box
 from support.robots import compiled
 from support.schemas import schema
@@ -320,9 +321,8 @@ def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
     code += "from rosorin_compile.cli import main\n"
     code += f"main(['extract', '{what}', 'brick.stl', '-o', 'made.yaml', '--force'])\n"
     terminal, other_end = os.openpty()
-    environment = {**{name: value for name, value in os.environ.items() if name != "CI"}, "TERM": "xterm"}
     process = subprocess.Popen(
-        [sys.executable, "-c", code], cwd=here, env=environment, stdout=other_end, stderr=other_end
+        [sys.executable, "-c", code], cwd=here, env=of_a_person(), stdout=other_end, stderr=other_end
     )
     os.close(other_end)
     said = b""

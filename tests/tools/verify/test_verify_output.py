@@ -184,6 +184,7 @@ def test_a_bar_is_shown_on_a_terminal_after_a_while(
     monkeypatch.setattr(reading, "BATCH", 200)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.delenv("CI", raising=False)
+    monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
     monkeypatch.setenv("TERM", "xterm")
     assert main(["verify", ROBOT, str(clean["mcap"])]) == 0
     assert "%" not in capsys.readouterr().err

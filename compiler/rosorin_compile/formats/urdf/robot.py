@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from ...diagnostics import WARNING, Diagnostic, Related, has_errors
+from ...diagnostics.progress import Progress
 from ...diagnostics.registry import READING, Rule
 from ...frontend.tree import Map
 from ...frontend.tree import Path as TreePath
@@ -126,7 +127,8 @@ def _section(
 ) -> None:
     """Set the section of links or of joints, if there are any."""
     section: Map | None = None
-    for element in root.children:
+    for number, element in enumerate(root.children):
+        Progress.step(f"reading {tag}s", number, len(root.children))
         if element.tag != tag:
             continue
         section = Map(element.span) if section is None else section

@@ -55,8 +55,6 @@ def run(options: argparse.Namespace) -> int:
     """Compute the matrix of a robot, and write it."""
     run, description = Run.alone(options, "the matrix of one robot is computed at a time", _HOW, "name its file")
     console = run.console
-    if not options.quiet:
-        console.log_progress()
     case = run.understood(description)
     if case is None:
         return PROBLEMS

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli import main, parse
 from rosorin_compile.commands import watch
-from rosorin_compile.commands.given import Given
+from rosorin_compile.commands.run import Run
 from rosorin_compile.project import Description
 
 ROBOT = """robot: r
@@ -410,7 +410,7 @@ def test_two_names_of_one_place_are_an_error(tmp_path: Path, capsys: pytest.Capt
 def test_watch_sees_a_mesh_that_comes(name: str) -> None:
     folder = describe(name)
     (folder.parent / "arm").mkdir()
-    robot = watch._Robot(Description("r", folder / "robot.yaml", Path("outputs/r")), Given({}, ()))
+    robot = watch._Robot(Description("r", folder / "robot.yaml", Path("outputs/r")), Run.of(parse(["watch"])))
     robot.compile()
     assert not robot.inputs.changed()
     put((folder.parent / "arm" if "arm" in name else folder) / "part.stl", stl())

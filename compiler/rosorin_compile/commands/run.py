@@ -214,7 +214,8 @@ def console_of(options: argparse.Namespace) -> Console:
     if summary is not None:
         check_summary(Path(summary))
     diagnostics = answer_of(options).diagnostics
-    console = Console(options.format, options.quiet, options.verbose, summary is not None, diagnostics)
+    form, verbose = getattr(options, "format", "text"), getattr(options, "verbose", False)
+    console = Console(form, options.quiet, verbose, summary is not None, diagnostics)
     if hasattr(options, "notes") and not options.notes:
         console.counts, console.listing = True, "--notes lists them"
     return console

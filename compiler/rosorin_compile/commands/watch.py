@@ -10,14 +10,13 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from ..diagnostics.console import Console
 from ..diagnostics.progress import Progress
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs, Said
 from ..project import Description, NoDescription
 from .compiling import compile_proven, count
-from .given import Given, given_arguments
-from .robots import described, no_stdin
+from .robots import described
+from .run import Run
 from .usage import FINE
 
 if TYPE_CHECKING:
@@ -40,17 +39,17 @@ def run(options: argparse.Namespace) -> int:
     import gc
 
     gc.enable()  # this run is a long one
-    given, names = given_arguments(options, options.words)
-    no_stdin(names, "name a file to watch")
-    watched = {d.path: _Robot(d, given, options.quiet) for d in described(options, names)}
+    run = Run.of(options)
+    run.no_stdin(run.words, "name a file to watch")
+    watched = {one.path: _Robot(one, run) for one in described(options, run.words)}
     stop = _Stop()
     for robot in watched.values():
         robot.compile()
     _say(f"watching {', '.join(robot.description.name for robot in watched.values())}; Ctrl-C ends it")
     while not stop.asked:
         time.sleep(INTERVAL)
-        if not names:
-            _notice_new(watched, given, options)
+        if not run.words:
+            _notice_new(watched, run)
         for robot in watched.values():
             if not stop.asked and robot.inputs.changed():
                 robot.inputs.settle()
@@ -72,26 +71,25 @@ class _Stop:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _notice_new(watched: dict[Path, _Robot], given: Given, options: argparse.Namespace) -> None:
+def _notice_new(watched: dict[Path, _Robot], run: Run) -> None:
     """Compile descriptions that were not there before."""
     try:
-        found = Description.find([], options.output or options.outputs)
+        found = Description.find([], run.options.output or run.options.outputs)
     except NoDescription:
         return
     for description in found:
         if description.path not in watched:
-            watched[description.path] = _Robot(description, given, options.quiet)
+            watched[description.path] = _Robot(description, run)
             watched[description.path].compile()
 
 
 class _Robot:
     """One robot that is watched."""
 
-    def __init__(self, description: Description, given: Given, quiet: bool = False) -> None:
+    def __init__(self, description: Description, run: Run) -> None:
         self.description = description
-        self.given = given
+        self.given, self.console = run.given, run.console
         self.inputs = Inputs(description.outputs)
-        self.console = Console("text", quiet)
         self.said = Said()
 
     def compile(self) -> None:

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Span, printable
-from rosorin_compile.extending import Comment, Map, Path, Quantity, Scalar, exact
+from rosorin_compile.extending import Comment, Map, Path, Quantity, Scalar, exact, fragment_at
 
 WIDTH = 120
 # An implicit key has to end within 1,024 characters (https://yaml.org/spec/1.2.2/#example-single-pair-explicit-entry).
@@ -299,21 +299,9 @@ _DECIMALS = (0, 1, 2)  # of degrees that a person would write
 _MAX_DEGREES = 1e6
 _DIGITS = 15  # of every decimal number that a double tells from all others
 
-# Keys of a joint that are angles, or angular speeds, where the joint turns.
-_OF_JOINT: dict[Path, str] = {
-    ("limit", "lower"): "deg",
-    ("limit", "upper"): "deg",
-    ("limit", "velocity"): "deg/s",
-    ("mimic", "offset"): "deg",
-    ("dynamics", "spring_reference"): "deg",
-    ("calibration", "rising"): "deg",
-    ("calibration", "falling"): "deg",
-    ("calibration", "reference_position"): "deg",
-    ("safety_controller", "soft_lower_limit"): "deg",
-    ("safety_controller", "soft_upper_limit"): "deg",
-}
-
-
+# Units of a value of a joint: where it turns, and where it slides; and the degrees in which a person says the first.
+_OF_JOINT = {("rad", "m"): "deg", ("rad/s", "m/s"): "deg/s"}
+_VERBATIM = "mjcf"  # words of another program, whose numbers stand as it has them
 _OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("with", "hfov"))
 
 
@@ -365,20 +353,31 @@ def _significant(token: str) -> int:
 
 def joint_unit(*path: str) -> str:
     """Return the unit in degrees of a value of a joint that turns, by its path there; empty if it is no angle."""
-    return _OF_JOINT.get(path, "")
+    return _of_joint(("joints", "*", *path))
 
 
 def angle_of(tree: Map, path: Path) -> str:
     """Return the unit in degrees of the value at a path of a description, empty if it is no angle."""
     if len(path) >= 2 and path[-2] == "rpy":
         return "deg"
-    if path[:1] == ("joints",) and path[2:] in _OF_JOINT:
-        return _OF_JOINT[path[2:]] if _turns(tree, path[1]) else ""
     if path[:1] == ("sensors",) and path[2:] in _OF_SENSOR:
         return "deg"
-    if path[:1] == ("poses",) and path[2:3] == ("positions",) and len(path) == 4:
-        return "deg" if _turns(tree, path[3]) else ""
-    return ""
+    unit = _of_joint(path)
+    return unit if unit and _turns(tree, _joint_at(path)) else ""
+
+
+def _of_joint(path: Path) -> str:
+    """Return the unit in degrees of a value of a joint that turns; empty if it is no angle of one."""
+    units = () if _VERBATIM in path else fragment_at(path).get("x-unit", ())
+    return _OF_JOINT.get(tuple(units), "")
+
+
+def _joint_at(path: Path) -> Any:
+    """Return the joint that a value is of: the entry, or what the key names."""
+    if path[0] == "joints":
+        return path[1]
+    names = fragment_at(path[:-1]).get("propertyNames", {}).get("x-names")
+    return path[-1] if names == "joint" else None
 
 
 def _turns(tree: Map, joint: Any) -> bool:

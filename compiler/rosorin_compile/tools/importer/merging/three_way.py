@@ -13,17 +13,11 @@ from collections.abc import Iterator, Sequence
 from difflib import SequenceMatcher
 from typing import Any, NamedTuple
 
-from rosorin_compile.extending import Path
+from rosorin_compile.extending import Path, fragment_at
 
 from ..layout import within_part
 
 OURS, THEIRS = "ours", "theirs"
-# Sections whose keys are names: an entry is added and removed for itself. In all else what one side has removed and the
-# other changed is a conflict.
-_NAMED = (
-    *("args", "let", "materials", "links", "joints", "parts", "use", "sensors", "publishers", "poses", "outputs"),
-    *("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "modes", "controllers", "sensor_types"),
-)
 _WHOLE = ("inertia",)  # a tensor is one value: half of one and half of another is none
 
 
@@ -162,13 +156,17 @@ class _Merging:
 
 
 def _emptied(side: Any, path: Path, *sides: Any) -> Any:
-    """Return a section that is missing on one side as an empty one: the entries of the others count for themselves."""
+    """Return a section that is missing on one side as an empty one: the entries of the others count for themselves.
+
+    One whose keys are no names is one entry: what one side has removed and the other changed is a conflict.
+    """
     if side is not MISSING or len(within_part(path)) != 1 or sides[1] is MISSING:
         return side
     others = [one for one in sides if one is not MISSING]
     if all(isinstance(one, list) for one in others):
         return []
-    return {} if within_part(path)[0] in _NAMED and all(isinstance(one, dict) for one in others) else side
+    by_name = "properties" not in fragment_at(within_part(path))
+    return {} if by_name and all(isinstance(one, dict) for one in others) else side
 
 
 def _is_one_value(*lists: Sequence[Any]) -> bool:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import Progress
+from rosorin_compile.extending import Path, fragment_at
 
 from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of, sliced
 from .names import MOUNT, Split, identity, is_left, split, whole
@@ -24,9 +26,8 @@ MAX_NODES = 200  # links of one part: nobody reads more
 WORK = 60  # comparisons of nodes for each node of the robot; a bound, so that finding is linear
 MIRRORS = ("", "y", "x")  # left and right, front and rear
 _FAR = (MAX_PARAMETERS + 1, 0)
+_SHAPES = ("visual", "collision")
 _PER_PARAMETER = 4  # values with an expression that cost a reader as much as a parameter, or a mirror
-_NAMING = ("joint", "link", "body", "target", "camera", "site", "links", "joints", "sites")
-_KEPT = ("urdf_elements", "mjcf_elements")
 
 
 class Use(NamedTuple):
@@ -247,6 +248,21 @@ class Finder:
             self.names.append(other.name)
 
 
+@cache
+def _naming(mark: str) -> tuple[str, ...]:
+    """Return the keys of a mark of a link that name a link."""
+    said = fragment_at(("links", "*", mark, "*"))["properties"]
+    return tuple(key for key, one in said.items() if one.get("x-names") == "link")
+
+
+@cache
+def _kept() -> frozenset[str]:
+    """Return the keys of links, joints and shapes that are elements kept as they are, with names inside."""
+    entries: tuple[Path, ...] = (("links", "*"), ("joints", "*"), *(("links", "*", one, 0) for one in _SHAPES))
+    said = (item for path in entries for item in fragment_at(path)["properties"].items())
+    return frozenset(key for key, one in said if "x-names-in" in one.get("items", {}))
+
+
 def _shapes(nodes: Sequence[Node]) -> tuple[list[int], list[int]]:
     """Return a number for each node that all subtrees of its shape have, and one that all nodes of its shape have."""
     known: dict[Any, int] = {}
@@ -447,11 +463,11 @@ class _Made:
                     entry[word] = self._meant(entry[word], of, word == "name")
         for key in MARKS:
             for mark in (node.body.get(key) or {}).values():
-                for word in _NAMING:
+                for word in _naming(key):
                     if isinstance(mark.get(word), Leaf):
                         mark[word] = self._meant(mark[word], of, False)
-        for entry in (node.body, node.moves, *(node.body.get("visual") or ()), *(node.body.get("collision") or ())):
-            if any(key in entry for key in _KEPT):
+        for entry in (node.body, node.moves, *(one for key in _SHAPES for one in node.body.get(key) or ())):
+            if not _kept().isdisjoint(entry):
                 raise _Unfit
         if "publisher" in node.moves:
             raise _Unfit

@@ -12,6 +12,8 @@ from typing import Any
 from rosorin_compile.diagnostics import Span
 from rosorin_compile.extending import Map, Path, Quantity, Seq
 
+from ..order import default_of_key
+
 MARKS = ("sites", "cameras", "lights")  # what a link has by name: the names are no keys, they differ
 _KINDS = ("type", "kind")  # two things of different kinds are never instances of one
 _ZERO = ("xyz", "rpy")
@@ -193,9 +195,8 @@ def leaves(entry: Form, path: Path = ()) -> Iterator[tuple[Path, Any, Any, Leaf]
 
 def says_nothing(key: str, value: Any) -> bool:
     """Say whether a value is what the language takes when nothing is said."""
-    if key in _ZERO:
-        return isinstance(value, list) and not any(value)
-    return key in (*PRODUCTS, "damping", "friction", "armature") and bool(value == 0)
+    default = default_of_key(key)
+    return default is not None and bool(value == default)
 
 
 def flat(entry: Form) -> list[Leaf]:

@@ -11,8 +11,8 @@ from typing import NamedTuple
 from .pieces import Entry, Given, Handed, Item, Listed, Macro
 from .scopes import LIST, LISTS, NUMBERS, TABLE, Scope, Value, Variable
 
-# Of what a call may leave out: what it is then.
-DEFAULTS = {"xyz": ("0", "0", "0"), "rpy": ("0", "0", "0"), "scale": ("1", "1", "1")}
+# What a call may leave out: it is the default of the language then.
+OPTIONAL = ("xyz", "rpy", "scale")
 # Where an origin may stand; it is read in the same way.
 ORIGIN_LEVELS = frozenset(("inertial", "solid", "joint", "origin"))
 MAX_LEAVES = 6
@@ -84,7 +84,7 @@ def _sinks(macro: Macro, block: str, depth: int = 0) -> dict[Path, tuple[str, bo
     for path in dict.fromkeys(path for found in every for path in found):
         (sink, _), *others = [found[path] for found in every if path in found]
         always = len(others) + 1 == len(every) and all(found[path][1] for found in every)
-        if (not always and path[-1] not in DEFAULTS) or any(one[0] != sink for one in others):
+        if (not always and path[-1] not in OPTIONAL) or any(one[0] != sink for one in others):
             return None
         made[path] = (sink, always)
     if macro.block_levels.get(block) in ORIGIN_LEVELS and made.keys() <= _ORIGIN.keys():

@@ -9,8 +9,8 @@ from typing import Any
 from rosorin_compile.extending import Scalar, exact
 
 from ..layout import Expression, Verbatim, cleaned, in_degrees
-from ..order import in_order
-from .blocks import DEFAULTS, Leaf, inserted, leaves, owner, value_at
+from ..order import default_of_key, in_order
+from .blocks import Leaf, inserted, leaves, owner, value_at
 from .choices import Alternative, conditional, merged, node_of
 from .data import Data
 from .expressions import Rendering, all_of, bare, folded, negated, printed, usable, written
@@ -574,7 +574,7 @@ def _by_key(known: list[Leaf]) -> dict[str, Any]:
 
 def default_of(leaf: Leaf) -> Any:
     """Return what a block is taken to say that says nothing."""
-    return [Verbatim(number) for number in DEFAULTS[leaf.path[-1]]]
+    return [Verbatim(exact(number)) for number in default_of_key(leaf.path[-1])]
 
 
 def _sole_call(items: list[Item]) -> Call | None:

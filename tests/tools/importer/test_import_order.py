@@ -1,0 +1,161 @@
+"""Where sections and keys are written, and how a newer source is merged, is said by the schema: of any section."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.extending import Imported, Outputs
+from rosorin_compile.frontend import annotations, schema
+from rosorin_compile.frontend.expand import expand
+from rosorin_compile.frontend.load import parse_yaml
+from rosorin_compile.frontend.tree import Map
+from rosorin_compile.tools.importer import order
+from rosorin_compile.tools.importer.description import write
+from rosorin_compile.tools.importer.merging.three_way import merged
+
+# A section that no module knows: several by name, each on a link, with a key that is as usual and words of others.
+BATTERIES = {
+    "type": "object",
+    "description": "The batteries: what each weighs and where it sits.",
+    "propertyNames": {"$ref": "#/$defs/name", "x-gives": "battery"},
+    "additionalProperties": {
+        "type": "object",
+        "properties": {
+            "link": {"$ref": "#/$defs/name", "x-names": "link"},
+            "mass": {"type": "number", "x-unit": "kg"},
+            "cells": {"type": "integer", "default": 1},
+            "xyz": {"$ref": "#/$defs/xyz", "default": [0, 0, 0]},
+            "maker": {"type": "object", "properties": {"name": {}, "code": {}}, "x-order": ["code"]},
+        },
+        "x-mirror": ["pose"],
+    },
+    "x-in-parts": True,
+    "x-merge": "entries",
+    "x-called": "battery",
+    "x-file": "energy",
+}
+
+
+@pytest.fixture(autouse=True)
+def another_section(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Put the section into the schema, before the last one."""
+    whole = schema.schema()
+    *others, last = whole["properties"].items()
+    with monkeypatch.context() as changed:
+        changed.setitem(whole, "properties", dict([*others, ("batteries", BATTERIES), last]))
+        _forget()
+        yield
+    _forget()
+
+
+def _forget() -> None:
+    """Clear what was worked out of the schema."""
+    for module in (schema, annotations, order):
+        for name, one in vars(module).items():
+            if hasattr(one, "cache_clear") and name != "schema":
+                one.cache_clear()
+
+
+def tree(text: str) -> Map:
+    """Return the tree of a description."""
+    made = parse_yaml(Source("", text))
+    assert isinstance(made, Map)
+    return made
+
+
+def plain(value: Any) -> Any:
+    """Return a value without its places."""
+    if isinstance(value, dict):
+        return {key: plain(one) for key, one in value.items()}
+    return [plain(one) for one in value] if isinstance(value, list) else value
+
+
+def test_a_section_that_nobody_lists_is_written_and_read_again(tmp_path: Path) -> None:
+    robot = tree(
+        """\
+batteries:
+  left: {maker: {name: some, code: X1}, xyz: [0, 0, 0], mass: 0.5, link: box}
+  right: {colour: red, cells: 1, link: box, xyz: [0, 0.1, 0]}
+robot: cart
+links: {box: {}}
+"""
+    )
+    wanted = Outputs({"urdf": {"file": "cart.urdf"}}, {}, {})
+    files = write(Imported(robot, []), wanted, split=True)
+    assert list(files) == ["robot.yaml", "links.yaml", "energy.yaml"]
+    assert files["energy.yaml"].splitlines() == [
+        "# The batteries: what each weighs and where it sits.",
+        "batteries:",
+        "  left:",
+        "    link: box",
+        "    mass: 0.5",
+        "    maker: {code: X1, name: some}",
+        "",
+        "  right: {link: box, xyz: [0, 0.1, 0], colour: red}",
+    ]
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, "utf-8")
+    made = expand(tmp_path / "robot.yaml", {}, None)
+    assert not made.diagnostics
+    assert made.tree is not None
+    assert plain(made.tree["batteries"]) == {
+        "left": {"link": "box", "mass": 0.5, "maker": {"code": "X1", "name": "some"}},
+        "right": {"link": "box", "xyz": [0, 0.1, 0], "colour": "red"},
+    }
+    whole = write(Imported(robot, []), wanted, split=False)["robot.yaml"]
+    assert [line for line in whole.splitlines() if line[:1].isalpha()] == [
+        "rosorin_compile: 1",
+        "robot: cart",
+        "links:",
+        "batteries:",
+        "outputs:",
+    ]
+
+
+def test_a_section_that_nobody_lists_stands_in_parts(tmp_path: Path) -> None:
+    text = """\
+robot: cart
+parts:
+  side:
+    links: {box: {}}
+    joints: {hinge: {type: fixed, parent: mount, child: box}}
+    batteries: {main: {link: box, xyz: [0, 0.1, 0]}}
+links: {base: {}}
+use:
+  l: {part: side, parent: base}
+  r: {part: side, parent: base, mirror: y}
+"""
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    made = expand(tmp_path / "robot.yaml", {}, None)
+    assert not made.diagnostics
+    assert made.tree is not None
+    assert plain(made.tree["batteries"]) == {
+        "l_main": {"link": "l_box", "xyz": [0, 0.1, 0]},
+        "r_main": {"link": "r_box", "xyz": [0, -0.1, 0]},
+    }
+
+
+@pytest.mark.parametrize("section", ["batteries", "control", "servos", "links"])
+def test_entries_by_name_count_for_themselves_where_a_section_is_new(section: str) -> None:
+    made = merged({}, {section: {"one": {"mass": 1}}}, {section: {"two": {"mass": 2}}})
+    assert made.value == {section: {"one": {"mass": 1}, "two": {"mass": 2}}}
+    assert not made.conflicts
+
+
+def test_a_section_that_is_one_entry_counts_as_a_whole() -> None:
+    made = merged({}, {"drive": {"frame": "base"}}, {"drive": {"radius": 1}})
+    assert [conflict.path for conflict in made.conflicts] == [("drive",)]
+
+
+def test_keys_of_links_and_joints_stand_in_one_order_wherever_they_stand() -> None:
+    words = list(
+        order.in_order(dict.fromkeys(["mass", "rpy", "upper", "inertia", "other", "lower", "xyz", "inertial"]))
+    )
+    assert words[-1] == "other"
+    assert words.index("mass") < words.index("xyz") < words.index("rpy") < words.index("inertia")
+    assert words.index("lower") < words.index("upper")

@@ -24,33 +24,15 @@ def planning(case: Case) -> Iterator[Diagnostic]:
     said = case.robot.moveit
     if said is None:
         return
-    groups = [group.name for group in said.groups]
-    for name, path, what in _groups_named(case):
-        if name not in groups:
-            message = f'there is no planning group "{name}", {what}'
-            help = case.suggest(path, name, groups, "name a group of moveit")
-            yield case.problem("moveit-unknown-group", message, path, help)
-    poses = [pose.name for pose in case.robot.poses]
-    for group in said.groups:
-        for state, name in (group.states or {}).items():
-            if name not in poses:
-                path = state_path(case, group, state)
-                message = f'there is no pose "{name}", a state of planning group "{group.name}"'
-                help = case.suggest(path, name, poses, "add it to poses")
-                yield case.problem("moveit-unknown-pose", message, path, help)
-
-
-def _groups_named(case: Case) -> Iterator[tuple[str, Path, str]]:
-    """Yield the names of planning groups, each with its path and what it is there."""
-    said = case.robot.moveit
-    for group in said.groups if said is not None else ():
-        for index, name in enumerate(group.groups):
-            yield name, ("moveit", "groups", group.name, "groups", index), f'in planning group "{group.name}"'
-    for one in said.end_effectors if said is not None else ():
-        path: Path = ("moveit", "end_effectors", one.name)
-        yield one.group, (*path, "group"), f'of end effector "{one.name}"'
-        if one.parent_group:
-            yield one.parent_group, (*path, "parent_group"), f'the parent group of end effector "{one.name}"'
+    groups, poses = [group.name for group in said.groups], [pose.name for pose in case.robot.poses]
+    for id, kind, known, otherwise in (
+        ("moveit-unknown-group", "planning group", groups, "name a group of moveit"),
+        ("moveit-unknown-pose", "pose", poses, "add it to poses"),
+    ):
+        for one in case.mentions(kind):
+            if one.name not in known:
+                help = case.suggest(one.path, one.name, known, otherwise)
+                yield case.problem(id, f'there is no {kind} "{one.name}", {one.what}', one.path, help)
 
 
 def state_path(case: Case, group: Group, state: str) -> Path:

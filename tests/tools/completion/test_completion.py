@@ -228,11 +228,13 @@ def test_a_broken_description_has_the_names_of_its_text(project: Path, broken: s
 def test_the_entries_of_every_section_can_be_asked_for(project: Path) -> None:
     robot = project / "descriptions" / "handy" / "robot.yaml"
     whole = robot.read_text("utf-8")
-    section = "mjcf_sensors:\n  ticks: {type: clock}\n"
+    section = "mjcf_sensors:\n  ticks: {kind: clock}\n"
     for text in (f"{whole}\n{section}", f"{whole}\n{section}links: ["):
         robot.write_text(text)
         forget()
         assert list(known.names(known.Subject(("handy",), {}, {}), "mjcf_sensors")) == ["ticks"]
+    robot.write_text(f"{whole}\n{section}")
+    assert words("explain handy ti") == ["ticks"]
 
 
 def test_a_broken_description_has_names_that_stand_in_its_entries(project: Path) -> None:

@@ -32,13 +32,13 @@ _MAX_ROBOTS = 8  # whose names are shown together where none is named
 
 _SECTION = re.compile(r"([a-z_]+):")
 _ENTRY = re.compile(r" {1,8}[\"']?([A-Za-z_][\w./-]*)[\"']?:(.*)")
-USE = "use"
+USE, THINGS = "use", "things"
 _XACRO_ARG = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
 # What is asked for beside the entries of a section: the kinds of names that these are where a text alone can be read.
 _IN_TEXT = {
     "frames": ("link",),
     "servos": ("joint",),
-    "things": ("link", "joint", "sensor", USE),
+    THINGS: ("link", "joint", "sensor", USE),
     "nodes": ("publisher",),
 }
 # What stands in a text: the names of each kind, and those of the entries of each section.
@@ -116,7 +116,7 @@ def _names(path: Path, asked: Subject, of: str) -> dict[str, str]:
             return {one.name: one.help or _default(one) for one in _arguments(path)}
         understood = _understood(path, tuple(asked.arguments.items()), tuple(asked.packages.items()))
         if understood is not None:
-            uses = dict.fromkeys(_text(path)[1].get(USE, ()), "use of a part") if of == "things" else {}
+            uses = dict.fromkeys(_text(path)[1].get(USE, ()), "use of a part") if of == THINGS else {}
             return {**uses, **_in_robot(*understood, of)}
     return _in_text(path, of)
 
@@ -251,7 +251,7 @@ def _nodes(robot: Robot) -> dict[str, str]:
 _OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {
     "frames": _frames,
     "servos": _servos,
-    "things": _things,
+    THINGS: _things,
     "modes": _modes,
     "nodes": _nodes,
 }
@@ -260,11 +260,20 @@ _OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {
 def _in_robot(robot: Robot, tree: Map, of: str) -> dict[str, str]:
     """Return the names of one kind, or of the entries of a section: those of the model, which knows more, if any."""
     if of in _OF_ROBOT:
-        return _OF_ROBOT[of](robot)
+        return _OF_ROBOT[of](robot) | (dict.fromkeys(_explained(tree), "") if of == THINGS else {})
     entries = getattr(robot, of, None)
     if entries is None:
         return dict.fromkeys(tree.get(of) or (), "")
     return {one.name: _said(robot, one) for one in entries}
+
+
+def _explained(tree: Map) -> Iterator[str]:
+    """Yield the names of entries that have no frame, and that can be explained."""
+    from ...frontend.annotations import sections
+
+    for section, node in sections().items():
+        if node.explained:
+            yield from tree.get(section) or ()
 
 
 def _said(robot: Robot, entry: Any) -> str:

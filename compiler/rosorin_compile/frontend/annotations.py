@@ -16,6 +16,7 @@
 | ``x-in-parts`` | a section | it may stand in a part |
 | ``x-in-types`` | a key of a sensor | a type of sensors may say it for its sensors |
 | ``x-accepted`` | a mapping | what is wrong with it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
+| ``x-whole`` | a section | said of the robot as a whole: one that is included brings none |
 | ``x-called`` | a section | what one of its entries is called |
 | ``x-reckoned`` | any value | its numbers are calculated with: none may be beyond reckoning; false: not below |
 | ``x-explained`` | a section | its entries have no frame; ``explain`` shows where their numbers were written |
@@ -69,6 +70,7 @@ WORDS = {
     "x-in-types": "in_types",
     "x-accepted": "accepted",
     "x-reckoned": "reckoned",
+    "x-whole": "whole",
     "x-called": "called",
     "x-explained": "explained",
     "x-topic": "topic",
@@ -101,6 +103,7 @@ class Node:
     in_types: bool = False
     accepted: Sequence[str] = ()
     reckoned: bool | None = None
+    whole: bool = False
     called: str = ""
     explained: bool = False
     topic: str = ""

@@ -19,8 +19,8 @@ from .remarkable import NOT_XML
 
 AFTER = "values"
 
-# Links and joints have names that come from elsewhere, too; arguments are none of the robot's.
-_APART = ("links", "joints", "args")
+# Links and joints have names that come from elsewhere, too.
+_APART = ("link", "joint")
 _WORDS = re.compile(r"[^\W\d_]+")
 # Words of which names of robots, files and packages are made; none is another word with two letters swapped.
 _USUAL_WORDS = """
@@ -46,7 +46,9 @@ class Name(NamedTuple):
 
 def named_sections() -> Iterator[tuple[str, str]]:
     """Yield the sections whose keys are names, with the word for one; those of links and joints are told apart."""
-    yield from ((section, node.called) for section, node in sections().items() if node.called and section not in _APART)
+    for section, node in sections().items():
+        if node.called and node.keys is not None and node.keys.gives and node.keys.gives not in _APART:
+            yield section, node.called
 
 
 def names(case: Case) -> Iterator[Name]:

@@ -15,13 +15,11 @@ from typing import Any
 from ...diagnostics import Source
 from ...xml.markup import TEXT, Attribute, Element, MarkupError, Remark, parse
 from ...xml.mujoco import files_in, with_files
+from ..annotations import sections
 from ..tree import Instance, Map, Seq, Text
 from .forms import OF_MJCF
 from .naming import THINGS, names_of
 from .placing import placed
-
-# What a robot says of itself as a whole: the description that includes it says that of its own.
-_WHOLE = ("rosorin_compile", "robot", "source", "outputs", "root", "contact_layers")
 
 # Elements that have a name of their own, by the element around: two arms must not have the same ones.
 _OWN_NAMES = {
@@ -43,7 +41,7 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
     """
     fragment = Map(tree.span, via)
     for key, value in tree.items():
-        if key not in _WHOLE:
+        if key not in sections() or not sections()[key].whole:
             fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
     names, materials = names_of(fragment).among(THINGS), frozenset(fragment.get("materials") or ())
     fragment = placed(fragment, prefix, None, None, None, None, kept=False)

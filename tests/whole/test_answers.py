@@ -14,6 +14,9 @@ import pytest
 from rosorin_compile import __version__
 from rosorin_compile.cli import main
 from rosorin_compile.commands import run as running
+from rosorin_compile.commands.answer import name_of, schema_of
+from rosorin_compile.commands.parser import Parser
+from rosorin_compile.commands.registry import command, commands, own_checks
 from rosorin_compile.commands.schema import names
 from support.answers import hold, validator
 from support.commands import HANDY, Shown
@@ -33,6 +36,7 @@ PROJECT = {
     "broken.urdf": "<robot",
     "arm.urdf": '<robot name="arm"><link name="base"/></robot>',
     "package/package.xml": "<package/>",
+    "node.yaml": "node: {ros__parameters: {frame_id: eye_link}}\n",
     "list.csv": "name,scale\nsmall,1\nlarge,2\n",
     "wrong.csv": "name,skale\nsmall,1\n",
     "fleet.json": FLEET,
@@ -44,7 +48,13 @@ HAND = "descriptions/handy"
 CASES: dict[str, tuple[str, str, str]] = {
     "all": (f"all {HAND}", "all broken.yaml", "all nobody"),
     "check": (f"check {HAND}", "check broken.yaml", "check nobody"),
+    "check deployed": (f"check deployed {HAND} package", "check deployed broken.yaml package", "check deployed"),
     "check fleet": ("check fleet fleet.json", "check fleet half.json", "check fleet nothing.json"),
+    "check parameters": (
+        f"check parameters {HAND} node.yaml",
+        "check parameters broken.yaml node.yaml",
+        "check parameters nobody node.yaml",
+    ),
     "check physics": (f"check physics {HAND}", "check physics broken.yaml", "check physics nobody"),
     "deploy": (f"deploy {HAND} --to package", "deploy broken.yaml -o package", f"deploy {HAND} --to nowhere"),
     "import": ("import arm.urdf -o made", "import broken.urdf -o made", "import nothing.urdf"),
@@ -66,7 +76,10 @@ CASES: dict[str, tuple[str, str, str]] = {
     "tf": (f"tf {HAND} base_link eye_link", "tf broken.yaml base_link nope", "tf base_link"),
 }
 # What commands answer alone, with --format json-list: their result, or the messages.
-MESSAGES = ("all", "check", "check fleet", "check physics", "deploy", "import", "package", "sweep")
+MESSAGES = (
+    *("all", "check", "check deployed", "check fleet", "check parameters", "check physics"),
+    *("deploy", "import", "package", "sweep"),
+)
 RESULTS = [name for name in CASES if name not in (*MESSAGES, "init")]
 
 
@@ -168,6 +181,20 @@ def test_each_schema_of_an_answer_is_one_and_can_be_printed_by_its_id(capsys: Sh
         assert main(["schema", schema["$id"]]) == 0
         assert capsys.readouterr().out == file.read_text("utf-8")
         assert schema["$id"] in names()
+
+
+def test_each_command_that_answers_has_a_schema_of_its_own() -> None:
+    every = {**{name: command(name) for name in commands(of_plugins=False)}}
+    every |= {f"check {name}": check for name, check in own_checks().items()}
+    answering = []
+    for name, found in every.items():
+        parser = Parser(add_help=False)
+        assert found is not None
+        found.add_options(parser)
+        within = {f"{name} {sub}": one for sub, one in parser.within.items()} or {name: parser}
+        answering += [each for each, one in within.items() if "--format" in one.long_options()]
+    assert len(answering) > 20
+    assert [name for name in answering if schema_of(name) != name_of(name)] == []
 
 
 def test_the_other_schemas_of_documents_have_their_names_for_ids_too() -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from .. import world
 from ..project import ROOT_FILE, Description, NoDescription, all_here
 from . import registry
 from .parser import Parser
@@ -43,7 +44,8 @@ def called(words: Sequence[str]) -> Called:
         return plain
     names_option = _Options(found)
     first = _first_word(plain.words, at + 1, names_option)
-    return _by_name(plain, first) or _by_old_option(plain, at + 1, names_option) or _near(plain, first)
+    by_name = _by_name(plain, first) or _by_old_option(plain, at + 1, names_option)
+    return by_name or _behind(plain, first, names_option) or _near(plain, first)
 
 
 class _Options:
@@ -95,6 +97,16 @@ def _by_name(plain: Called, at: int | None) -> Called | None:
         return None
     said = _robot_by_path(name) if found.plugin is None else ""
     return Called(f"{plain.name} {name}", found, plain.words[:at] + plain.words[at + 1 :], said)
+
+
+def _behind(plain: Called, at: int | None, options: _Options) -> Called | None:
+    """Return the command itself where a word behind the first is the name of a check, and nothing else; say so."""
+    while at is not None:
+        at = _first_word(plain.words, at + 1, options)
+        name = "" if at is None else plain.words[at]
+        if name in registry.own_checks() and _robot(name) is None and not world.stands(name):
+            return plain._replace(said=f'"{name}" is a check, and stands before the robot: {CHECK} {name} ROBOT')
+    return None
 
 
 def _near(plain: Called, at: int | None) -> Called:

@@ -1,4 +1,4 @@
-"""What package and deploy answer as JSON: the types of results, of which the schemas are made.
+"""What package, deploy and check deployed answer as JSON: the types of results, of which the schemas are made.
 
 Nothing imports this module at run time.
 """
@@ -34,4 +34,22 @@ class Deployed(TypedDict):
     copies: list[DeployedCopy]
 
 
-ANSWERS: dict[str, Any] = {"deploy": Deployed, "package": WrittenPackage}
+class _CopiesDiffer(TypedDict, total=False):
+    differences: Annotated[list[str], "what differs, in the lines that people read"]
+
+
+class CheckedCopies(_CopiesDiffer):
+    """What came of one robot, with which copies of its artifacts were compared."""
+
+    robot: str
+    file: Annotated[str, "its first file"]
+    fine: Annotated[bool, "whether all copies are as compiled; the exit code is 0 then"]
+
+
+class CopiesOfRobots(TypedDict):
+    """What came of the robot that was asked for."""
+
+    robots: list[CheckedCopies]
+
+
+ANSWERS: dict[str, Any] = {"check deployed": CopiesOfRobots, "deploy": Deployed, "package": WrittenPackage}

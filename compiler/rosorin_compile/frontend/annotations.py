@@ -25,8 +25,9 @@
 | ``x-also`` | a key | what others call it (``synonyms``) |
 | ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
 | ``x-sourced`` | a section | its entries have the source of their file, where they have none of their own |
+| ``x-ordered`` | a section | its entries are in the model as they are written; else by name |
 | ``x-file`` | a section | the file, without its ending, that an import writes it into beside ``robot.yaml`` |
-| ``x-order`` | a mapping | the keys that an import writes first; the others stay as in the source |
+| ``x-first`` | a mapping | the keys that an import writes first; the others stay as in the source |
 | | | without it all stand in the order of ``properties`` |
 """
 
@@ -79,8 +80,8 @@ WORDS = {
     "x-sourced": "sourced",
 }
 
-# Beside them what ``synonyms`` and an import read: all that validators and editors have no use for.
-ANNOTATIONS = frozenset((*WORDS, "x-also", "x-file", "x-order"))
+# Beside them what ``synonyms``, lowering and an import read: all that validators and editors have no use for.
+ANNOTATIONS = frozenset((*WORDS, "x-also", "x-file", "x-first", "x-ordered"))
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ BATTERIES = {
             "mass": {"type": "number", "x-unit": "kg"},
             "cells": {"type": "integer", "default": 1},
             "xyz": {"$ref": "#/$defs/xyz", "default": [0, 0, 0]},
-            "maker": {"type": "object", "properties": {"name": {}, "code": {}}, "x-order": ["code"]},
+            "maker": {"type": "object", "properties": {"name": {}, "code": {}}, "x-first": ["code"]},
         },
         "x-mirror": ["pose"],
     },

@@ -35,7 +35,6 @@ from ...model.geometry import pose_of
 from ...model.joint import AXLELESS, UNPUBLISHED
 from ...model.link import Source
 from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, GazeboSensor, Replicas, Simulated
-from ...model.simulation import NO_SIMULATION
 from ..accepting import accepted, names_at
 from ..annotations import sections
 from ..expand.scope import Scope
@@ -48,6 +47,7 @@ from .entries import (
     attribute_of,
     calibration_of,
     dynamics_of,
+    entries_of,
     limit_of,
     material_of,
     mimic_of,
@@ -65,7 +65,7 @@ from .plainly import plain
 from .sdf import Frames, lower_gazebo
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
-from .simulation import SIMULATED, lower_simulation, marked_of
+from .simulation import lower_simulation, marked_of
 
 if TYPE_CHECKING:
     from ...model.drive import Drive
@@ -132,7 +132,7 @@ class _Lowering:
         self.diagnostics: list[Diagnostic] = []
         # What was made of a piece of the tree, which many links and joints may share.
         self.made: dict[Hashable, Any] = {}
-        self.nodes = {name: node_of(name, entry) for name, entry in self.section("publishers").items()}
+        self.nodes = {name: node_of(name, entry) for name, entry in entries_of(tree, "publishers")}
         self.edges = [self.edge(index, entry) for index, entry in enumerate(tree.get("edges") or ())]
 
     def section(self, name: str) -> dict[str, Any]:
@@ -173,40 +173,37 @@ class _Lowering:
 
     def robot(self) -> Robot:
         tree = self.tree
-        links = [self.link(name, entry or {}) for name, entry in sorted(self.section("links").items())]
-        joints = [self.joint(name, entry) for name, entry in self.section("joints").items()]
+        links = [self.link(name, entry or {}) for name, entry in entries_of(tree, "links")]
+        joints = [self.joint(name, entry) for name, entry in entries_of(tree, "joints")]
         sensors: list[Sensor] = []
-        for name, entry in self.section("sensors").items():
+        for name, entry in entries_of(tree, "sensors"):
             sensor, mounts = self.sensor(name, entry)
             sensors.append(sensor)
             joints += mounts
         links += self.frames_of_sensors(sensors)
-        servos = tuple(
-            servo_group_of(name, entry, self.problem) for name, entry in sorted(self.section("servos").items())
-        )
-        source, entries = source_of(tree.get("source")), self.section("poses").items()
-        poses = [
-            pose_of_joints(name, entry, servos, tree, self.problem)
-            for name, entry in (entries if source.status == "imported" else sorted(entries))  # simulators begin there
-        ]
+        servos = tuple(servo_group_of(name, entry, self.problem) for name, entry in entries_of(tree, "servos"))
+        source = source_of(tree.get("source"))
+        # Simulators begin at the first one.
+        entries = self.section("poses").items() if source.status == "imported" else entries_of(tree, "poses")
+        poses = [pose_of_joints(name, entry, servos, tree, self.problem) for name, entry in entries]
         return Robot(
             name=tree["robot"],
             links=tuple(links),
             joints=tuple(joints),
             sensors=tuple(sensors),
             edges=tuple(self.edges),
-            publishers=tuple(self.nodes[name] for name in sorted(self.nodes)),
+            publishers=tuple(self.nodes.values()),
             servos=servos,
             poses=tuple(poses),
-            outputs=tuple(self.output(name, entry) for name, entry in sorted(self.section("outputs").items())),
-            modes=tuple(sorted(self.section("modes"))),
+            outputs=tuple(self.output(name, entry) for name, entry in entries_of(tree, "outputs")),
+            modes=tuple(name for name, _ in entries_of(tree, "modes")),
             disabled_contacts=tuple(
                 (pair["links"][0], pair["links"][1]) for pair in tree.get("disabled_contacts") or ()
             ),
             source=source,
-            materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
+            materials=tuple(material_of(name, entry) for name, entry in entries_of(tree, "materials")),
             urdf_elements=self.top_elements(),
-            simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
+            simulation=lower_simulation(tree),
             drive=self.drive(),
             **self.of_ros2_control(),
             moveit=self.moveit(),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...model.control import SENSOR_WORDS, SYSTEM, Block, Component, Controller, End, Interface, Transmission
+from .entries import entries_of
 from .plainly import record_of
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 def lower_control(tree: Mapping[str, Any]) -> tuple[Block, ...]:
     """Return the hardware blocks of a description; a sensor without interfaces has those of its type."""
     types = {name: entry.get("type", "") for name, entry in (tree.get("sensors") or {}).items()}
-    return tuple(_block(name, entry, types) for name, entry in (tree.get("control") or {}).items())
+    return tuple(_block(name, entry, types) for name, entry in entries_of(tree, "control"))
 
 
 def lower_controllers(tree: Mapping[str, Any]) -> tuple[Controller, ...]:
@@ -27,7 +28,7 @@ def lower_controllers(tree: Mapping[str, Any]) -> tuple[Controller, ...]:
             name=name,
             params={key: _plain(value) for key, value in flat(entry.get("params") or {}).items()},
         )
-        for name, entry in (tree.get("controllers") or {}).items()
+        for name, entry in entries_of(tree, "controllers")
     )
 
 

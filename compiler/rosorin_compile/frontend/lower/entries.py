@@ -14,6 +14,7 @@ from ...model.robot import JointPose, ServoGroup
 from ...model.shape import Material, Rgba
 from ...model.simulated import Attribute
 from ...model.simulation import Actuator
+from ..schema import fragment_at
 from ..tree import Map, Path
 from .plainly import record_of
 
@@ -29,6 +30,12 @@ RULES = (
 
 # Takes the rule, the message, the path and the way out of a problem, and whether it is at a key.
 Problem = Callable[..., None]
+
+
+def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:
+    """Return the entries of a section in the order of the model: by name, or as they are written (x-ordered)."""
+    entries = (tree.get(section) or {}).items()
+    return list(entries) if fragment_at((section,)).get("x-ordered") else sorted(entries)
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:

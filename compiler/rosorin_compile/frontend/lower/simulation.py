@@ -13,19 +13,7 @@ from typing import Any
 from ...model import Pose
 from ...model.simulated import Attribute
 from ...model.simulation import Contact, ContactPair, Entry, Marked, Root, Simulation, Stop, Tendon
-from .entries import actuator_of, attribute_of, pose_of_entry, values_of
-
-SIMULATED = (
-    "root",
-    "actuators",
-    "tendons",
-    "constraints",
-    "mjcf_sensors",
-    "contact_layers",
-    "contact_pairs",
-    "mjcf_elements",
-)
-"""The sections that are for a simulation alone."""
+from .entries import actuator_of, attribute_of, entries_of, pose_of_entry, values_of
 
 TARGETS = {
     "joint": "joint",
@@ -45,22 +33,18 @@ _PLACED = ("xyz", "rpy", "source")
 
 def lower_simulation(tree: Mapping[str, Any]) -> Simulation:
     """Return what a robot has for a simulation beside its links and joints."""
-
-    def section(name: str) -> Mapping[str, Any]:
-        return tree.get(name) or {}
-
     actuators = []
-    for name, entry in section("actuators").items():
+    for name, entry in entries_of(tree, "actuators"):
         made = actuator_of(entry)
         if made is not None:
             targets = {word: entry[key] for key, word in TARGETS.items() if key in entry}
             actuators.append(replace(made, name=name, targets=targets))
     return Simulation(
-        root=_root(section("root")),
+        root=_root(tree.get("root") or {}),
         actuators=tuple(actuators),
-        tendons=tuple(_tendon(name, entry) for name, entry in section("tendons").items()),
-        constraints=tuple(_constraint(name, entry) for name, entry in section("constraints").items()),
-        sensors=tuple(_sensor(name, entry) for name, entry in section("mjcf_sensors").items()),
+        tendons=tuple(_tendon(name, entry) for name, entry in entries_of(tree, "tendons")),
+        constraints=tuple(_constraint(name, entry) for name, entry in entries_of(tree, "constraints")),
+        sensors=tuple(_sensor(name, entry) for name, entry in entries_of(tree, "mjcf_sensors")),
         contact_layers=tuple(tree.get("contact_layers") or ()),
         contact_pairs=tuple(_contact_pair(entry) for entry in tree.get("contact_pairs") or ()),
         elements=tuple(tree.get("mjcf_elements") or ()),

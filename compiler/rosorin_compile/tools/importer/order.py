@@ -1,6 +1,6 @@
 """Order: which file a section is written into, and where sections and keys stand there, as the schema says.
 
-Sections and keys stand in the order of ``properties``. ``x-order`` names the keys that come first where the others stay
+Sections and keys stand in the order of ``properties``. ``x-first`` names the keys that come first where the others stay
 as in the source, which are words of another program; ``x-file`` is the file of a section in a description of several.
 """
 
@@ -90,7 +90,7 @@ def _sorted(values: Mapping[str, V], order: Iterable[str]) -> dict[str, V]:
 
 
 def _order(said: Mapping[str, Any]) -> Sequence[str]:
-    order: Sequence[str] = said.get("x-order", tuple(said.get("properties", ())))
+    order: Sequence[str] = said.get("x-first", tuple(said.get("properties", ())))
     return order
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
 
+from rosorin_compile.formats import Fact, Value
 from rosorin_compile.frontend.annotations import ENTRIES, ITEMS, Node
-from rosorin_compile.meaning import plainly
+from rosorin_compile.meaning import entities, plainly
+from rosorin_compile.meaning.changes import changes
 from rosorin_compile.meaning.plainly import compare_plainly
+from rosorin_compile.meaning.view import View
+from rosorin_compile.model import Link, Robot
 
 
 @dataclass(frozen=True)
@@ -68,3 +73,34 @@ def test_what_is_new_or_gone_has_a_name() -> None:
         ("main", "battery", "main", None),
         ("charger", "charger", None, "charger"),
     ]
+
+
+def said(**batteries: Mapping[str, float | str]) -> View:
+    """Return what an artifact says that has a word for batteries."""
+    plain = {
+        Fact("battery", name, word): Value(value, "" if isinstance(value, str) else "V")
+        for name, words in batteries.items()
+        for word, value in words.items()
+    }
+    return View(plain, {}, {}, {}, frozenset())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "lines"),
+    [
+        ({"voltage": 12.0}, {"voltage": 24.0}, ["battery main voltage 12 -> 24 V (+100.0 %)"]),
+        ({"link": "a"}, {"link": "b"}, ["battery main link a -> b"]),
+        ({}, {"voltage": 12.0, "link": "a"}, ["new: battery main"]),
+        ({"voltage": 12.0, "link": "a"}, {}, ["removed: battery main"]),
+        ({"voltage": 12.0}, {"voltage": 12.0}, []),
+    ],
+)
+def test_check_tells_it_of_the_entry_too(
+    old: dict[str, float | str],
+    new: dict[str, float | str],
+    lines: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(entities, "sections", lambda: SECTIONS)
+    pair = entities.Pair("cells", "cells", said(main=old), said(main=new))
+    assert [one.words() for one in changes(Robot("r", (Link("a"),), ()), [pair], None)] == lines

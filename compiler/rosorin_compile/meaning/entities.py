@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from ..formats import Fact, Value
 from ..formats.format import About
+from ..frontend.annotations import sections
 from ..model import Robot
 from ..model.joint import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED
 from .tolerance import Turn
@@ -151,7 +152,7 @@ class Entities:
             for name in sorted(names):
                 if (pair.output, "link", name) not in self.hidden:
                     self._note(pair, "inertial", name, what)
-        for kind in ("pose", "height map", "material"):
+        for kind in ("pose", "height map", "material", *_compared()):
             old, new = _named(pair.old, kind), _named(pair.new, kind)
             for what, names in ((NEW, new - old), (REMOVED, old - new)):
                 for name in sorted(names):
@@ -200,6 +201,11 @@ def joints_by_child(view: View) -> dict[str, str]:
         for fact, value in view.plain.items()
         if fact.kind == "joint" and fact.quantity == "child"
     }
+
+
+def _compared() -> list[str]:
+    """Return what entries are called that are compared value by value; a new one is one line."""
+    return [node.compared for node in sections().values() if node.compared]
 
 
 def _named(view: View, kind: str, quantity: str = "") -> set[str]:

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
+from .annotations import of_parts
 from .schema import resolve, schema
 
 _XYZ_RPY = "xyz and rpy stand in the entry itself, without anything around them"
@@ -276,7 +277,11 @@ VALUES: dict[str, dict[str, str]] = {
 @cache
 def words_for(kind: str) -> Mapping[str, str]:
     """Return what each word is called in an entry of a kind, or the way out for it."""
-    known = schema()["properties"] if kind == "top" else schema()["$defs"].get(kind, {}).get("properties", {})
+    sections = schema()["properties"]
+    if kind in ("top", "part"):
+        known = sections if kind == "top" else {section: sections[section] for section in of_parts()}
+    else:
+        known = schema()["$defs"].get(kind, {}).get("properties", {})
     also = {word: key for key, fragment in known.items() for word in _also(fragment)}
     return {**KEYS.get(kind, {}), **also}
 

@@ -237,6 +237,14 @@ def test_the_entries_of_every_section_can_be_asked_for(project: Path) -> None:
     assert words("explain handy ti") == ["ticks"]
 
 
+@pytest.mark.usefixtures("project")
+def test_what_each_entry_is_goes_with_its_name() -> None:
+    found = {of: known.names(known.Subject(("handy",), {}, {}), of) for of in ("sensors", "outputs", "poses")}
+    assert found == {"sensors": {"eye": "camera"}, "outputs": {"urdf": "handy.urdf"}, "poses": {"open": ""}}
+    assert known.names(known.Subject(("handy",), {}, {}), "links")["shelf"] == "on base_link"
+    assert known.names(known.Subject(("handy",), {}, {}), "joints")["shelf_joint"] == "fixed, base_link -> shelf"
+
+
 def test_a_broken_description_has_names_that_stand_in_its_entries(project: Path) -> None:
     robot = project / "descriptions" / "handy" / "robot.yaml"
     robot.write_text("sensors:\n  eye: {type: camera, frame: eye_link, joint: stalk}\nlinks: [")

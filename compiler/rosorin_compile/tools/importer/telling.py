@@ -17,7 +17,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
-from rosorin_compile.extending import Description, Imported, Map, Packages, Places, Seq, world
+from rosorin_compile.extending import Description, Imported, Map, Packages, Places, Seq, fragment_at, world
+
+from .layout import within_part
 
 RULES = (
     Rule(
@@ -218,17 +220,16 @@ def accepted(tree: Map) -> list[str]:
     ]
 
 
-def _elements(node: Any) -> Iterator[str]:
+def _elements(node: Any, path: tuple[str | int, ...] = ()) -> Iterator[str]:
     """Yield every element that is kept, in the order of the tree."""
     if isinstance(node, Map):
         for key, value in node.items():
-            if key in ("urdf_elements", "mjcf_elements") and isinstance(value, Seq):
-                yield from value
-            else:
-                yield from _elements(value)
+            yield from _elements(value, (*path, key))
+    elif isinstance(node, Seq) and "x-names-in" in fragment_at((*within_part(path), 0)):
+        yield from node
     elif isinstance(node, Seq):
-        for item in node:
-            yield from _elements(item)
+        for index, item in enumerate(node):
+            yield from _elements(item, (*path, index))
 
 
 def _tag(text: str) -> str:

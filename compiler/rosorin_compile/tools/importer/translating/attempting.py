@@ -10,6 +10,7 @@ from rosorin_compile.extending import Description, Imported, Map, Outputs, ReadO
 
 from ..description import tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
+from ..order import sorted_sections
 from .chosen import said_by_uses
 from .data import Data
 from .expressions import written as spelt
@@ -26,7 +27,9 @@ from .values import Documents
 from .walking import Walker
 from .wording import Found, any_of, wishes
 
+# What is made of the xacro begins and ends a file, in this order; what stands between comes as it is read.
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
+_TAIL = ("urdf_elements", "accept", "outputs")
 
 
 class Changed(NamedTuple):
@@ -202,8 +205,8 @@ def _sections(imported: Imported) -> dict[str, Any]:
 
     tree = tree_of(imported)
     document = _Document(tree)
-    named = ("poses", "moveit", "disabled_contacts", "controllers")
-    return {name: document.value(tree[name], (name,), None) for name in named if name in tree}
+    others = sorted_sections({name: value for name, value in tree.items() if name not in (*_HEAD, *_TAIL)})
+    return {name: document.value(value, (name,), None) for name, value in others.items()}
 
 
 def _tail(accepts: list[Any], wanted: Outputs) -> dict[str, Any]:
@@ -215,8 +218,7 @@ def _tail(accepts: list[Any], wanted: Outputs) -> dict[str, Any]:
 
 
 def _rank(key: str) -> int:
-    tail = ("urdf_elements", "accept", "outputs")
-    return _HEAD.index(key) if key in _HEAD else 100 + tail.index(key) if key in tail else 50
+    return _HEAD.index(key) if key in _HEAD else 100 + _TAIL.index(key) if key in _TAIL else 50
 
 
 def _remarks(program: Program, documents: Documents, name: str, schema: str) -> Remarks:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .frontend.expression.functions import function
     from .meaning.difference import Difference
     from .model import Robot
+    from .model.sections import Section
     from .pipeline import (
         Compiled,
         Reading,
@@ -50,6 +51,7 @@ _HOMES = {
     "Reading": "pipeline",
     "Robot": "model",
     "Rule": "diagnostics.registry",
+    "Section": "model.sections",
     "Templates": "formats.templating",
     "Value": "formats.format",
     "Variant": "pipeline",
@@ -84,6 +86,7 @@ __all__ = [
     "Reading",
     "Robot",
     "Rule",
+    "Section",
     "Templates",
     "Value",
     "Variant",

@@ -13,8 +13,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from authoring_sections import IN_TYPES, LANGUAGE, added_definitions, added_sections, definitions
+from rosorin_compile.extending import FORMATS, Language
 
+LANGUAGE = Language.of(FORMATS.values())
 HEAD = Path(__file__).parents[1] / "_language_head.md"
 _KEYS = ("key", "value", "unit", "needed", "meaning")
 _WORDS = {
@@ -41,19 +42,14 @@ Schema = Mapping[str, Any]
 def language() -> Schema:
     """Return the schema of descriptions with what the plain tree has no more: parts, uses, named values, ..."""
     plain = dict(LANGUAGE.schema)
-    sections = plain["properties"]
-    added = added_definitions(sections, plain["$defs"]["arg"])
+    sections, added = LANGUAGE.added()
     use, kind = added["use"], added["sensor_type"]
     arguments = {**use["properties"]["with"], "type": "object"}
     added["use"] = {**use, "type": "object", "properties": {**use["properties"], "with": arguments}}
     whole = plain["$defs"]["sensor"]["properties"]
-    same = {name: whole[name] for name in IN_TYPES}
+    same = {name: whole[name] for name in LANGUAGE.in_types}
     added["sensor_type"] = {**kind, "properties": {**kind["properties"], **same}}
-    return {
-        **plain,
-        "properties": {**sections, **added_sections(sections)},
-        "$defs": {**definitions(plain), **added},
-    }
+    return {**plain, "properties": {**plain["properties"], **sections}, "$defs": added}
 
 
 def reference(schema: Schema, head: str = "") -> str:

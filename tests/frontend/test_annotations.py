@@ -179,7 +179,7 @@ def test_where_the_schema_has_no_words_the_place_is_said(tmp_path: Path) -> None
     text = "sensors: {eye: {type: camera, publisher: tracker}}\nedges: [{parent: map, child: odom, publisher: slam}]\n"
     assert {one.name: one.what for one in mentions(tree(tmp_path, text), ("publisher",))} == {
         "tracker": 'the publisher of sensor "eye"',
-        "slam": 'the publisher of edges "0"',
+        "slam": "the publisher of edges[0]",
     }
     assert [one.name for one in mentions(tree(tmp_path, text), ("link",))] == []  # edges have a rule of their own
 

@@ -59,7 +59,7 @@ def _sections(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"charger": {"voltage": 12}}, {"charger": {"voltage": 5}}, ["charger: voltage 12 -> 5"]),
         ({"charger": {"voltage": 12}}, {"charger": None}, ["removed: charger"]),
         ({}, {"charger": {"voltage": 12}}, ["new: charger"]),
-        ({"fuses": [{"amps": 5}]}, {"fuses": [{"amps": 6}, {"amps": 5}]}, ["new: fuse 2", "fuse 1: amps 5 -> 6"]),
+        ({"fuses": [{"amps": 5}]}, {"fuses": [{"amps": 6}, {"amps": 5}]}, ["new: fuse 1"]),
         ({"links": {"a": 1}}, {"links": {"a": 2}}, []),
     ],
 )

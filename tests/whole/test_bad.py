@@ -43,7 +43,7 @@ TELLERS = {"Diagnostic", "Finding", "ShapeProblem", "_error", "_make", "_problem
 
 # Said by the functions below, whose input cannot stand in a file of its own.
 MADE_HERE = {"file-too-large", "include-too-many", "not-utf8"}
-# Said by the API alone, of a file that is no description; and by readers of other packages (test_extend.py).
+# Said by the API alone, of a file that is no description; and of what other packages bring (test_extend.py, sections/).
 OF_THE_API = {"wrong-format", "file-syntax"}
 # Said of what a command asks for by name (test_print.py).
 OF_COMMANDS = {

@@ -13,19 +13,25 @@ import pytest
 
 from support.paths import PACKAGE, TESTS
 
-SCRIPT = TESTS / "data" / "typed" / "service.py"
-# A use that is wrong, and a word of what is said of it.
-FAULT = ('return Answer(texts["robot.urdf"]', 'return Answer(texts["robot.urdf"].files', "files")
+SCRIPTS = TESTS / "data" / "typed"
+# Of each script a use that is wrong, and a word of what is said of it.
+FAULTS = {
+    "service": ('return Answer(texts["robot.urdf"]', 'return Answer(texts["robot.urdf"].files', "files"),
+    "battery": ("one.mass for one in robot.sections[LIST]", "one.weight for one in robot.sections[LIST]", "weight"),
+}
 
 
-def scripts(folder: Path) -> tuple[Path, Path]:
-    """Return a script that is right, and one that is wrong."""
-    right, wrong = folder / "right.py", folder / "wrong.py"
-    text = SCRIPT.read_text("utf-8")
-    assert FAULT[0] in text
-    right.write_text(text, "utf-8")
-    wrong.write_text(text.replace(*FAULT[:2]), "utf-8")
-    return right, wrong
+def scripts(folder: Path) -> tuple[list[str], list[str]]:
+    """Return scripts that are right, and the same ones that are wrong."""
+    made: tuple[list[str], list[str]] = [], []
+    for name, (right, wrong, _) in FAULTS.items():
+        text = (SCRIPTS / f"{name}.py").read_text("utf-8")
+        assert right in text
+        for many, kind, changed in zip(made, ("right", "wrong"), (text, text.replace(right, wrong)), strict=True):
+            path = folder / f"{kind}_{name}.py"
+            path.write_text(changed, "utf-8")
+            many.append(str(path))
+    return made
 
 
 @pytest.mark.slow
@@ -35,17 +41,17 @@ def test_mypy_in_its_strict_mode_has_nothing_to_say(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "--cache-dir", tmp_path / "cache"]
     ran = [
         subprocess.run(
-            [*map(str, command), str(script)],
+            [*map(str, command), *some],
             capture_output=True,
             text=True,
             cwd=tmp_path,
             env={**os.environ, "MYPYPATH": str(PACKAGE.parent)},
         )
-        for script in (right, wrong)
+        for some in (right, wrong)
     ]
     assert ran[0].returncode == 0, ran[0].stdout + ran[0].stderr
-    assert (ran[1].returncode, ran[1].stdout.count("error:")) == (1, 1)
-    assert FAULT[2] in ran[1].stdout
+    assert (ran[1].returncode, ran[1].stdout.count("error:")) == (1, len(FAULTS))
+    assert all(word in ran[1].stdout for _, _, word in FAULTS.values())
 
 
 @pytest.mark.slow
@@ -65,14 +71,14 @@ def test_pyright_has_nothing_to_say(tmp_path: Path) -> None:
     }
     (tmp_path / "pyrightconfig.json").write_text(json.dumps(settings), "utf-8")
     said = []
-    for script in (right, wrong):
+    for some in (right, wrong):
         pyright = tmp_path / "node_modules" / ".bin" / "pyright"
         ran = subprocess.run(
-            [pyright, "--pythonpath", sys.executable, "--outputjson", script],
+            [pyright, "--pythonpath", sys.executable, "--outputjson", *some],
             cwd=tmp_path,
             capture_output=True,
             text=True,
         )
         said.append([one["message"] for one in json.loads(ran.stdout)["generalDiagnostics"]])
     assert said[0] == []
-    assert FAULT[2] in " ".join(said[1])
+    assert all(word in " ".join(said[1]) for _, _, word in FAULTS.values())

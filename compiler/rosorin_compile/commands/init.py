@@ -178,7 +178,9 @@ def start(name: str, project: Path, template: str = DEFAULT) -> Started:
 
 def _give_schema(folder: Path, stage: Path) -> tuple[bool, bool]:
     """Write the schema for editors unless there is one; say whether it was written, or is of another version."""
-    data = world.read(data_folder("schemas") / "authoring.schema.json")
+    from .schema import text_of
+
+    data = text_of("authoring").encode()
     target = folder / SCHEMA
     with suppress(FileNotFoundError):
         return False, world.read(target) != data

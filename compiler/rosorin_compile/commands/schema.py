@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from typing import TYPE_CHECKING
 
 from .. import world
@@ -52,6 +53,19 @@ def _of_answers() -> dict[str, str]:
     return {name: f"what {' '.join(words) or 'any command'} --format json prints" for name, words in commands.items()}
 
 
+def text_of(name: str) -> str:
+    """Return a schema; those of descriptions with the sections that plug-ins bring."""
+    from ..frontend.sections import plugged_sections
+
+    if name not in ("authoring", "description") or not plugged_sections():
+        return world.text(data_folder("schemas") / f"{name}{_ENDING}")
+    from ..frontend.language import Language
+    from ..frontend.schema import schema
+
+    made = schema() if name == "description" else Language.of(FORMATS.values()).authoring()
+    return json.dumps(made, indent=1, ensure_ascii=False) + "\n"
+
+
 def run(options: argparse.Namespace) -> int:
     """Print a schema to the letter, or list them."""
     known = names()
@@ -64,5 +78,5 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage("--format goes with --list: a schema is printed as it is")
     if options.name not in known:
         raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, known)}')
-    give(world.text(data_folder("schemas") / f"{options.name}{_ENDING}"))
+    give(text_of(options.name))
     return FINE

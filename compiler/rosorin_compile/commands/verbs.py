@@ -173,14 +173,12 @@ def schema(name: str = "authoring") -> dict[str, Any]:
     """Return a JSON Schema by a name of ``rosorin-compile schema``. Raises KeyError, with what is near."""
     import json
 
-    from .. import world
     from ..diagnostics import did_you_mean
-    from ..project import data_folder
-    from .schema import names
+    from .schema import names, text_of
 
     if name not in (known := names()):
         raise KeyError(f'there is no schema "{name}"; {did_you_mean(name, known)}')
-    found: dict[str, Any] = json.loads(world.text(data_folder("schemas") / f"{name}.schema.json"))
+    found: dict[str, Any] = json.loads(text_of(name))
     return found
 
 

@@ -92,40 +92,11 @@ def _check_types(format: Format) -> None:
 
 def _check_options(format: Format) -> None:
     """Raise ValueError where the options of a format are no JSON Schema of draft 7."""
-    from jsonschema import Draft7Validator, FormatChecker
-
     from ..frontend.schema import schema
-    from ..frontend.validator import inlined, misfits_of, words
+    from ..frontend.validator import check_schema
 
     own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
-    for wrong in misfits_of(Draft7Validator(Draft7Validator.META_SCHEMA, format_checker=FormatChecker(["regex"])), own):
-        raise ValueError(words(wrong))
-    _check_words(own)
-    inlined({**schema(), "properties": {"outputs": own}})
-
-
-# What later drafts have, and draft 7 lets pass in silence.
-_LATER = (
-    *("prefixItems", "dependentRequired", "dependentSchemas", "unevaluatedItems", "unevaluatedProperties"),
-    *("minContains", "maxContains", "$dynamicRef", "$recursiveRef"),
-)
-_BESIDE = ("$ref", "description", "title", "default", "examples", "x-unit")
-
-
-def _check_words(part: Any, is_named: bool = False) -> None:
-    """Raise ValueError where a part of a schema has words that draft 7 does not heed; ``is_named``: keys are names."""
-    if isinstance(part, list):
-        for one in part:
-            _check_words(one)
-    if not isinstance(part, Mapping):
-        return
-    for word, inner in part.items():
-        if not is_named and word in _LATER:
-            raise ValueError(f"{word} is no word of JSON Schema draft 7")
-        if not is_named and "$ref" in part and word not in _BESIDE:
-            raise ValueError(f"{word} has no meaning beside $ref, in JSON Schema draft 7")
-        if word not in ("default", "examples", "enum", "const") or is_named:
-            _check_words(inner, not is_named and word in ("properties", "patternProperties"))
+    check_schema(own, {**schema(), "properties": {"outputs": own}})
 
 
 def _guarded(plugin: Plugin, format: Format) -> Format:

@@ -12,7 +12,8 @@
 | ``x-scope`` | beside them | ``robot``: never with the prefix of a part; ``world``: it gives no name of the part |
 | ``x-names-in`` | any value | names stand inside of it; the function that knows where |
 | ``x-mirror`` | a mapping | how a mirror turns what it holds |
-| ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use |
+| ``x-attached`` | a text | where it names the mount, these keys beside it are composed with the pose of the use: |
+| | | ``xyz`` and ``rpy``, and others are directions |
 | ``x-in-parts`` | a section | it may stand in a part |
 | ``x-in-types`` | a key of a sensor | a type of sensors may say it for its sensors |
 | ``x-accepted`` | a mapping | what is wrong with it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
@@ -212,3 +213,36 @@ def _own(node: Node) -> Iterator[str]:
             yield GIVES
         elif kind := node.names or node.gives:
             yield from (kind, *ALSO.get(kind, ()))
+
+
+def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
+    """Raise ValueError where a piece of the schema has an annotation, or a way to mirror, that ``own`` knows not."""
+    from ..diagnostics import did_you_mean
+    from .expand.mirroring import MIRRORED
+
+    words = {word for word, _ in _said(own)} | ANNOTATIONS
+    ways = {way for word, values in _said(own) if word == MIRROR for way in values} | MIRRORED.keys()
+    for word, value in _said(piece):
+        if word not in words:
+            raise ValueError(f"the schema has no annotation {word}; {did_you_mean(word, sorted(words))}")
+        for way in value if word == MIRROR else ():
+            if way not in ways:
+                raise ValueError(f'{MIRROR} is "{way}" in its schema; {did_you_mean(way, sorted(ways))}')
+
+
+def kinds_given(piece: Any) -> set[str]:
+    """Return the kinds of things that get their names in a piece of the schema."""
+    return {value for word, value in _said(piece) if word == "x-gives"}
+
+
+def kinds_named(piece: Any) -> set[str]:
+    """Return the kinds of things that are named in a piece of the schema."""
+    return {value for word, value in _said(piece) if word == "x-names"}
+
+
+def _said(piece: Any) -> Iterator[tuple[str, Any]]:
+    """Yield each annotation of a piece of the schema, with its value."""
+    if isinstance(piece, Mapping):
+        yield from ((word, value) for word, value in piece.items() if word.startswith("x-"))
+    for inner in piece.values() if isinstance(piece, Mapping) else piece if isinstance(piece, list) else ():
+        yield from _said(inner)

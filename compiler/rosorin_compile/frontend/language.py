@@ -25,13 +25,15 @@ class Language:
     """What a description may say.
 
     ``schema`` has the options of outputs of all formats; ``annotations`` are its words that only the compiler reads.
-    ``functions`` and ``units`` have what is said of each in the reference, ``types`` those of arguments that are
-    quantities. ``acceptable`` are the rules that ``accept`` may name.
+    ``in_types`` are the keys of a sensor that a type of sensors may say. ``functions`` and ``units`` have what is said
+    of each in the reference, ``types`` those of arguments that are quantities. ``acceptable`` are the rules that
+    ``accept`` may name.
     """
 
     schema: Mapping[str, Any]
     annotations: frozenset[str]
     in_parts: tuple[str, ...]
+    in_types: tuple[str, ...]
     mirrors: tuple[str, ...]
     constants: tuple[str, ...]
     functions: Mapping[str, str]
@@ -43,7 +45,7 @@ class Language:
     def of(cls, formats: Iterable[Format]) -> Language:
         """Return the language with some formats."""
         from ..units import DIMENSIONS, UNITS, describe
-        from .annotations import ANNOTATIONS, of_parts
+        from .annotations import ANNOTATIONS, of_parts, of_types
         from .expand.mirroring import AXES
         from .expression import CONSTANTS
         from .expression.functions import BUILT_IN
@@ -53,6 +55,7 @@ class Language:
             schema=with_formats(formats),
             annotations=ANNOTATIONS,
             in_parts=of_parts(),
+            in_types=of_types(),
             mirrors=tuple(AXES),
             constants=tuple(CONSTANTS),
             functions={one.name: one.help for one in BUILT_IN},
@@ -60,6 +63,20 @@ class Language:
             types={name: describe(dimension) for name, dimension in DIMENSIONS.items()},
             acceptable=tuple(sorted(rule.id for rule in Rule.every() if _is_acceptable(rule))),
         )
+
+    def authoring(self) -> dict[str, Any]:
+        """Return the schema of descriptions as people write them, for editors."""
+        from .authoring import authoring
+
+        return authoring(self)
+
+    def added(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the sections and the definitions of files that descriptions have no more: parts, uses, ..."""
+        from .authoring.added import added_definitions, added_sections, definitions
+
+        sections = self.schema["properties"]
+        inner = added_definitions(self, sections, self.schema["$defs"]["arg"])
+        return added_sections(sections), {**definitions(self), **inner}
 
     def is_unit(self, unit: str) -> bool:
         """Say whether a text is a unit, a simple or a compound one."""

@@ -25,13 +25,13 @@ class Mention:
     among: str
 
 
-def mentions(tree: Map, kinds: Collection[str] = ()) -> Iterator[Mention]:
+def mentions(tree: Map, kinds: Collection[str] = (), only: str = "") -> Iterator[Mention]:
     """Yield what names something of some kinds, or of any, in the order of the schema and of the description.
 
-    What has a rule of its own, or none (``x-said`` is false), is left out.
+    What has a rule of its own, or none (``x-said`` is false), is left out. ``only`` is the one section that is asked.
     """
     for section, node in sections().items():
-        if tree.get(section) is not None and _has(node, kinds):
+        if tree.get(section) is not None and _has(node, kinds) and only in ("", section):
             yield from _at(node, tree[section], (section,), kinds)
 
 
@@ -66,6 +66,36 @@ def _is_asked(node: Node, kinds: Collection[str]) -> bool:
 
 def _mention(node: Node, name: str, path: Path, key: bool) -> Mention:
     """Return a mention; of what the schema has no words for it is said where it stands."""
+    words = node.said.format(*path) if node.said else f"the {path[-1]} of {_entry(path)}"
+    return Mention(node.names, name, path, key, words, node.among)
+
+
+def _entry(path: Path) -> str:
+    """Return what a path leads through in words: battery "main", markers[0], payload."""
     section = sections()[str(path[0])]
-    words = node.said or f'the {path[-1]} of {section.called or path[0]} "{{1}}"'
-    return Mention(node.names, name, path, key, words.format(*path), node.among)
+    if len(path) > 2 and isinstance(path[1], int):
+        return f"{path[0]}[{path[1]}]"
+    by_name = section.keys is not None or section.others is not None
+    return f'{section.called or path[0]} "{path[1]}"' if len(path) > 2 and by_name else section.called or str(path[0])
+
+
+def givers(tree: Map, section: str) -> Iterator[tuple[str, str, Path]]:
+    """Yield what a section gives names to: the kind, the name, and the path of the text or the key that is it."""
+    node = sections().get(section)
+    if node is not None and tree.get(section) is not None:
+        yield from _gives(node, tree[section], (section,))
+
+
+def _gives(node: Node, value: Any, path: Path) -> Iterator[tuple[str, str, Path]]:
+    if isinstance(value, str) and node.gives:
+        yield node.gives, value, path
+    inner: Iterable[tuple[str | int, Node | None, Any]] = ()
+    if isinstance(value, Map):
+        if node.keys is not None and node.keys.gives:
+            yield from ((node.keys.gives, name, (*path, name)) for name in value)
+        inner = ((key, node.at(key), one) for key, one in value.items())
+    elif isinstance(value, list):
+        inner = ((index, node.items, one) for index, one in enumerate(value))
+    for step, below, one in inner:
+        if below is not None:
+            yield from _gives(below, one, (*path, step))

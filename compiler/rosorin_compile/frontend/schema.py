@@ -32,6 +32,18 @@ def has_entries(section: str) -> bool:
 
 @cache
 def schema(name: str = "description") -> dict[str, Any]:
+    """Return a schema: that of descriptions with the sections that plug-ins bring, or one that ships with the tool."""
+    own = own_schema(name)
+    if name != "description":
+        return own
+    from .sections import piece, plugged_sections
+
+    brought = {name: piece(section) for name, section in plugged_sections().items()}
+    return {**own, "properties": {**own["properties"], **brought}} if brought else own
+
+
+@cache
+def own_schema(name: str = "description") -> dict[str, Any]:
     """Return one of the schemas that ship with the tool."""
     import json
 

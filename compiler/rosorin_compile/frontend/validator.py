@@ -209,3 +209,38 @@ def _choice(options: list[Any]) -> str:
 
 def _json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
+    """Raise ValueError where a part of a schema is no JSON Schema of draft 7, or refers to what the whole has not."""
+    from jsonschema import Draft7Validator, FormatChecker
+
+    judge = Draft7Validator(Draft7Validator.META_SCHEMA, format_checker=FormatChecker(["regex"]))
+    for wrong in misfits_of(judge, dict(part)):
+        raise ValueError(words(wrong))
+    _check_words(part)
+    inlined(whole)
+
+
+# What later drafts have, and draft 7 lets pass in silence.
+_LATER = (
+    *("prefixItems", "dependentRequired", "dependentSchemas", "unevaluatedItems", "unevaluatedProperties"),
+    *("minContains", "maxContains", "$dynamicRef", "$recursiveRef"),
+)
+_BESIDE = ("$ref", "description", "title", "default", "examples")
+
+
+def _check_words(part: Any, is_named: bool = False) -> None:
+    """Raise ValueError where a part of a schema has words that draft 7 does not heed; ``is_named``: keys are names."""
+    if isinstance(part, list):
+        for one in part:
+            _check_words(one)
+    if not isinstance(part, Mapping):
+        return
+    for word, inner in part.items():
+        if not is_named and word in _LATER:
+            raise ValueError(f"{word} is no word of JSON Schema draft 7")
+        if not is_named and "$ref" in part and word not in _BESIDE and not word.startswith("x-"):
+            raise ValueError(f"{word} has no meaning beside $ref, in JSON Schema draft 7")
+        if word not in ("default", "examples", "enum", "const") or is_named:
+            _check_words(inner, not is_named and word in ("properties", "patternProperties"))

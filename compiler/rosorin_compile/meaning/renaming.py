@@ -13,6 +13,7 @@ from typing import Any
 from ..frontend.annotations import GIVES, Node, sections
 from ..model import Link, Robot, Sensor
 from ..model.drive import Drive
+from ..model.sections import Sections
 from ..model.simulation import Renames
 
 Rename = Callable[[str], str]
@@ -26,7 +27,7 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
         "disabled_contacts": tuple((link(one), link(other)) for one, other in robot.disabled_contacts),
         "moveit": robot.moveit and robot.moveit.renamed(link, joint),
         "simulation": robot.simulation.renamed(link, joint),
-        "sections": {name: walk.at(sections().get(name), section) for name, section in robot.sections.items()},
+        "sections": walk.through(robot.sections),
     }
     walked = (field.name for field in fields(robot) if field.name in sections() and field.name not in found)
     return replace(robot, **found, **{name: walk.at(sections()[name], getattr(robot, name)) for name in walked})
@@ -38,6 +39,13 @@ class _Walk:
     def __init__(self, link: Rename, joint: Rename) -> None:
         self.of = {"link": link, "joint": joint}
         self.own: Mapping[type, Callable[[Any], Any]] = {Link: self._link, Sensor: self._sensor, Drive: self._drive}
+
+    def through(self, found: Sections) -> Sections:
+        """Return what sections of packages say, under other names."""
+        values, said = (
+            {name: self.at(sections()[name], one) for name, one in many.items()} for many in (found.values, found.said)
+        )
+        return replace(found, values=values, said=said)
 
     def at(self, node: Node | None, value: Any) -> Any:
         """Return a value of the model under other names."""

@@ -102,7 +102,7 @@ def _of_one_format(a: Robot, b: Robot) -> Iterator[Item]:
 def _plain(robot: Robot) -> dict[str, Any]:
     """Return the sections that are compared value by value."""
     of_model = (field.name for field in fields(robot) if field.name in sections() and sections()[field.name].compared)
-    return {**robot.sections, **{section: getattr(robot, section) for section in of_model}}
+    return {**robot.sections.said, **{section: getattr(robot, section) for section in of_model}}
 
 
 def _own_publishers(robot: Robot) -> dict[str, Any]:

@@ -25,6 +25,11 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
     ``tolerance`` is no difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
     ``prefix`` is what the names of B begin with, None: find out, empty: nothing.
     """
+    described = a.format is YAML and b.format is YAML
+    if described and all(side.robot.as_said().is_tree for side in (a, b)):
+        a, b = (
+            side._replace(robot=side.robot.as_said()) for side in (a, b)
+        )  # each difference is told where it is said
     pairing = side_by_side(a, b, tolerance, prefix)
     missing, lacking = not_carried(pairing, a, b)
     silent = unsaid(a, b)

@@ -100,7 +100,7 @@ def _outside(side: Side, other: Side) -> list[str]:
     """Return the sentence on sections of a description that no format has a word for."""
     if side.format is YAML:
         return []
-    own = ((sections()[name], section) for name, section in other.robot.sections.items())
+    own = ((sections()[name], section) for name, section in other.robot.sections.said.items())
     counts = [(node.compared, len(section) if node.merge in (ENTRIES, ITEMS) else 1) for node, section in own]
     return _sentence(side, counts, "a format without a word for it")
 

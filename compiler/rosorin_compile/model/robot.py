@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, update_wrapper
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, NoReturn, ParamSpec, TypeVar
@@ -14,6 +14,7 @@ from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Join
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .motion import motion
+from .sections import NO_SECTIONS, Sections
 from .shape import ROWS, Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
 from .simulation import NO_SIMULATION, Simulation, Values
@@ -181,10 +182,9 @@ class Output:
 class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description.
 
-    ``sections`` has what a description says in sections that have no field here, as plain values in SI units.
     ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
     of each that is, and of each image. ``mesh_contents`` are the bytes of those that artifacts open, as they open them,
-    each with the ending of its name.
+    each with the ending of its name. ``sections`` has what the sections say that have no field here.
     """
 
     name: str
@@ -206,7 +206,7 @@ class Robot:
     control: tuple[Block, ...] = ()
     controllers: tuple[Controller, ...] = ()
     moveit: Moveit | None = None
-    sections: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    sections: Sections = NO_SECTIONS
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)
@@ -560,6 +560,22 @@ class Robot:
                 parts.setdefault(carrier, []).append((inertial, transform))
         own = {name: self.link[name].inertial for name in parts}
         return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
+
+    def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
+        """Return the robot with more masses in links, by the name of the link, each at its pose in that.
+
+        A name of no link is left to the rules. Raises ValueError where a sum is no number.
+        """
+
+        def heavier(link: Link) -> Link:
+            parts = (*([link.inertial] if link.inertial else []), *more[link.name])
+            return replace(link, inertial=together([(one, Transform()) for one in parts]))
+
+        return replace(self, links=tuple(heavier(link) if more.get(link.name) else link for link in self.links))
+
+    def as_said(self) -> Robot:
+        """Return the robot without what its sections add to it: what they say is in ``sections`` all the same."""
+        return self.sections.without or self
 
     def below(self, link: str) -> tuple[str, ...]:
         """Return a link and all links that joints lead to from it, each once; ends on any graph."""

@@ -23,6 +23,7 @@ from ..frontend.accepting import accepted
 from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import USED
 from ..frontend.lower.shapes import RULES as _OF_SHAPES
+from ..frontend.sections import plugged as sections_of_plugins
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
 from ..model import Robot
@@ -64,10 +65,23 @@ class Plugged(NamedTuple):
 
 @cache
 def plugged() -> Plugged:
-    """Return the checks of plug-ins: entry points of ``rosorin_compile.rules``."""
-    plugged = Plugged(*load("rules", Check, _ids, lambda id: bool(find([id]))))
+    """Return the checks of plug-ins: entry points of ``rosorin_compile.rules``, and those of their sections."""
+    loaded, diagnostics = load("rules", Check, _ids, lambda id: bool(find([id])))
+    of_sections = [(plugin, check) for plugin, one in sections_of_plugins().sections for check in one.checks]
+    wrong = [(plugin, problem) for plugin, check in of_sections if (problem := _wrong(check))]
+    refused = [broken(plugin, f"has a check that is none: {problem}") for plugin, problem in wrong]
+    plugged = Plugged((*loaded, *(() if refused else of_sections)), (*diagnostics, *refused))
     OF_PLUGINS.update((rule.id, rule) for _, check in plugged.checks for rule in check.rules)
     return plugged
+
+
+def _wrong(check: Check) -> str:
+    """Return what is wrong with the rules of a check; empty if nothing is."""
+    try:
+        _ids(check)
+    except (TypeError, ValueError) as problem:
+        return str(problem)
+    return ""
 
 
 def _ids(check: Check) -> list[str]:

@@ -62,7 +62,7 @@ def explain(
             raise NotThere(
                 _missing("frame, link, joint, sensor, use or number", name, [*sorted(known), *sorted(numbers)])
             )
-    return [_answer(one, others) for one in answered] if others else answered
+    return [_answer(one, others, frames.robot) for one in answered] if others else answered
 
 
 def _explained(tree: Map) -> Iterator[Path]:
@@ -81,12 +81,16 @@ def _is_called(number: str, word: str) -> bool:
     return word in (number, number.partition("[")[0]) or word in number.split() or number in _THREE.get(word, ())
 
 
-def _answer(explanation: Explanation | Answer, words: Sequence[str]) -> Answer:
+def _answer(explanation: Explanation | Answer, words: Sequence[str], robot: Robot) -> Answer:
     """Return the numbers that words ask for; those of the joint before those of the mass, if both have one."""
+    added = tuple(f"{section} " for section in robot.sections.said)
     found: dict[Number, None] = {}
     for word in words:
         numbers = _numbers(explanation)
         exactly = [number for number in numbers if number.name == word]
+        if exactly:  # what sections add to it goes with it
+            exactly += [one for one in numbers if one.name.startswith(added) and one.name.endswith(f" {word}")]
+            exactly += [one for one in numbers if one.name == f"{word} in all"]
         found |= dict.fromkeys(exactly or [number for number in numbers if _is_called(number.name, word)])
     return Answer(explanation.name, tuple(found))
 

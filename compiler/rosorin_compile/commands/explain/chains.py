@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
+from ...frontend.mentions import mentions
 from ...frontend.schema import unit_at
 from ...frontend.tree import Path
 from ...model import (
@@ -145,6 +146,14 @@ class Frames:
             origin = self.origins.of((*path, key, index))
             yield Number(f"{key} {name}", value, "", origin, "" if origin else _NOT_WRITTEN)
 
+    def added(self, kind: str, name: str) -> Iterator[Number]:
+        """Yield the numbers of the entries of sections of plug-ins that name something."""
+        for section in self.robot.sections.said:
+            named = [one.path for one in mentions(self.origins.tree, (kind,), section) if one.name == name]
+            for path in dict.fromkeys(path[:-1] for path in named):
+                for number in self.numbers(path):
+                    yield number._replace(name=f"{' '.join(map(str, path[:-1]))} {number.name}".strip())
+
     def numbers(self, path: Path, second_unit: bool = False) -> Iterator[Number]:
         """Yield every number in a piece of the tree, named by the keys that lead to it.
 
@@ -236,16 +245,20 @@ def of_entry(frames: Frames, path: Path) -> Iterator[Number]:
 
 
 def of_mass(frames: Frames, link: Link) -> Iterator[Number]:
-    """Yield the numbers of an inertial, those that were calculated from shapes too."""
+    """Yield the numbers of an inertial, those that were calculated from shapes too, and what sections add to it."""
     path = frames.places["link", link.name]
-    if path[0] != "links" or link.inertial is None:
-        return
-    written = [number._replace(name=_short(number.name)) for number in frames.numbers((*path, "inertial"))]
-    yield from written
-    if not any(number.name == "inertia ixx" for number in written):
-        note = "calculated from the shapes"
-        known = {number.name for number in written}
-        yield from (n for n in _calculated(link.inertial, note) if n.name not in known)
+    as_said = frames.robot.as_said().link
+    said = as_said[link.name].inertial if link.name in as_said else None
+    if path[0] == "links" and said is not None:
+        written = [number._replace(name=_short(number.name)) for number in frames.numbers((*path, "inertial"))]
+        yield from written
+        if not any(number.name == "inertia ixx" for number in written):
+            note = "calculated from the shapes"
+            known = {number.name for number in written}
+            yield from (n for n in _calculated(said, note) if n.name not in known)
+    if link.inertial is not None and link.inertial != said:
+        yield from frames.added("link", link.name)
+        yield Number("mass in all", link.inertial.mass, "kg", None, "with what is added to it")
 
 
 def _calculated(inertial: Inertial, note: str) -> Iterator[Number]:

@@ -33,16 +33,26 @@ def _pose(entry: Map, axis: int) -> dict[str, Any]:
 
 
 def _axis(joint: Map, axis: int) -> dict[str, Any]:
-    """Return the axis of a mirrored joint; a turning axis changes sign, for a reflection turns turns around."""
-    if joint.get("type") not in _TURNING_OR_SLIDING:
-        return {}
+    """Return the axis of a mirrored joint; a turning axis changes sign, for a reflection turns turns around.
+
+    What is no joint, and has no type, has an axis to turn about, if it has one.
+    """
     values = joint.get("axis")
+    if joint.get("type", "revolute" if values is not None else "") not in _TURNING_OR_SLIDING:
+        return {}
     if values is None:
         values = listed((1, 0, 0), joint)
     if not is_vector(values):
         return {"axis": values}
     slides = joint.get("type") == "prismatic"
     return {"axis": listed([_negative(v) if (i == axis) == slides else v for i, v in enumerate(values)], values)}
+
+
+def _direction(entry: Map, axis: int) -> dict[str, Any]:
+    values = entry.get("direction")
+    if values is None or not is_vector(values):
+        return {}
+    return {"direction": listed([_negative(v) if i == axis else v for i, v in enumerate(values)], values)}
 
 
 def _inertia(moments: Map, axis: int) -> dict[str, Any]:
@@ -70,6 +80,7 @@ def _scale(mesh: Map, axis: int) -> dict[str, Any]:
 MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
     "pose": _pose,
     "axis": _axis,
+    "direction": _direction,
     "inertia": _inertia,
     "bounds": _bounds,
     "scale": _scale,

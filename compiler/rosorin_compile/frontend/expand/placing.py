@@ -6,7 +6,7 @@ What of a value is a name, turns in a mirror or sits on the mount is said by the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from ...model import Pose, Transform
@@ -213,7 +213,7 @@ class _Placer:
             if below is not None and not self.active.isdisjoint(below.of):
                 changes[key] = self.placed(below, value)
                 if below.attached and value == MOUNT and self.mount != (None, None):
-                    changes |= self._mounted(entry, changes)
+                    changes |= self._mounted(entry, changes, below.attached)
         changed = _with(entry, changes)
         if node.keys is None and "sides" not in node.mirror:
             return changed
@@ -225,18 +225,22 @@ class _Placer:
             return name if self.parent is None else self.parent
         return self.prefix + name if self.names.gives(kind, name) else name
 
-    def _mounted(self, entry: Map, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the pose of an entry on the mount, seen from the frame that the part is attached to."""
+    def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
+        """Return the pose of an entry on the mount, and directions in it, seen from the frame of the part's use."""
+        own = {key: changes.get(key, entry.get(key)) for key in ("xyz", "rpy", *keys)}
         xyz, rpy = self.mount
-        own = [changes.get(key, entry.get(key)) for key in ("xyz", "rpy")]
-        if own == [None, None]:
-            return {"xyz": xyz, "rpy": rpy}
-        dimensions = (LENGTH, ANGLE, LENGTH, ANGLE)
-        if not all(is_vector(v, d) for v, d in zip((xyz, rpy, *own), dimensions, strict=True)):
+        directions = [key for key in keys if key not in ("xyz", "rpy") and own[key] is not None]
+        if own["xyz"] is None and own["rpy"] is None and not directions:
+            return {key: value for key, value in (("xyz", xyz), ("rpy", rpy)) if key in keys}
+        lengths, angles = (xyz, own["xyz"]), (rpy, own["rpy"])
+        vectors = [*((v, LENGTH) for v in lengths), *((v, ANGLE) for v in angles)]
+        if not all(is_vector(v, d) for v, d in vectors) or not all(is_vector(own[key]) for key in directions):
             return {}  # what is wrong is still there to be reported
         outer: Transform = Pose(_vector(xyz), _vector(rpy)).transform()
-        pose = pose_of(outer.then(Pose(_vector(own[0]), _vector(own[1])).transform()))
-        return {"xyz": listed(pose.xyz, entry), "rpy": listed(pose.rpy, entry)}
+        pose = pose_of(outer.then(Pose(_vector(own["xyz"]), _vector(own["rpy"])).transform()))
+        made = {"xyz": listed(pose.xyz, entry), "rpy": listed(pose.rpy, entry)}
+        made |= {key: listed(outer.rotate(_vector(own[key])), own[key]) for key in directions}
+        return {key: value for key, value in made.items() if key in keys}
 
     def _inside(self, how: str, value: Any) -> Any:
         """Return a value that holds names in a form of its own, with the new ones."""

@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import fields, replace
-from functools import cache
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
@@ -36,7 +35,6 @@ from ...model.joint import AXLELESS, UNPUBLISHED
 from ...model.link import Source
 from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, GazeboSensor, Replicas, Simulated
 from ..accepting import accepted, names_at
-from ..annotations import sections
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
 from ..schema import backend_of
@@ -52,17 +50,16 @@ from .entries import (
     material_of,
     mimic_of,
     node_of,
-    pose_of_entry,
     pose_of_joints,
     safety_of,
     servo_group_of,
     source_of,
     texts_of,
     values_of,
-    vector_of,
 )
-from .plainly import plain
+from .plainly import pose_of_entry, vector_of
 from .sdf import Frames, lower_gazebo
+from .sections import lower_sections, with_sections
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import lower_simulation, marked_of
@@ -89,13 +86,6 @@ OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 
 # The problems of lowering that a description may accept.
 _ACCEPTABLE = {rule.id: rule for rule in _OF_SHAPES if rule.accept}
-
-
-@cache
-def _without_fields() -> tuple[str, ...]:
-    """Return the sections of which the model has no field of their own, and the schema says that they are compared."""
-    known = {field.name for field in fields(Robot)}
-    return tuple(name for name, node in sections().items() if node.compared and name not in known)
 
 
 class Lowered(NamedTuple):
@@ -171,7 +161,18 @@ class _Lowering:
             help = f'a sensor brings the joint to its frame along: remove joint "{name}", or name another frame'
         self.problem("duplicate-name", message, said, help, related)
 
+    def broken(self, diagnostic: Diagnostic, section: str) -> None:
+        """Tell what is wrong with the plug-in of a section, where the description has that."""
+        place = locate(self.tree, (section,), key=True)
+        self.diagnostics.append(diagnostic._replace(span=place.span, related=place.stack()))
+
     def robot(self) -> Robot:
+        """Return the robot with what sections of packages add to it."""
+        robot = self.said()
+        return with_sections(robot, self.tree, self.broken, self.place) if robot.sections.values else robot
+
+    def said(self) -> Robot:
+        """Return the robot as it is said."""
         tree = self.tree
         links = [self.link(name, entry or {}) for name, entry in entries_of(tree, "links")]
         joints = [self.joint(name, entry) for name, entry in entries_of(tree, "joints")]
@@ -207,7 +208,7 @@ class _Lowering:
             drive=self.drive(),
             **self.of_ros2_control(),
             moveit=self.moveit(),
-            sections={name: plain(tree[name]) for name in _without_fields() if tree.get(name) is not None},
+            sections=lower_sections(tree, self.broken),
         )
 
     def of_ros2_control(self) -> dict[str, Any]:

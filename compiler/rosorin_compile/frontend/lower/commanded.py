@@ -9,8 +9,8 @@ from ...diagnostics.registry import JOINTS, Rule
 from ...diagnostics.wording import listed
 from ...model.drive import ROLES, Drive
 from ...numbers import exact
-from .entries import Problem, source_of, vector_of
-from .plainly import record_of
+from .entries import Problem, source_of
+from .plainly import record_of, vector_of
 
 if TYPE_CHECKING:
     from ...model.moveit import DisabledCollision, Group, Moveit, VirtualJoint

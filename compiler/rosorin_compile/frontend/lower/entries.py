@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ...diagnostics.registry import POSES, Rule
-from ...model import Limit, Pose, Publisher, Vector
-from ...model.geometry import IDENTITY
+from ...model import Limit, Publisher
 from ...model.joint import NODE, Calibration, Dynamics, Mimic, SafetyController
 from ...model.link import NO_SOURCE, Source
 from ...model.robot import JointPose, ServoGroup
@@ -16,7 +15,7 @@ from ...model.simulated import Attribute
 from ...model.simulation import Actuator
 from ..schema import fragment_at
 from ..tree import Map, Path
-from .plainly import record_of
+from .plainly import pose_of_entry, record_of
 
 RULES = (
     Rule(
@@ -36,21 +35,6 @@ def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:
     """Return the entries of a section in the order of the model: by name, or as they are written (x-ordered)."""
     entries = (tree.get(section) or {}).items()
     return list(entries) if fragment_at((section,)).get("x-ordered") else sorted(entries)
-
-
-def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
-    """Return three numbers of a description as a vector."""
-    if value is None:
-        return default
-    x, y, z = value
-    return (float(x), float(y), float(z))
-
-
-def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
-    """Return the pose that ``xyz`` (m) and ``rpy`` (rad) of an entry say."""
-    if "xyz" not in entry and "rpy" not in entry:
-        return IDENTITY
-    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy")))
 
 
 def rgba_of(entry: Mapping[str, Any]) -> Rgba | None:

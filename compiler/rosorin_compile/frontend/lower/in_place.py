@@ -14,7 +14,8 @@ from ...diagnostics.registry import FRAMES, Rule
 from ...model import Joint, Pose, Sensor, Transform
 from ...model.geometry import IDENTITY, pose_of
 from ..tree import Path, locate
-from .entries import pose_of_entry, source_of
+from .entries import source_of
+from .plainly import pose_of_entry
 from .sdf import Frames
 
 if TYPE_CHECKING:

@@ -1,6 +1,7 @@
 """Plainly: a record of the model made of an entry whose keys are called as the fields of the record.
 
-What has another name in the model, or is worked out, is given beside the entry.
+What has another name in the model, or is worked out, is given beside the entry. A field that is a ``Pose`` is made of
+``xyz`` and ``rpy``.
 """
 
 from __future__ import annotations
@@ -11,6 +12,9 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
+from ...model import Pose, Vector
+from ...model.geometry import IDENTITY
+
 T = TypeVar("T")
 Convert = Callable[[Any], Any]
 
@@ -19,7 +23,23 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
     """Return a record of a kind: each field from its key in the entry, or from ``given``; else it has its default."""
     said = entry or {}
     found = {name: convert(said[name]) for name, convert in _fields(kind) if name in said and name not in given}
-    return kind(**found, **given)
+    placed = {name: pose_of_entry(said) for name in _poses(kind) if name not in given}
+    return kind(**found, **placed, **given)
+
+
+def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
+    """Return three numbers of a description as a vector."""
+    if value is None:
+        return default
+    x, y, z = value
+    return (float(x), float(y), float(z))
+
+
+def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
+    """Return the pose that ``xyz`` (m) and ``rpy`` (rad) of an entry say."""
+    if "xyz" not in entry and "rpy" not in entry:
+        return IDENTITY
+    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy")))
 
 
 def plain(value: Any) -> Any:
@@ -37,7 +57,28 @@ def plain(value: Any) -> Any:
 def _fields(kind: Any) -> tuple[tuple[str, Convert], ...]:
     """Return the fields of a record, each with what makes its value of one of a description."""
     hints = get_type_hints(kind)
-    return tuple((field.name, _converter(hints[field.name])) for field in fields(kind))
+    return tuple((field.name, _converter(hints[field.name])) for field in fields(kind) if hints[field.name] is not Pose)
+
+
+@cache
+def _poses(kind: Any) -> tuple[str, ...]:
+    """Return the fields of a record that are a pose."""
+    hints = get_type_hints(kind)
+    return tuple(field.name for field in fields(kind) if hints[field.name] is Pose)
+
+
+def takes_name(kind: Any) -> bool:
+    """Say whether a record has a field for its name, which is no key of its entry but the one that leads to it."""
+    return is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
+
+
+def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
+    """Return the records of entries by name, each with its name if it has a field for that."""
+    named = takes_name(kind)
+    return {
+        str(name): record_of(kind, entry, **({"name": str(name)} if named else {}))
+        for name, entry in (entries or {}).items()
+    }
 
 
 def _converter(hint: Any) -> Convert:
@@ -50,6 +91,9 @@ def _converter(hint: Any) -> Convert:
     if kind is tuple:
         return _tuple(inner)
     if isinstance(kind, type) and issubclass(kind, Mapping):
+        of = get_args(hint)[1]
+        if isinstance(of, type) and is_dataclass(of):
+            return lambda value: named_records(of, value)
         return lambda value: {key: inner[1](one) for key, one in value.items()}
     if isinstance(hint, type) and is_dataclass(hint):
         return lambda value: record_of(hint, value)

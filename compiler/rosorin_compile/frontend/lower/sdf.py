@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ...model import Pose, Transform
 from ...model.geometry import IDENTITY, pose_of
 from ...model.simulated import AT_JOINT, GazeboSensor, SdfElement
-from .entries import pose_of_entry
+from .plainly import pose_of_entry
 from .shapes import ShapeProblem
 
 MAX_DEPTH = 12

@@ -13,7 +13,8 @@ from ...diagnostics.registry import NUMBERS, Rule
 from ...diagnostics.wording import listed
 from ...model import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere
 from ...model.mass import inertial_of
-from .entries import pose_of_entry, rgba_of, texts_of, values_of
+from .entries import rgba_of, texts_of, values_of
+from .plainly import pose_of_entry
 from .simulation import contact_of
 
 RULES = (

@@ -13,7 +13,8 @@ from typing import Any
 from ...model import Pose
 from ...model.simulated import Attribute
 from ...model.simulation import Contact, ContactPair, Entry, Marked, Root, Simulation, Stop, Tendon
-from .entries import actuator_of, attribute_of, entries_of, pose_of_entry, values_of
+from .entries import actuator_of, attribute_of, entries_of, values_of
+from .plainly import pose_of_entry
 
 TARGETS = {
     "joint": "joint",

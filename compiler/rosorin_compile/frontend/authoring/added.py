@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.extending import FORMATS, Language
+if TYPE_CHECKING:
+    from ..language import Language
 
 Schema = dict[str, Any]
-
-LANGUAGE = Language.of(FORMATS.values())
-_SENSOR = LANGUAGE.schema["$defs"]["sensor"]["properties"]
-# The keys of a sensor that a type of sensors may say.
-IN_TYPES = tuple(key for key, said in _SENSOR.items() if "x-in-types" in said)
 
 # A name that an expression can use: letters of any script, digits, underscores. \w would be ASCII alone in an editor.
 _NAME = r"[^\s!-/0-9:-@\[-^`{-~][^\s!-/:-@\[-^`{-~]*"
@@ -120,16 +117,17 @@ def _include() -> Schema:
     }
 
 
-def definitions(plain: Schema) -> Schema:
+def definitions(language: Language) -> Schema:
     """Return the definitions of the plain schema, with the ids of the rules that ``accept`` may name."""
+    plain = language.schema
     acceptance = plain["$defs"]["acceptance"]
-    rule = {"enum": list(LANGUAGE.acceptable), "description": acceptance["properties"]["rule"]["description"]}
+    rule = {"enum": list(language.acceptable), "description": acceptance["properties"]["rule"]["description"]}
     return {**plain["$defs"], "acceptance": {**acceptance, "properties": {**acceptance["properties"], "rule": rule}}}
 
 
-def added_definitions(sections: Schema, arg: Schema) -> Schema:
+def added_definitions(language: Language, sections: Schema, arg: Schema) -> Schema:
     """Return the definitions that those sections and every entry refer to; ``arg`` is that of an argument."""
-    inside = {name: sections[name] for name in LANGUAGE.in_parts}
+    inside = {name: sections[name] for name in language.in_parts}
     help = {"type": "string", "description": "One sentence for the person who uses it."}
     return {
         **_CONTROLS,
@@ -155,8 +153,8 @@ def added_definitions(sections: Schema, arg: Schema) -> Schema:
             "description": "Parts that are put into the robot: name: {part: ..., parent: ...}.",
             "additionalProperties": _ref("use"),
         },
-        "use": _use(inside),
-        "sensor_type": _sensor_type(help),
+        "use": _use(inside, language.mirrors),
+        "sensor_type": _sensor_type(help, language),
     }
 
 
@@ -170,7 +168,7 @@ def _params(entry: str, description: str) -> Schema:
     }
 
 
-def _use(inside: Schema) -> Schema:
+def _use(inside: Schema, mirrors: Sequence[str]) -> Schema:
     properties = {
         "part": {
             "type": "string",
@@ -186,7 +184,7 @@ def _use(inside: Schema) -> Schema:
         "rpy": _ref("rpy", "Orientation of the mount in the parent, in radians."),
         "mirror": {
             "description": "The axis of the mount that is reversed: y makes a right side of a left one.",
-            "anyOf": [{"enum": list(LANGUAGE.mirrors)}, {"type": "string", "pattern": _WHOLE}],
+            "anyOf": [{"enum": list(mirrors)}, {"type": "string", "pattern": _WHOLE}],
         },
         "content": {
             "type": "object",
@@ -209,7 +207,8 @@ def _use(inside: Schema) -> Schema:
     }
 
 
-def _sensor_type(help: Schema) -> Schema:
+def _sensor_type(help: Schema, language: Language) -> Schema:
+    keys = language.schema["$defs"]["sensor"]["properties"]
     return {
         "type": ["object", "null"],
         "description": "What every sensor of this type has, unless it says otherwise.",
@@ -217,13 +216,13 @@ def _sensor_type(help: Schema) -> Schema:
             "help": help,
             "params": _ref("bounded_params"),
             "let": _ref("let"),
-            **{key: _of_sensor(key) for key in IN_TYPES},
+            **{key: _of_sensor(key, keys[key]) for key in language.in_types},
         },
         "additionalProperties": False,
     }
 
 
-def _of_sensor(key: str) -> Schema:
+def _of_sensor(key: str, said: Schema) -> Schema:
     """Return what a sensor has at a key, where that is defined."""
-    reference = _SENSOR[key].get("$ref", f"sensor/properties/{key}")
+    reference = said.get("$ref", f"sensor/properties/{key}")
     return {"$ref": f"#/definitions/{reference.removeprefix('#/$defs/')}"}

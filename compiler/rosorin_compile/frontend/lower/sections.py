@@ -1,0 +1,114 @@
+"""Sections that packages bring: their values, made of the tree by the schema and the fields of their records."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from functools import cache
+from typing import Any
+
+from ...diagnostics import Diagnostic
+from ...model import Robot
+from ...model.sections import ENTRIES, ITEMS, NO_SECTIONS, Section, Sections
+from ...plugins import aside, failed
+from ..annotations import sections
+from ..mentions import givers, mentions
+from ..schema import resolve, schema
+from ..sections import plugged
+from ..tree import Map, Path
+from .plainly import named_records, plain, record_of
+
+Tell = Callable[[Diagnostic, str], None]
+Place = Callable[[str, str, Path], None]
+
+
+def lower_sections(tree: Mapping[str, Any], tell: Tell) -> Sections:
+    """Return what a description says in sections of which the model has no field, and the values of those of packages.
+
+    ``tell`` takes what is wrong with the plug-in of one, and the name of the section; it has no value then.
+    """
+    there = [name for name in _without_fields() if tree.get(name) is not None]
+    if not there:
+        return NO_SECTIONS
+    said = {name: completed(schema()["properties"][name], plain(tree[name])) for name in there}
+    values: dict[str, Any] = {}
+    for plugin, section in plugged().sections:
+        if section.name in said:
+            try:
+                with aside(plugin):
+                    values[section.name] = _value(section, said[section.name])
+            except (Exception, SystemExit) as problem:
+                tell(failed(plugin, problem), section.name)
+    return Sections(values, said)
+
+
+@cache
+def _without_fields() -> tuple[str, ...]:
+    """Return the sections of which the model has no field of their own, and the schema says that they are compared."""
+    known = {field.name for field in fields(Robot)}
+    return tuple(name for name, node in sections().items() if node.compared and name not in known)
+
+
+def with_sections(robot: Robot, tree: Map, tell: Tell, place: Place) -> Robot:
+    """Return a robot with what its sections add to it; ``tell`` as in ``lower_sections``.
+
+    ``place`` takes the kind and the name of each link and joint that is added, and where it is said. A section that
+    names a link or a joint that is not there adds nothing: the rules tell that.
+    """
+    made = robot
+    for plugin, section in plugged().sections:
+        if section.adds is not None and section in robot.sections and _is_resolved(made, tree, section.name):
+            before = made
+            try:
+                with aside(plugin):
+                    made = _robot(section.adds(made, robot.sections[section]))
+            except (Exception, SystemExit) as problem:
+                tell(failed(plugin, problem), section.name)
+            _place(before, made, tree, section.name, place)
+    return made if made is robot else replace(made, sections=replace(robot.sections, without=robot))
+
+
+def _place(before: Robot, made: Robot, tree: Map, section: str, place: Place) -> None:
+    """Say where the links and joints are said that a section has added."""
+    said = {(kind, name): path for kind, name, path in givers(tree, section)}
+    for kind, old, new in (("link", before.links, made.links), ("joint", before.joints, made.joints)):
+        added = Counter(one.name for one in new) - Counter(one.name for one in old)
+        for name in added.elements():
+            place(kind, name, said.get((kind, name), (section,)))
+
+
+def _is_resolved(robot: Robot, tree: Map, section: str) -> bool:
+    there = {"link": robot.link, "joint": robot.joint}
+    named = mentions(tree, there.keys(), section)
+    return all(one.name in there[one.kind] for one in named)
+
+
+def _robot(made: object) -> Robot:
+    if not isinstance(made, Robot):
+        raise TypeError(f"what a section adds to is a Robot again, not {str(made)[:60]!r}")
+    return made
+
+
+def _value(section: Section[Any], said: Any) -> Any:
+    """Return the value of a section of what is said in it."""
+    if section.form == ENTRIES:
+        return named_records(section.entry, said)
+    if section.form == ITEMS:
+        return tuple(record_of(section.entry, entry) for entry in said)
+    return record_of(section.entry, said)
+
+
+def completed(fragment: Mapping[str, Any], value: Any) -> Any:
+    """Return a plain value with what the schema says by default; an entry that is left empty is a mapping."""
+    said = resolve(dict(fragment))
+    if isinstance(value, tuple):
+        return tuple(completed(said.get("items", {}), one) for one in value)
+    properties, others = said.get("properties", {}), said.get("additionalProperties")
+    if value is None and (properties or isinstance(others, Mapping)):
+        value = {}
+    if not isinstance(value, Mapping):
+        return value
+    defaults = {key: one["default"] for key, one in properties.items() if "default" in resolve(dict(one))}
+    inner = {key: properties.get(key, others if isinstance(others, Mapping) else {}) for key in (*defaults, *value)}
+    return {key: completed(inner[key], value.get(key, defaults.get(key))) for key in inner}

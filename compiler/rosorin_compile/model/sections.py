@@ -1,0 +1,132 @@
+"""Sections: words of the language that a package brings (``Section``), and what a robot says in them (``Sections``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, is_dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+if TYPE_CHECKING:
+    from ..diagnostics.registry import Check
+    from .robot import Robot
+
+T = TypeVar("T")
+Entry = TypeVar("Entry")
+Adds = Callable[["Robot", Any], "Robot"]
+
+ENTRIES, ITEMS, ONE = "entries", "items", "one"
+
+
+@dataclass(frozen=True, eq=False)
+class Section(Generic[T]):
+    """A section of descriptions. Made by ``by_name``, ``listed`` or ``single``, which say what ``Sections`` has of it.
+
+    ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
+    entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of the schema of
+    descriptions: JSON Schema of draft 7, which may refer to the definitions of ours, with the annotations of
+    docs/sections.md. ``adds`` returns the robot with what the section means for it: a mass, shapes, links that are
+    fixed, elements; it gets the robot and the value. ``checks`` are functions under ``@rule``.
+    """
+
+    name: str
+    entry: type[Any]
+    schema: Mapping[str, Any]
+    form: str
+    adds: Adds | None = None
+    checks: tuple[Check, ...] = ()
+
+    @classmethod
+    def by_name(
+        cls,
+        name: str,
+        entry: type[Entry],
+        schema: Mapping[str, Any],
+        *,
+        adds: Callable[[Robot, Mapping[str, Entry]], Robot] | None = None,
+        checks: tuple[Check, ...] = (),
+    ) -> Section[Mapping[str, Entry]]:
+        """Return a section of many entries by name."""
+        return Section(name, entry, schema, ENTRIES, adds, checks)
+
+    @classmethod
+    def listed(
+        cls,
+        name: str,
+        entry: type[Entry],
+        schema: Mapping[str, Any],
+        *,
+        adds: Callable[[Robot, tuple[Entry, ...]], Robot] | None = None,
+        checks: tuple[Check, ...] = (),
+    ) -> Section[tuple[Entry, ...]]:
+        """Return a section that is a list of entries."""
+        return Section(name, entry, schema, ITEMS, adds, checks)
+
+    @classmethod
+    def single(
+        cls,
+        name: str,
+        entry: type[Entry],
+        schema: Mapping[str, Any],
+        *,
+        adds: Callable[[Robot, Entry], Robot] | None = None,
+        checks: tuple[Check, ...] = (),
+    ) -> Section[Entry | None]:
+        """Return a section that is one entry; None is the value where a robot does not have it."""
+        return Section(name, entry, schema, ONE, adds, checks)
+
+    def empty(self) -> Any:
+        """Return the value of a section that is not there."""
+        return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]
+
+    def check(self) -> None:
+        """Raise ValueError or TypeError for a record that is none: a schema of another form, fields without a key."""
+        if not (isinstance(self.name, str) and self.name.isidentifier() and self.name == self.name.lower()):
+            raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
+        if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
+            raise TypeError(f"the entry of section {self.name} is {str(self.entry)[:60]!r}, not a dataclass")
+        if not isinstance(self.schema, Mapping) or not isinstance(self.checks, tuple):
+            raise TypeError(f"the schema of section {self.name} is a mapping, its checks are a tuple")
+        if self.adds is not None and not callable(self.adds):
+            raise TypeError(f"adds of section {self.name} is a function")
+        form = ITEMS if "items" in self.schema else ONE
+        form = ENTRIES if isinstance(self.schema.get("additionalProperties"), Mapping) else form
+        if form != self.form:
+            raise ValueError(f"the schema of section {self.name} says {_WORDS[form]}, its record {_WORDS[self.form]}")
+
+
+_WORDS = {ENTRIES: "many entries by name", ITEMS: "a list of entries", ONE: "one entry"}
+
+
+@dataclass(frozen=True)
+class Sections:
+    """The values of sections, and what of the robot is theirs.
+
+    ``values`` are by name; ``said`` is what the description says there, as plain lists, mappings, texts and numbers in
+    SI units, with the defaults of the schema. ``without`` is the robot without what its sections add; None: the same.
+    """
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+    said: Mapping[str, Any] = field(default_factory=dict)
+    without: Robot | None = field(default=None, compare=False, repr=False)
+
+    @overload
+    def __getitem__(self, section: Section[T]) -> T: ...
+
+    @overload
+    def __getitem__(self, section: str) -> Any: ...
+
+    def __getitem__(self, section: Section[Any] | str) -> Any:
+        """Return the value of a section, or of the one of a name; of one that the robot does not have, an empty one.
+
+        Raises KeyError for a name that no section of the robot has.
+        """
+        if isinstance(section, str):
+            return self.values[section]
+        return self.values.get(section.name, section.empty())
+
+    def __contains__(self, section: object) -> bool:
+        """Say whether the robot has a section, or one of a name."""
+        return getattr(section, "name", section) in self.values
+
+
+NO_SECTIONS = Sections()

@@ -1,0 +1,1 @@
+"""Batteries: a section for rosorin-compile that puts their mass where they are."""

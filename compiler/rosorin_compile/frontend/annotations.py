@@ -36,9 +36,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from .schema import schema
 
@@ -85,8 +84,7 @@ WORDS = {
 ANNOTATIONS = frozenset((*WORDS, "x-also", "x-file", "x-first", "x-ordered"))
 
 
-@dataclass(frozen=True)
-class Node:
+class Node(NamedTuple):
     """What the schema says of the values at a place.
 
     ``of`` is what is found here or anywhere below: the kinds of names that are looked up, and MIRROR, GIVES, INSIDE.
@@ -113,7 +111,7 @@ class Node:
     merge: str = ""
     sourced: bool = False
     keys: Node | None = None
-    properties: Mapping[str, Node | None] = field(default_factory=dict)
+    properties: Mapping[str, Node | None] = {}
     others: Node | None = None
     items: Node | None = None
     of: frozenset[str] = frozenset()
@@ -183,7 +181,7 @@ def _node(said: Any) -> Node | None:
     if not isinstance(said, Mapping):
         return None
     base = _definition(said["$ref"].rsplit("/", 1)[1]) if "$ref" in said else None
-    found: dict[str, Any] = {of: said[word] for word, of in WORDS.items() if word in said}
+    found: dict[str, Any] = {WORDS[word]: value for word, value in said.items() if word in WORDS}
     for word, of in (("propertyNames", "keys"), ("additionalProperties", "others"), ("items", "items")):
         if (node := _node(said.get(word))) is not None:
             found[of] = node
@@ -192,9 +190,9 @@ def _node(said: Any) -> Node | None:
         found["properties"] = properties
     if not found:
         return base
-    made = replace(base or Node(), **found)
+    made = (base or Node())._replace(**found)
     below = (made.keys, made.others, made.items, *made.properties.values())
-    return replace(made, of=frozenset(_own(made)).union(*(one.of for one in below if one is not None)))
+    return made._replace(of=frozenset(_own(made)).union(*(one.of for one in below if one is not None)))
 
 
 @cache

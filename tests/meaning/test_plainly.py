@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pytest
 
-from rosorin_compile.formats import Fact, Value
+from rosorin_compile.formats import FORMATS, Fact, Value
 from rosorin_compile.frontend.annotations import ENTRIES, ITEMS, Node
-from rosorin_compile.meaning import entities, plainly
+from rosorin_compile.frontend.lower.plainly import plain
+from rosorin_compile.meaning import entities, plainly, unsaid
 from rosorin_compile.meaning.changes import changes
+from rosorin_compile.meaning.difference import YAML, Side
 from rosorin_compile.meaning.plainly import compare_plainly
 from rosorin_compile.meaning.view import View
 from rosorin_compile.model import Link, Robot
+from rosorin_compile.model.sections import Sections
+from rosorin_compile.units import Quantity
 
 
 @dataclass(frozen=True)
@@ -104,3 +108,22 @@ def test_check_tells_it_of_the_entry_too(
     monkeypatch.setattr(entities, "sections", lambda: SECTIONS)
     pair = entities.Pair("cells", "cells", said(main=old), said(main=new))
     assert [one.words() for one in changes(Robot("r", (Link("a"),), ()), [pair], None)] == lines
+
+
+def test_what_no_format_has_a_word_for_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(unsaid, "sections", lambda: SECTIONS)
+    bare = Robot("r", (Link("a"),), ())
+    here = {"battery": {"main": {}, "spare": {}}, "charger": {"voltage": 5}, "fuses": ({}, {}, {})}
+    urdf = Side("a.urdf", FORMATS["urdf"], bare)
+    said = Side("b.yaml", YAML, replace(bare, sections=Sections({}, here)))
+    line = "2 batteries, 1 charger, 3 fuses: a.urdf is a URDF, a format without a word for it"
+    assert line in unsaid.unsaid(urdf, said).lines
+    assert line in unsaid.unsaid(said, urdf).lines
+    assert unsaid.unsaid(said, Side("c.yaml", YAML, bare)).lines == []
+
+
+def test_a_value_is_plain_and_does_not_say_where_it_comes_from() -> None:
+    length = Quantity(0.2, (1, 0, 0), "200 mm")
+    made = plain({"at": [length, "x"], "source": {"note": "weighed"}, "on": True, "inner": {"source": "a", "b": None}})
+    assert made == {"at": (0.2, "x"), "on": True, "inner": {"b": None}}
+    assert type(made["at"][0]) is float

@@ -13,6 +13,7 @@ from typing import Any
 from ..diagnostics import did_you_mean, nearest
 from ..units import UNITS, Dimension, Quantity, parse_unit
 from .load import plain_scalar
+from .schema import keys_of_xml, resolve, schema
 from .tree import Map, Seq, Text
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -50,9 +51,6 @@ _UNITS = {
     **dict.fromkeys(("watt", "watts"), "W"),
 }
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
-
-# What nobody means who leaves its key out.
-_VERBATIM = ("urdf_elements", "mjcf_elements")
 
 
 def unit_meant(text: str, wanted: Sequence[str]) -> str:
@@ -281,8 +279,6 @@ def _example(key: str, count: int) -> str:
 
 def _is_xml(fragment: Mapping[str, Any]) -> bool:
     """Say whether a fragment of the schema is that of elements of XML, which are texts."""
-    from .schema import schema
-
     return fragment.get("$ref", "").endswith("/element") or fragment is schema()["$defs"]["element"]
 
 
@@ -362,8 +358,6 @@ def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
 
 def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, Any]) -> str:
     """Return the way out for what stands where a mapping belongs, at a path, by its fragment of the schema."""
-    from .schema import resolve
-
     legal = fragment.get("properties", {})
     for key in fragment.get("required", ()):
         if value in resolve(legal.get(key, {})).get("enum", ()):
@@ -386,7 +380,7 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
     for key in [*fragment.get("required", ()), *legal]:
         part = resolve(legal[key]) if key in legal else {}
         wanted = part.get("type") or ("string" if "enum" in part else "")
-        if kind in ([wanted] if isinstance(wanted, str) else wanted) and key not in (*_VERBATIM, "name"):
+        if kind in ([wanted] if isinstance(wanted, str) else wanted) and key not in {*keys_of_xml(), "name"}:
             if kind == "array" and not _may_hold(part, value):
                 continue
             if "enum" in part:
@@ -394,7 +388,7 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
             others = [f"{other}: ..." for other in fragment.get("required", ()) if other != key]
             shown = ", ".join([_short(value), *others])
             return f"write {path[-1]}: {{{key}: {shown}}}" if isinstance(path[-1], str) else f"write {key}: {shown}"
-    keys = fragment.get("required") or [key for key in legal if key not in ("source", *_VERBATIM)][:4]
+    keys = fragment.get("required") or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
     return f"write {{{', '.join(f'{key}: ...' for key in keys)}}}" if keys else ""
 
 

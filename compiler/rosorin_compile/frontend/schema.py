@@ -31,6 +31,14 @@ def has_entries(section: str) -> bool:
 
 
 @cache
+def keys_of_xml() -> frozenset[str]:
+    """Return the keys whose values are lists of elements of XML that are kept as they are."""
+    entries = (entry.get("properties", {}) for entry in (schema(), *schema()["$defs"].values()))
+    found = (item for entry in entries for item in entry.items())
+    return frozenset(key for key, said in found if said.get("items", {}).get("$ref") == "#/$defs/element")
+
+
+@cache
 def schema(name: str = "description") -> dict[str, Any]:
     """Return a schema: that of descriptions with the sections that plug-ins bring, or one that ships with the tool."""
     own = own_schema(name)

@@ -20,10 +20,11 @@ from ...diagnostics import Diagnostic, MadeSpan, Related, Span, did_you_mean, er
 from ...project import Resolved, data_folder
 from ..annotations import ENTRIES, merged, of_parts
 from ..load import plain_scalar
+from ..schema import keys_of_xml, schema
 from ..tree import Map, Place, Seq
 from .declared import check_names, unused
 from .files import Kept, Reader, package_finder, table_loader
-from .forms import XML, check_controls
+from .forms import check_controls
 from .ledger import Failed, Ledger
 from .parameters import declare
 from .parts import Parts, copy
@@ -138,7 +139,6 @@ def _once(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return what is wrong; of a section with another name than it should have that, not all that is missing by it."""
-    from ..schema import schema
     from ..validate import validate
 
     known = {*schema("description")["properties"], *_TAKEN_APART}
@@ -183,7 +183,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
             continue
         place = Place(root.value_spans[key], None)
         try:
-            made = value if key in _NOT_EVALUATED else scope.resolve(value, place, key in XML)
+            made = value if key in _NOT_EVALUATED else scope.resolve(value, place, key in keys_of_xml())
         except Failed:
             failed = True
             continue

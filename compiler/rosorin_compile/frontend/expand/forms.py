@@ -22,7 +22,6 @@ from .scope import Scope
 
 KEPT = "urdf_elements"  # a list of texts that are elements of XML
 OF_MJCF = "mjcf_elements"  # the same, for the MJCF
-XML = (KEPT, OF_MJCF)
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use")
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")

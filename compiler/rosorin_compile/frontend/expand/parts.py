@@ -23,9 +23,9 @@ from ..annotations import holds_many, is_one_entry, of_parts
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT
 from ..load import LoadError, load_mapping, load_own
-from ..schema import keys_of
+from ..schema import keys_of, keys_of_xml
 from ..tree import Instance, Map, Place, Seq
-from .forms import XML, check_content, check_file, check_part, check_sections, check_use
+from .forms import check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
 from .mirroring import AXES
 from .naming import MOUNT, Names, names_of
@@ -193,7 +193,7 @@ class Parts:
             for key in (*of_parts(), "use"):
                 if body.get(key) is not None:
                     with suppress(Failed):
-                        probe.resolve(body[key], Place(body.value_spans[key], body.via), key in XML)
+                        probe.resolve(body[key], Place(body.value_spans[key], body.via), key in keys_of_xml())
             with suppress(Failed):
                 evaluate_rest(probe)
         del self.ledger.left_out[left:]  # of what is not used at all
@@ -226,7 +226,8 @@ class Parts:
         for section in of_parts():
             if body.get(section) is not None:
                 try:
-                    value = inner.resolve(body[section], Place(body.value_spans[section], inner.via), section in XML)
+                    place = Place(body.value_spans[section], inner.via)
+                    value = inner.resolve(body[section], place, section in keys_of_xml())
                     # Without expressions it is the very section that stands in the part, and that must not grow.
                     value = copy(value) if grows else value
                     made.put(section, value, body.key_spans[section], body.value_spans[section])
@@ -373,12 +374,13 @@ def _read_by(body: Map) -> tuple[str, ...] | None:
         return None
     read: set[str] = set()
     waiting: list[Any] = [body]
+    ends = {"for", "if", *keys_of_xml()}
     while waiting:
         value = waiting.pop()
         if isinstance(value, str):
             read.update(_OF_USE.findall(value) if "$" in value else ())
         elif isinstance(value, Map):
-            if not value.keys().isdisjoint(("for", "if", *XML)) or any("$" in key for key in value):
+            if not value.keys().isdisjoint(ends) or any("$" in key for key in value):
                 return None
             waiting += value.values()
         elif isinstance(value, Seq):

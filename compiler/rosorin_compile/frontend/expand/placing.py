@@ -15,8 +15,9 @@ from ...units import ANGLE, LENGTH
 from ...xml.mujoco import with_names
 from ...xml.references import renamed
 from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node, holds_many, is_one_entry, sections
+from ..schema import keys_of_xml
 from ..tree import Instance, Kept, Map, Seq
-from .forms import KEPT, XML
+from .forms import KEPT
 from .mirroring import AXES, MIRRORED, is_vector, listed, side
 from .naming import MOUNT, Names, names_of
 
@@ -134,7 +135,7 @@ class _Placer:
             return _made_by(self._with_many(node, value), self.via, value)
         if is_one_entry(section):
             return _made_by(self.placed(node, value), self.via, value)
-        if section in XML:
+        if section in keys_of_xml():
             if section == KEPT and not self.kept:
                 return value
             return each(self.placed(node, value), lambda text: _by(text, self.via))

@@ -29,6 +29,7 @@ from ..expression.functions import (
     kind_of,
 )
 from ..expression.syntax import weight
+from ..schema import keys_of_xml
 from ..tree import Instance, Kept, Map, Place, Seq
 from .ledger import Failed, Ledger, LeftOut
 
@@ -48,8 +49,6 @@ RULES = (
 )
 
 
-# The keys of elements of XML: a value that comes to stand in one has to be spelt as XML spells it.
-_XML = ("urdf_elements", "mjcf_elements")
 MAX_NODES = 1_500_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
 _NO_LOOP: Mapping[str, Span] = {}
@@ -244,6 +243,7 @@ class Scope:
         via = self.via or value.via
         made = Map(value.span, via)
         plan = self.ledger.plan(value)
+        xml = keys_of_xml()  # a value that comes to stand in an element has to be spelt as XML spells it
         self.count(len(plan) + 1, value.span, via)
         failed = False
         for key, item, constant, controlled, named in plan:
@@ -252,7 +252,7 @@ class Scope:
                 if controlled or named:
                     self._entries_of(made, value, key, item, via)
                     continue
-                resolved = item if constant else self._value(item, span, via, key in _XML)
+                resolved = item if constant else self._value(item, span, via, key in xml)
                 if resolved is None and not constant:
                     continue
                 made[key] = resolved

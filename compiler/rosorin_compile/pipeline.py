@@ -46,7 +46,8 @@ NOTHING: Mapping[Path, bytes] = MappingProxyType({})
 FILE = "file"  # begins the names of all attributes of MJCF that name one
 
 
-class Variant(NamedTuple):
+@dataclass(frozen=True)
+class Variant:
     """One robot of a list: its name, its arguments with their places, and the place of its name.
 
     ``diagnostics`` say what is wrong with the entry itself.

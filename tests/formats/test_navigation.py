@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -151,7 +152,7 @@ def test_an_artifact_with_too_small_a_footprint_disagrees() -> None:
     assert agreement(robot, made.artifacts) == []
     small = nav2.text.replace('footprint: "[]"', 'footprint: "[[0.4, 0.3], [-0.49, 0.3], [-0.49, -0.3], [0.4, -0.3]]"')
     assert small != nav2.text
-    (first, _) = agreement(robot, [nav2._replace(text=small)])
+    (first, _) = agreement(robot, [replace(nav2, text=small)])
     assert '"base_link" reaches 90 mm out of the footprint of local_costmap/local_costmap' in first.message
 
 
@@ -159,7 +160,7 @@ def test_an_artifact_with_too_small_a_footprint_disagrees() -> None:
 def test_an_artifact_whose_footprint_cannot_be_read_disagrees(footprint: str) -> None:
     made = compiled(FOLDER / "husky" / "robot.yaml")
     (nav2,) = [one for one in made.artifacts if one.backend == "nav2"]
-    wrong = nav2._replace(text=nav2.text.replace('footprint: "[]"', f'footprint: "{footprint}"'))
+    wrong = replace(nav2, text=nav2.text.replace('footprint: "[]"', f'footprint: "{footprint}"'))
     assert any("it cannot be read back" in one.message for one in agreement(made.robot, [wrong]))
 
 

@@ -153,7 +153,7 @@ def test_an_argument_that_is_off_by_a_digit_disagrees(pose: Pose, at: int, off: 
     arguments = document["static_transform_publisher"][0]["arguments"]
     arguments[2 * at + 1] = decimal(numbers[at] + off)
     assume(any(len(text.partition(".")[2]) > 8 for text in arguments[1:12:2]))
-    assert agreement(robot, [made._replace(text=json.dumps(document))])
+    assert agreement(robot, [replace(made, text=json.dumps(document))])
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

@@ -60,7 +60,7 @@ def test_joints_that_are_called_like_links_agree_and_are_held_against_the_model(
         ('<mimic joint="hand_joint">', '<mimic joint="base">', "arm_joint mimic joint"),
     ):
         assert old in sdf.text
-        found = agreement(robot, [*others, sdf._replace(text=sdf.text.replace(old, new))])
+        found = agreement(robot, [*others, replace(sdf, text=sdf.text.replace(old, new))])
         assert found
         assert all(what in one.message for one in found)
 
@@ -73,7 +73,7 @@ def test_the_reference_robot_agrees() -> None:
 def spoiled(name: str, old: str, new: str) -> list[str]:
     """Return what is said if one artifact has another text in the first place where the old one stands."""
     assert old in COMMITTED[name].decode(), f"{old!r} is not in {name}"
-    artifacts = [a._replace(text=a.text.replace(old, new, 1)) if a.file == name else a for a in BASE.artifacts]
+    artifacts = [replace(a, text=a.text.replace(old, new, 1)) if a.file == name else a for a in BASE.artifacts]
     assert BASE.robot is not None
     found = agreement(BASE.robot, artifacts)
     assert {(d.rule, d.severity) for d in found} == {("artifacts-disagree", "error")}
@@ -188,7 +188,7 @@ def test_shapes_that_are_left_out_are_missed() -> None:
 def test_a_json_artifact_that_does_not_fit_its_schema_is_found() -> None:
     made = compiled()
     artifacts = [
-        artifact._replace(text=artifact.text.replace('"zero": 500', '"zero": 500, "spare": 1'))
+        replace(artifact, text=artifact.text.replace('"zero": 500', '"zero": 500, "spare": 1'))
         if artifact.backend == "robot_model"
         else artifact
         for artifact in made.artifacts
@@ -220,7 +220,7 @@ def test_what_is_held_against_the_model_at_once_is_what_is_found_in_full(name: s
     [artifact] = [artifact for artifact in artifacts if artifact.file == name]
     verdicts = set()
     for text in mistakes(artifact.text, random.Random(name)):  # noqa: S311
-        spoilt = [artifact._replace(text=text)]
+        spoilt = [replace(artifact, text=text)]
         full = _disagreements(robot, spoilt)
         assert agreement(robot, spoilt) == full, text
         verdicts.add(bool(full))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -148,7 +149,7 @@ def spoiled(folder: Path, old: str, new: str) -> list[str]:
     assert compiled.robot is not None
     artifact = compiled.artifacts[0]
     assert old in artifact.text
-    return [d.message for d in agreement(compiled.robot, [artifact._replace(text=artifact.text.replace(old, new, 1))])]
+    return [d.message for d in agreement(compiled.robot, [replace(artifact, text=artifact.text.replace(old, new, 1))])]
 
 
 def test_the_inertia_of_a_turned_wheel_is_known_as_well_as_its_angles(tmp_path: Path) -> None:

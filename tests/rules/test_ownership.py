@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -375,7 +376,7 @@ def test_artifacts_agree_and_a_wrong_one_does_not(tmp_path):
         ("static_tf", "'laser']", "'lasre']"),
         ("static_tf_json", '"0.1"', '"0.3"'),
     ):
-        texts = [a._replace(text=a.text.replace(old, new)) if a.output == output else a for a in result.artifacts]
+        texts = [replace(a, text=a.text.replace(old, new)) if a.output == output else a for a in result.artifacts]
         assert texts != list(result.artifacts), output
         assert agreement(result.robot, texts) != [], (output, old)
 

@@ -106,7 +106,10 @@ def test_schemas_are_those_of_the_command(capsys: pytest.CaptureFixture[str]) ->
         rosorin_compile.schema("descripton")
 
 
-@pytest.mark.parametrize("name", ["Checked", "Compiled", "Difference", "Explained", "Reading", "Written"])
+RESULTS = ["Artifact", "Checked", "Compiled", "Difference", "Explained", "Reading", "Robot", "Variant", "Written"]
+
+
+@pytest.mark.parametrize("name", RESULTS)
 def test_results_are_frozen_dataclasses(name: str) -> None:
     result = getattr(rosorin_compile, name)
     assert dataclasses.is_dataclass(result)

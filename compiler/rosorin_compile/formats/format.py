@@ -32,7 +32,8 @@ _BARE = ("frame", "joint", "link")
 _LIMITS = ("lower", "upper", "effort", "velocity")
 
 
-class Artifact(NamedTuple):
+@dataclass(frozen=True)
+class Artifact:
     """One emitted file: its name in the outputs folder, its text, the format that made it, the name of its output.
 
     ``withheld`` says that publishers are not to read it, though they read its format.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -41,7 +42,7 @@ def test_one_that_is_not_like_the_others_is_found(chain: Compiled, which: int, o
         place = text.find(old, place + 1)
         assert place >= 0
     text = text[:place] + new + text[place + len(old) :]
-    found = agreement(chain.robot, [chain.artifacts[0]._replace(text=text)])
+    found = agreement(chain.robot, [replace(chain.artifacts[0], text=text)])
     assert any(told in one.message for one in found), [one.message for one in found]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -38,7 +39,7 @@ def test_one_that_is_not_like_the_others_is_found(chain: Compiled, which: int, o
     assert len(pieces) in (2, 7)
     place = which + 1 if len(pieces) == 7 else 1
     text = old.join(pieces[:place]) + new + old.join(pieces[place:])
-    found = agreement(chain.robot, [chain.artifacts[0]._replace(text=text)])
+    found = agreement(chain.robot, [replace(chain.artifacts[0], text=text)])
     assert any(told in one.message for one in found), [one.message for one in found]
 
 

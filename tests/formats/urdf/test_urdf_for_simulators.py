@@ -390,7 +390,7 @@ def test_frames_in_the_urdf_of_simulators_are_proved(tmp_path: Path) -> None:
     text = HELD.replace("elements: [collision]}", "number_format: exact}")
     made = compiled_text(tmp_path, text)
     robot, _, _ = sound(made)
-    spoilt = [a._replace(text=a.text.replace('<mass value="2"/>', '<mass value="1"/>')) for a in made.artifacts]
+    spoilt = [replace(a, text=a.text.replace('<mass value="2"/>', '<mass value="1"/>')) for a in made.artifacts]
     assert spoilt != list(made.artifacts)
     assert [d.message for d in agreement(robot, spoilt)] == [
         "mast mass: held.urdf says 1 kg, the model says 2 kg",
@@ -416,7 +416,7 @@ def test_a_joint_that_simulators_miss_is_told(tmp_path: Path) -> None:
     made = compiled_text(tmp_path, HELD)
     robot, _, _ = sound(made)
     lost = re.compile(r'  <joint name="fan_joint".*?</joint>\n', re.DOTALL)
-    spoilt = [artifact._replace(text=lost.sub("", artifact.text)) for artifact in made.artifacts]
+    spoilt = [replace(artifact, text=lost.sub("", artifact.text)) for artifact in made.artifacts]
     assert [d.message for d in agreement(robot, spoilt)] == [
         "sim.urdf: it does not carry the frame fan, which it should"
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -75,7 +76,7 @@ def of_each_kind() -> list[Told]:
         for artifact in artifacts:
             every = [*planted(artifact.text, artifact.file), *planted_in_lists(artifact.text, artifact.file)]
             for change in one_of_each(every, had.setdefault(artifact.backend, set()), SEED):
-                sees = not agrees(robot, artifact._replace(text=change.text), model)
+                sees = not agrees(robot, replace(artifact, text=change.text), model)
                 told.append(_told(robot, artifact, change)._replace(by="proof: " if sees else "check: "))
     return told
 

@@ -36,14 +36,14 @@ class Difference(NamedTuple):
 def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact as it is for a place: the launch file looks for the URDF where that is (relative names)."""
     if not FORMATS[artifact.backend].located or not urdf:
-        return artifact._replace(file=place)
+        return dataclasses.replace(artifact, file=place)
     urdfs = [output.name for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)]
     names = {**dict.fromkeys(urdfs, urdf), artifact.output: place}
     moved = tuple(dataclasses.replace(output, file=names.get(output.name, output.file)) for output in robot.outputs)
     there = dataclasses.replace(robot, outputs=moved)
     output = next(output for output in moved if output.name == artifact.output)
     text = FORMATS[artifact.backend].written(there, output, Templates())[0]
-    return artifact._replace(file=place, text=text)
+    return dataclasses.replace(artifact, file=place, text=text)
 
 
 def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], package: str) -> list[Artifact]:
@@ -58,8 +58,8 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
 
         settled = settle(artifact.text, package, (), Path(posixpath.dirname(place) or "."))
         if settled.text != artifact.text:
-            copies.append(artifact._replace(file=place, text=settled.text))
-    return [*copies, artifact._replace(file=place)]
+            copies.append(dataclasses.replace(artifact, file=place, text=settled.text))
+    return [*copies, dataclasses.replace(artifact, file=place)]
 
 
 def difference(robot: Robot, artifact: Artifact, old: bytes) -> Difference | None:

@@ -186,7 +186,7 @@ def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: li
         return artifact
     settled = settle(artifact.text, package, (), folder)
     diagnostics += settled.diagnostics
-    return artifact if settled.diagnostics else artifact._replace(text=settled.text)
+    return artifact if settled.diagnostics else dataclasses.replace(artifact, text=settled.text)
 
 
 def _clashes(places: Mapping[str, str]) -> Iterator[Diagnostic]:

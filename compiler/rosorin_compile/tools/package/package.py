@@ -104,7 +104,7 @@ def make(
         beside = FORMATS[artifact.backend].beside
         if artifact.names_meshes:
             settled = meshes.settle(artifact.text, options.name, sources, target, found, lost)
-            artifact = artifact._replace(text=settled.text)
+            artifact = dataclasses.replace(artifact, text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: world.read(path) for name, path in settled.files.items()})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,5 +85,5 @@ def _checked(variants: Iterable[Variant]) -> Iterator[Variant]:
     """Yield variants, those without a name that can be one with an error."""
     for variant in variants:
         name = variant.name if isinstance(variant.name, str) else ""
-        named = variant._replace(name=name)
-        yield named._replace(diagnostics=(*variant.diagnostics, *wrong_name(named)))
+        named = replace(variant, name=name)
+        yield replace(named, diagnostics=(*variant.diagnostics, *wrong_name(named)))

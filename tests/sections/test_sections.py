@@ -8,11 +8,23 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+
+from rosorin_compile.frontend.sections import piece
+from rosorin_compile.model.sections import Section
+
+
+@dataclass(frozen=True)
+class Cell:
+    """An entry, whatever it is for."""
+
+    at: str
+
 
 WORDS = Path(__file__).parent / "words"
 ROBOT = (WORDS / "robot.yaml").read_text("utf-8")
@@ -98,6 +110,12 @@ OTHER: Mapping[str, tuple[list[tuple[str, str]], list[str]]] = {
 }
 
 
+ACCEPTED = (
+    ("3000 g", "300 kg"),
+    ("\npayload:", "\naccept: [{rule: payload-too-heavy, of: [box], reason: the lid holds it}]\npayload:"),
+)
+
+
 def changed(*pairs: tuple[str, str]) -> str:
     text = ROBOT
     for old, new in pairs:
@@ -133,6 +151,7 @@ def answers(packages: Path) -> Any:
     robots = packages.parent / "robots"
     robots.mkdir()
     (robots / "robot.yaml").write_text(ROBOT, "utf-8")
+    (robots / "accepted.yaml").write_text(changed(*ACCEPTED), "utf-8")
     for name, (pair, _) in BAD.items():
         (robots / f"{name}.yaml").write_text(changed(pair), "utf-8")
     for name, (pairs, _) in OTHER.items():
@@ -185,6 +204,22 @@ def test_what_is_wrong_is_told(answers: Any, name: str) -> None:
     assert way_out in found[0][2]
     assert found[0][3] == line
     assert not answers["robots"][name]["texts"]
+
+
+def test_what_is_wrong_may_be_accepted_of_the_link_that_is_named(answers: Any) -> None:
+    accepted = answers["robots"]["accepted"]
+    message = "accepted: it weighs 300 kg (the lid holds it)"
+    assert [one[1] for one in accepted["told"] if one[0] in ("payload-too-heavy", "accept-unused")] == [message]
+    assert accepted["texts"]
+
+
+def test_entries_by_name_are_accepted_by_it() -> None:
+    entry = {"type": "object", "properties": {"at": {"x-names": "link"}, "frame": {"x-gives": "link"}, "size": {}}}
+    by_name = Section.by_name("cells", Cell, {"additionalProperties": entry})
+    assert piece(by_name)["additionalProperties"]["x-accepted"] == ["{1}", "{at}", "{frame}"]
+    listed = Section.listed("cells", Cell, {"items": {**entry, "x-accepted": ["{at}"]}})
+    assert piece(listed)["items"]["x-accepted"] == ["{at}"]
+    assert piece(Section.single("cells", Cell, entry))["x-accepted"] == ["{at}", "{frame}"]
 
 
 @pytest.mark.parametrize("name", OTHER)

@@ -63,7 +63,17 @@ def piece(section: Section[Any]) -> dict[str, Any]:
     if section.form == ENTRIES:
         said["x-explained"] = True
     made: dict[str, Any] = _looked_up({**said, **section.schema})
-    return made
+    key = {ENTRIES: "additionalProperties", ITEMS: "items"}.get(section.form)
+    if key is None:
+        return {"x-accepted": _names(made), **made}
+    own = ["{1}"] if section.form == ENTRIES else []
+    return {**made, key: {"x-accepted": [*own, *_names(made[key])], **made[key]}}
+
+
+def _names(entry: Mapping[str, Any]) -> list[str]:
+    """Return the names of links and joints that an entry says: what is wrong with it may be accepted of them."""
+    kinds = ((key, said.get("x-names", said.get("x-gives"))) for key, said in entry.get("properties", {}).items())
+    return [f"{{{key}}}" for key, kind in kinds if kind in ("link", "joint")]
 
 
 def _looked_up(part: Any) -> Any:

@@ -228,8 +228,8 @@ def test_a_broken_description_has_the_names_of_its_text(project: Path, broken: s
 def test_the_entries_of_every_section_can_be_asked_for(project: Path) -> None:
     robot = project / "descriptions" / "handy" / "robot.yaml"
     whole = robot.read_text("utf-8")
-    section = "mjcf_sensors:\n  ticks: {kind: clock}\n"
-    for text in (f"{whole}\n{section}", f"{whole}\n{section}links: ["):
+    section = "mjcf_sensors: {ticks: {kind: clock}}\n"  # no line begins with the name: the tree has it
+    for text in (f"{whole}\n{section}", f"{whole}\nmjcf_sensors:\n  ticks: {{kind: clock}}\nlinks: ["):
         robot.write_text(text)
         forget()
         assert list(known.names(known.Subject(("handy",), {}, {}), "mjcf_sensors")) == ["ticks"]

@@ -10,6 +10,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import fields
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -261,10 +262,9 @@ def _in_robot(robot: Robot, tree: Map, of: str) -> dict[str, str]:
     """Return the names of one kind, or of the entries of a section: those of the model, which knows more, if any."""
     if of in _OF_ROBOT:
         return _OF_ROBOT[of](robot) | (dict.fromkeys(_explained(tree), "") if of == THINGS else {})
-    entries = getattr(robot, of, None)
-    if entries is None:
+    if of not in {field.name for field in fields(robot)}:
         return dict.fromkeys(tree.get(of) or (), "")
-    return {one.name: _said(robot, one) for one in entries}
+    return {one.name: _said(robot, one) for one in getattr(robot, of)}
 
 
 def _explained(tree: Map) -> Iterator[str]:

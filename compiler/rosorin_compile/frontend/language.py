@@ -66,9 +66,9 @@ class Language:
 
     def authoring(self) -> dict[str, Any]:
         """Return the schema of descriptions as people write them, for editors."""
-        from .authoring import authoring
+        from .authoring import for_editors
 
-        return authoring(self)
+        return for_editors(self)
 
     def added(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the sections and the definitions of files that descriptions have no more: parts, uses, ..."""

@@ -37,7 +37,7 @@ CONTROLS: Schema = {
 }
 
 
-def authoring(language: Language) -> Schema:
+def for_editors(language: Language) -> Schema:
     """Return the schema of the files of a description."""
     return _Authoring(language).whole()
 

@@ -73,6 +73,8 @@ def test_an_entry_is_explained_by_its_name(home, capsys):
     assert lines[0] == "pull"
     assert lines[1].split()[:3] == ["kp", "3", "N*m/rad"]
     assert "robot.yaml:2:7" in out  # where the value stands that its expression names
+    assert main(["explain", "robot.yaml", "pul"]) != 0
+    assert 'did you mean "pull"?' in capsys.readouterr().err
 
 
 def test_what_a_rule_says_of_an_entry_is_accepted_by_its_name(tmp_path):

@@ -110,10 +110,8 @@ def _pieces() -> Iterator[Mapping[str, Any]]:
 
 
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
-    """Yield what the schema says of a value, and of all that stands in it."""
+    """Yield what the schema says of a value, and of all that stands in it but under names."""
     said = fragment_at(path)
     yield said
-    steps: list[str | int] = list(said.get("properties", ()))
-    steps += ["*"] if isinstance(said.get("additionalProperties"), dict) else []
-    for step in (*steps, *([0] if "items" in said else [])):
+    for step in (*said.get("properties", ()), *([0] if "items" in said else [])):
         yield from _fragments((*path, step))

@@ -6,6 +6,7 @@ python tests/renew.py imported | translated | pictures [NAME...]
 
 from __future__ import annotations
 
+import os
 import runpy
 import sys
 
@@ -33,6 +34,7 @@ def main() -> None:
     if what not in WRITERS:
         raise SystemExit(f"python tests/renew.py {' | '.join(WRITERS)}")
     sys.argv = [what, *rest]
+    os.environ["ROSORIN_COMPILE_PROGRESS"] = "off"  # what is committed depends on no clock
     sys.path.append(str(DOCS / "make"))
     runpy.run_path(str(TESTS / WRITERS[what]), run_name="__main__")
 

@@ -173,7 +173,7 @@ def install(package: str, folder: Path) -> tuple[str, int]:
 
 def run_in_shell(command: str, folder: Path, given: str = "") -> tuple[str, int]:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "LC_ALL": "C", "PATH": path, "ROSORIN_COMPILE_PROGRESS": "off"}
+    environment = {**os.environ, "LC_ALL": "C", "PATH": path}
     if (folder / PACKAGES).is_dir():
         environment |= {"PYTHONPATH": str(folder / PACKAGES), "ROSORIN_COMPILE_CACHE": str(folder / ".cache")}
         command = f'rosorin-compile() {{ "{sys.executable}" -m rosorin_compile "$@"; }}; {command}'

@@ -16,7 +16,10 @@ from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.tree import Map
 from rosorin_compile.tools.importer import order
 from rosorin_compile.tools.importer.description import write
+from rosorin_compile.tools.importer.layout import angle_of
 from rosorin_compile.tools.importer.merging.three_way import merged
+from rosorin_compile.tools.importer.repeats.finding import _naming
+from rosorin_compile.tools.importer.telling import kept
 
 # A section that no module knows: several by name, each on a link, with a key that is as usual and words of others.
 BATTERIES = {
@@ -159,3 +162,32 @@ def test_keys_of_links_and_joints_stand_in_one_order_wherever_they_stand() -> No
     assert words[-1] == "other"
     assert words.index("mass") < words.index("xyz") < words.index("rpy") < words.index("inertia")
     assert words.index("lower") < words.index("upper")
+
+
+@pytest.mark.parametrize(
+    ("path", "unit"),
+    [
+        (("joints", "turns", "limit", "lower"), "deg"),
+        (("joints", "turns", "limit", "velocity"), "deg/s"),
+        (("joints", "slides", "limit", "lower"), ""),
+        (("joints", "turns", "mjcf", "margin"), ""),
+        (("poses", "home", "positions", "turns"), "deg"),
+        (("poses", "home", "positions", "slides"), ""),
+        (("poses", "home", "controls", "turns"), ""),
+        (("links", "box", "inertial", "rpy", 1), "deg"),
+        (("links", "box", "inertial", "xyz", 1), ""),
+    ],
+)
+def test_angles_are_what_the_schema_has_in_radians(path: tuple[str | int, ...], unit: str) -> None:
+    assert angle_of(tree("joints: {turns: {type: revolute}, slides: {type: prismatic}}"), path) == unit
+
+
+def test_what_names_a_link_and_what_is_kept_is_told_by_the_schema() -> None:
+    assert [_naming(mark) for mark in ("sites", "cameras", "lights")] == [(), ("target",), ("target",)]
+    said = """\
+parts: {leg: {urdf_elements: ['<transmission/>']}}
+links: {box: {mjcf_elements: ['<geom/>', '<geom/>'], visual: [{urdf_elements: ['<verbose/>']}]}}
+urdf_elements: ['<gazebo/>']
+disabled_contacts: [{links: [a, b]}]
+"""
+    assert kept(tree(said)) == ["kept as they are: transmission, geom (2), verbose, gazebo"]

@@ -18,3 +18,6 @@ SHIPPED = (
     "tools.sweep.records",
     "tools.fleet.records",
 )
+
+# The sections of the language that stand in folders of their own: where the record of each is.
+SECTIONS = ("sections.moveit:MOVEIT",)

@@ -10,8 +10,9 @@ from rosorin_compile.meaning.sameness import _Comparison, different
 from rosorin_compile.model import Joint, Link, Robot, Sensor
 from rosorin_compile.model.control import Block, Component
 from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.model.moveit import Moveit
 from rosorin_compile.model.robot import JointPose
+from rosorin_compile.model.sections import Sections
+from rosorin_compile.sections.moveit.value import Moveit
 
 
 @pytest.mark.parametrize(
@@ -52,7 +53,7 @@ def test_what_a_urdf_has_no_word_for_is_not_held_against_it() -> None:
         replace(plain, **more)
         for more in (
             {"poses": (pose,), "modes": ("docked",), "disabled_contacts": (("a", "b"),)},
-            {"moveit": Moveit(), "sensors": (Sensor("s", "imu", "a", "j"),)},
+            {"sections": Sections({"moveit": Moveit()}), "sensors": (Sensor("s", "imu", "a", "j"),)},
             {"control": (gauge,)},
             {"control": (other,)},
         )

@@ -10,9 +10,10 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.meaning.difference import YAML, Difference, Side
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Mesh, Pose, Robot, Shape
-from rosorin_compile.model.moveit import CollisionSearch, Moveit
 from rosorin_compile.model.robot import JointPose, Sensor
+from rosorin_compile.model.sections import Sections
 from rosorin_compile.model.simulated import BODY_ELEMENT, Simulated
+from rosorin_compile.sections.moveit.value import CollisionSearch, Moveit
 
 URDF, MJCF, DRIVER = FORMATS["urdf"], FORMATS["mjcf"], FORMATS["robot_model"]
 BALL = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)
@@ -51,8 +52,8 @@ TOLD = {
         [("the robot: modes fast -> fast slow", "fast", "fast slow")],
     ),
     "planning": (
-        replace(ROBOT, moveit=Moveit(urdf="r.urdf", search=CollisionSearch(trials=10))),
-        replace(ROBOT, moveit=Moveit(urdf="s.urdf", search=CollisionSearch(trials=20))),
+        replace(ROBOT, sections=Sections({"moveit": Moveit(urdf="r.urdf", search=CollisionSearch(trials=10))})),
+        replace(ROBOT, sections=Sections({"moveit": Moveit(urdf="s.urdf", search=CollisionSearch(trials=20))})),
         [
             ("MoveIt: urdf r.urdf -> s.urdf", "r.urdf", "s.urdf"),
             ("MoveIt: search trials 10 -> 20", "10", "20"),

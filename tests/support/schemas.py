@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from rosorin_compile.frontend.schema import own_schema
 from support.paths import SCHEMAS
 
 KEY, PATTERN, OTHER, ITEM, WAY = "key", "pattern", "other key", "item", "way"
@@ -14,6 +15,8 @@ WAYS = ("oneOf", "anyOf", "allOf")
 
 def schema(name: str) -> Any:
     """Return a schema of the folder schemas."""
+    if name == "description":  # of which pieces stand in the folders of sections
+        return own_schema()
     return json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))
 
 

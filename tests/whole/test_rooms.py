@@ -24,11 +24,23 @@ PAGE = DOCS / "architecture.md"
 MAY_KNOW: Mapping[str, Sequence[str]] = {
     "tools": (
         *("__init__", "extending", "commands", "pipeline", "meaning", "output", "formats", "rules", "frontend"),
-        *("model", "xml", "diagnostics", "plugins", "project", "units", "numbers", "world", "startup"),
+        *("sections", "model", "xml", "diagnostics", "plugins", "project", "units", "numbers", "world", "startup"),
     ),
     "commands": (
         *("pipeline", "meaning", "output", "formats", "rules", "frontend"),
-        *("model", "xml", "diagnostics", "plugins", "shipped", "project", "units", "numbers", "world", "startup"),
+        *(
+            "sections",
+            "model",
+            "xml",
+            "diagnostics",
+            "plugins",
+            "shipped",
+            "project",
+            "units",
+            "numbers",
+            "world",
+            "startup",
+        ),
     ),
     "pipeline": (
         "meaning",
@@ -44,15 +56,19 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     ),
     "output": ("diagnostics", "plugins", "project", "world", "startup"),
     "meaning": (
-        *("formats", "frontend", "model", "xml"),
+        *("formats", "frontend", "sections", "model", "xml"),
         *("diagnostics", "project", "units", "numbers", "world", "startup"),
     ),
     "formats": (
-        *("rules", "frontend", "model", "xml"),
+        *("rules", "frontend", "sections", "model", "xml"),
         *("diagnostics", "plugins", "project", "units", "numbers", "world", "startup"),
     ),
-    "rules": ("frontend", "model", "xml", "diagnostics", "plugins", "units", "numbers", "world", "startup"),
-    "frontend": ("model", "xml", "diagnostics", "plugins", "project", "units", "numbers", "world", "startup"),
+    "rules": ("frontend", "sections", "model", "xml", "diagnostics", "plugins", "units", "numbers", "world", "startup"),
+    "frontend": (
+        *("sections", "model", "xml", "diagnostics", "plugins", "shipped", "project"),
+        *("units", "numbers", "world", "startup"),
+    ),
+    "sections": ("model", "diagnostics", "units", "numbers", "world", "startup"),
     "xml": ("diagnostics", "project", "world", "startup"),
     "model": ("diagnostics", "units", "numbers", "world", "startup"),
     "plugins": ("diagnostics", "project", "world", "startup"),
@@ -77,8 +93,13 @@ MOST_LOOSE = 8
 LEAF = 100  # lines: what is shorter and has one importer next door belongs into that importer
 
 
+# The folder of a section has modules of several rooms: these, by their names. Its record and value are of ``sections``.
+OF_SECTIONS = {"lowering": "frontend", "rules": "rules", "comparison": "meaning"}
+
+
 def room(module: str) -> str:
-    return module.partition(".")[0] or "__init__"
+    top, *steps = module.split(".")
+    return OF_SECTIONS.get(steps[-1], top) if top == "sections" and len(steps) > 1 else top or "__init__"
 
 
 def is_still(one: Import) -> bool:

@@ -55,15 +55,16 @@ def _of_answers() -> dict[str, str]:
 
 def text_of(name: str) -> str:
     """Return a schema; those of descriptions with the sections that plug-ins bring."""
+    from ..frontend.schema import schema
     from ..frontend.sections import plugged_sections
 
-    if name not in ("authoring", "description") or not plugged_sections():
+    if name == "description":
+        return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
+    if name != "authoring" or not plugged_sections():
         return world.text(data_folder("schemas") / f"{name}{_ENDING}")
     from ..frontend.language import Language
-    from ..frontend.schema import schema
 
-    made = schema() if name == "description" else Language.of(FORMATS.values()).authoring()
-    return json.dumps(made, indent=1, ensure_ascii=False) + "\n"
+    return json.dumps(Language.of(FORMATS.values()).authoring(), indent=1, ensure_ascii=False) + "\n"
 
 
 def run(options: argparse.Namespace) -> int:

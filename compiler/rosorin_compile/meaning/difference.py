@@ -107,7 +107,7 @@ class Difference:
 
     @staticmethod
     def in_section(one: Robot, other: Robot, section: str, tolerance: float) -> list[str]:
-        """Return in which values two robots differ in one field of the model, such as ``moveit``."""
+        """Return in which values two robots differ in one section, such as ``moveit``."""
         from .sameness import differently_said
 
         return differently_said(one, other, section, tolerance)

@@ -25,7 +25,6 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
     link, joint = walk.of["link"], walk.of["joint"]
     found: dict[str, Any] = {
         "disabled_contacts": tuple((link(one), link(other)) for one, other in robot.disabled_contacts),
-        "moveit": robot.moveit and robot.moveit.renamed(link, joint),
         "simulation": robot.simulation.renamed(link, joint),
         "sections": walk.through(robot.sections),
     }
@@ -43,9 +42,16 @@ class _Walk:
     def through(self, found: Sections) -> Sections:
         """Return what sections of packages say, under other names."""
         values, said = (
-            {name: self.at(sections()[name], one) for name, one in many.items()} for many in (found.values, found.said)
+            {name: self._value(sections()[name], one) for name, one in many.items()}
+            for many in (found.values, found.said)
         )
         return replace(found, values=values, said=said)
+
+    def _value(self, node: Node, value: Any) -> Any:
+        """Return the value of a section: it may know by itself how it is renamed."""
+        if hasattr(value, "renamed"):
+            return value.renamed(self.of["link"], self.of["joint"])
+        return self.at(node, value)
 
     def at(self, node: Node | None, value: Any) -> Any:
         """Return a value of the model under other names."""

@@ -6,11 +6,12 @@ words of its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from typing import Any
 
 from ..frontend.annotations import sections
+from ..frontend.sections import own_sections
 from ..model import HeightMap, Robot
 from ..model.drive import ROLES
 from .difference import OTHER, YAML, Item, Side
@@ -31,7 +32,7 @@ def compare_rest(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset[s
     if "drive" not in unsaid:
         yield from _drives(pairing)
     if all(side.format is YAML for side in sides):
-        yield from _planned(pairing)
+        yield from _sections(pairing.a.robot, pairing.b.robot)
     if sides[0].format is sides[1].format:
         yield from _of_one_format(pairing.a.robot, pairing.b.robot)
 
@@ -72,19 +73,12 @@ def _drives(pairing: Pairing) -> Iterator[Item]:
         yield Item(OTHER, "drive", "radius", f"drive radius {said[0]} -> {said[1]}", said[0], said[1])
 
 
-def _planned(pairing: Pairing) -> Iterator[Item]:
-    """Yield what differs in what MoveIt has to know; the joints of states are those of poses."""
-    a, b = pairing.a.robot.moveit, pairing.b.robot.moveit
-    if a == b:
-        return
-    from ..model.moveit import said_of
-
-    old, new = said_of(a), said_of(b)
-    for name in dict.fromkeys((*old, *new)):
-        before, after = old.get(name), new.get(name)
-        if before != after:
-            text = f"MoveIt: {name} {before or 'none'} -> {after or 'none'}"
-            yield Item(OTHER, name, "planning", text, before, after)
+def _sections(a: Robot, b: Robot) -> Iterator[Item]:
+    """Yield what differs in sections that are compared by a function of their own."""
+    for section in own_sections():
+        if section.compares:
+            compare: Callable[[Any, Any], Iterator[Item]] = section.function(section.compares)
+            yield from compare(a.sections[section], b.sections[section])
 
 
 def _of_one_format(a: Robot, b: Robot) -> Iterator[Item]:
@@ -94,9 +88,6 @@ def _of_one_format(a: Robot, b: Robot) -> Iterator[Item]:
     yield from compare_entries("publisher of", _own_publishers(a), _own_publishers(b))
     yield from compare_entries("sensor", _simulated(a), _simulated(b))
     yield from compare_entries("", _shapes(a, b), _shapes(b, a))
-    if a.moveit is not None and b.moveit is not None:
-        for word in ("urdf", "search"):
-            yield from changed_entry("MoveIt", {word: getattr(a.moveit, word)}, {word: getattr(b.moveit, word)})
 
 
 def _plain(robot: Robot) -> dict[str, Any]:

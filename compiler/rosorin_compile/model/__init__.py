@@ -24,8 +24,8 @@ from .robot import Edge, Output, Robot, Sensor
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 if TYPE_CHECKING:
+    from ..sections.moveit.value import DisabledCollision
     from .driving import Twist
-    from .moveit import DisabledCollision
 
 __all__ = [
     "ROBOT_STATE_PUBLISHER",
@@ -105,7 +105,7 @@ _BEFORE = {
 }
 
 # What few ask for.
-_HOMES = {"DisabledCollision": "model.moveit", "Twist": "model.driving"}
+_HOMES = {"DisabledCollision": "sections.moveit.value", "Twist": "model.driving"}
 
 __getattr__ = lazily(__name__, {**_HOMES, **_BEFORE}, globals())
 

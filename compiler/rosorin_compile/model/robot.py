@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from .driving import Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
-    from .moveit import Moveit
 
     Given = ParamSpec("Given")
     Named = TypeVar("Named")
@@ -205,7 +204,6 @@ class Robot:
     drive: Drive | None = None
     control: tuple[Block, ...] = ()
     controllers: tuple[Controller, ...] = ()
-    moveit: Moveit | None = None
     sections: Sections = NO_SECTIONS
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, is_dataclass
+from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+from ..world import text
 
 if TYPE_CHECKING:
     from ..diagnostics.registry import Check
@@ -34,6 +39,12 @@ class Section(Generic[T]):
     form: str
     adds: Adds | None = None
     checks: tuple[Check, ...] = ()
+    # Of those of the tool itself: the section before it, and by their names what only a function needs.
+    after: str = ""
+    lowers: str = ""
+    compares: str = ""
+    rules: str = ""
+    package: str = ""
 
     @classmethod
     def by_name(
@@ -70,9 +81,18 @@ class Section(Generic[T]):
         *,
         adds: Callable[[Robot, Entry], Robot] | None = None,
         checks: tuple[Check, ...] = (),
+        **own: str,
     ) -> Section[Entry | None]:
-        """Return a section that is one entry; None is the value where a robot does not have it."""
-        return Section(name, entry, schema, ONE, adds, checks)
+        """Return a section that is one entry; None is the value where a robot does not have it.
+
+        ``own`` is what sections of the tool itself say, see there.
+        """
+        return Section(name, entry, schema, ONE, adds, checks, **own)
+
+    def function(self, named: str) -> Any:
+        """Return a function of its package, which is named MODULE:FUNCTION."""
+        module, _, name = named.partition(":")
+        return getattr(import_module(f".{module}", self.package), name)
 
     def empty(self) -> Any:
         """Return the value of a section that is not there."""
@@ -92,6 +112,12 @@ class Section(Generic[T]):
         form = ENTRIES if isinstance(self.schema.get("additionalProperties"), Mapping) else form
         if form != self.form:
             raise ValueError(f"the schema of section {self.name} says {_WORDS[form]}, its record {_WORDS[self.form]}")
+
+
+def schema_in(folder: str) -> Mapping[str, Any]:
+    """Return the piece of the schema that stands in the folder of a section."""
+    piece: Mapping[str, Any] = json.loads(text(Path(folder) / "schema.json"))
+    return piece
 
 
 _WORDS = {ENTRIES: "many entries by name", ITEMS: "a list of entries", ONE: "one entry"}

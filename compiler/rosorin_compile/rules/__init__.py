@@ -23,6 +23,7 @@ from ..frontend.accepting import accepted
 from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import USED
 from ..frontend.lower.shapes import RULES as _OF_SHAPES
+from ..frontend.sections import own_sections
 from ..frontend.sections import plugged as sections_of_plugins
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
@@ -38,10 +39,11 @@ __all__ = ["acceptable", "check", "checks", "plugged"]
 
 
 def _modules() -> list[ModuleType]:
-    """Return the modules of this folder that have checks, in the order in which they are asked."""
+    """Return the modules of this folder and of sections that have checks, in the order in which they are asked."""
     files = world.names(__path__[0])
     names = sorted(name.removesuffix(".py") for name in files if name.endswith(".py") and not name.startswith("_"))
     modules = {name: module for name in names if checks_of(module := import_module(f".{name}", __name__))}
+    modules |= {one.name: import_module(f".{one.rules}", one.package) for one in own_sections() if one.rules}
 
     def place(name: str) -> tuple[str, ...]:
         after: str = getattr(modules[name], "AFTER", "")

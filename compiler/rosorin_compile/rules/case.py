@@ -14,6 +14,7 @@ from ..frontend.mentions import Mention, mentions
 from ..frontend.schema import TEMPLATE
 from ..frontend.tree import Map, Path, at, exists, follow
 from ..model import Joint, Output, Robot
+from ..sections.moveit import MOVEIT
 from .remarkable import Remarkable
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class Case(NamedTuple):
 
     def mentions(self, *kinds: str) -> Iterator[Mention]:
         """Yield what names something of some kinds, but for the virtual joint, which is none of the robot."""
-        moveit = self.robot.moveit
+        moveit = self.robot.sections[MOVEIT]
         virtual = moveit.virtual_joint.name if moveit is not None and moveit.virtual_joint is not None else ""
         for one in mentions(self.tree, kinds):
             if not (one.kind == "joint" and one.path[0] == "moveit" and one.name == virtual):

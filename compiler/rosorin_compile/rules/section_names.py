@@ -1,4 +1,4 @@
-"""Names in the sections for planners, hardware and controllers, whether an output has them or not.
+"""Names in the sections for hardware and controllers, whether an output has them or not.
 
 Names of links and joints there are told beside those of all other sections (``kinematics``).
 """
@@ -8,37 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..diagnostics import Diagnostic
-from ..diagnostics.registry import CONTROL, OUTPUTS, Check, rule
+from ..diagnostics.registry import CONTROL, Check, rule
 from ..frontend.misnamed import name_meant
-from ..frontend.tree import Path, exists
-from ..model.moveit import Group
+from ..frontend.tree import Path
 from .case import Case
 
 AFTER = "outputs"
-
-
-@rule("moveit-unknown-group", "A name is that of no planning group.", "Correct the name.", OUTPUTS)
-@rule("moveit-unknown-pose", "A state of a group is a pose that there is not.", "Correct the name.", OUTPUTS)
-def planning(case: Case) -> Iterator[Diagnostic]:
-    """Find planning groups and poses that a section for planners names and that are not there."""
-    said = case.robot.moveit
-    if said is None:
-        return
-    groups, poses = [group.name for group in said.groups], [pose.name for pose in case.robot.poses]
-    for id, kind, known, otherwise in (
-        ("moveit-unknown-group", "planning group", groups, "name a group of moveit"),
-        ("moveit-unknown-pose", "pose", poses, "add it to poses"),
-    ):
-        for one in case.mentions(kind):
-            if one.name not in known:
-                help = case.suggest(one.path, one.name, known, otherwise)
-                yield case.problem(id, f'there is no {kind} "{one.name}", {one.what}', one.path, help)
-
-
-def state_path(case: Case, group: Group, state: str) -> Path:
-    """Return the path of a state of a planning group: its key, or its place in a list."""
-    path: Path = ("moveit", "groups", group.name, "states")
-    return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
 
 
 @rule(

@@ -10,6 +10,7 @@ from ..diagnostics.registry import SIMULATED, Check, rule
 from ..diagnostics.wording import counted
 from ..frontend.tree import Path, at
 from ..model.simulation import SHARED_LAYER
+from ..sections.moveit import MOVEIT
 from .case import Case, number
 from .simulated import drivers
 
@@ -240,7 +241,7 @@ def bases(case: Case) -> Iterator[Diagnostic]:
         for output in case.robot.outputs
         if output.backend in case.formats and "base" in case.formats[output.backend].options
     ]
-    if not bases or "free" in bases or case.robot.moveit is not None:  # whose virtual joint it places
+    if not bases or "free" in bases or MOVEIT in case.robot.sections:  # whose virtual joint it places
         return
     for pose in case.robot.poses:
         if pose.base is not None:

@@ -17,7 +17,8 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.model import Robot
-from rosorin_compile.model.moveit import Ball, DisabledCollision, Moveit, VirtualJoint
+from rosorin_compile.sections.moveit import MOVEIT
+from rosorin_compile.sections.moveit.value import Ball, DisabledCollision, Moveit, VirtualJoint
 from support.commands import Shown
 from support.paths import DATA
 
@@ -38,8 +39,8 @@ def robot_of(imported: Imported) -> tuple[Robot, Moveit]:
     assert imported.tree is not None
     robot = lower(imported.tree).robot
     assert robot is not None
-    assert robot.moveit is not None
-    return robot, robot.moveit
+    assert robot.sections[MOVEIT] is not None
+    return robot, robot.sections[MOVEIT]
 
 
 def said_of(imported: Imported) -> list[str]:

@@ -5,15 +5,14 @@ That they are free of errors is what test_goldens.py asserts, which has an artif
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import yaml
 
-from support.paths import SCHEMAS
+from rosorin_compile.frontend.schema import schema
 from support.words import used, words
 
-SCHEMA = json.loads((SCHEMAS / "description.schema.json").read_text("utf-8"))
+SCHEMA = schema()
 HERE = Path(__file__).parent
 WRITTEN = {file.name: yaml.safe_load(file.read_text("utf-8")) for file in sorted((HERE / "every_word").glob("*.yaml"))}
 

@@ -62,7 +62,7 @@ def _asked(tree: Map, _: str, name: str) -> Asked | None:
 
 def _facts(text: str) -> Facts:
     """Return what an SRDF says. Raises ValueError for a damaged one."""
-    from ...model.moveit import USER
+    from ...sections.moveit.value import USER
     from ..facts import FactSheet
 
     sheet = FactSheet(text, "robot")

@@ -1,7 +1,7 @@
 """What the section ``moveit`` says wrongly, for the URDF that its SRDF belongs to.
 
 MoveIt prints such mistakes among a hundred other lines, leaves out the group or the pair, and goes on. Names that are
-those of nothing are told without an SRDF, too: by ``rules.kinematics`` and ``rules.section_names``.
+those of nothing are told without an SRDF, too: by ``rules.kinematics`` and the rules of its section.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from ...diagnostics.registry import OUTPUTS, Rule
 from ...diagnostics.wording import counted, first_of, quoted
 from ...frontend.tree import Path, at
 from ...model import Joint, Output
-from ...model.moveit import EndEffector, Group
 from ...rules.case import Case
-from ...rules.section_names import state_path
 from ...rules.tf_tree import is_tree
+from ...sections.moveit import MOVEIT
+from ...sections.moveit.rules import state_path
+from ...sections.moveit.value import EndEffector, Group
 from .planning import URDF, Planning, planning_of
 
 RULES = (
@@ -113,7 +114,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 def _no_urdf(case: Case, output: Output) -> Diagnostic:
     urdfs = [one.name for one in case.robot.outputs if one.backend == URDF]
-    said = case.robot.moveit
+    said = case.robot.sections[MOVEIT]
     if said is not None and said.urdf:
         message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
         help = did_you_mean(said.urdf, urdfs, "name an output that is a URDF")

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...model import Mesh, Shape, Transform
-from ...model.moveit import DisabledCollision, Pair
+from ...sections.moveit.value import DisabledCollision, Pair
 from ...startup.cache import sha256
 from ...world import read
 from .planning import Planning, ordered

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 from ...model import Joint, Output, Robot, Shape
 from ...model.drive import SLIDING
-from ...model.moveit import FIXED, FLOATING, PLANAR, DisabledCollision, Group, Moveit, Pair, VirtualJoint
 from ...model.robot import JointPose, of_robot
+from ...sections.moveit import MOVEIT
+from ...sections.moveit.value import FIXED, FLOATING, PLANAR, DisabledCollision, Group, Moveit, Pair, VirtualJoint
 from ..urdf.masses import joints_of, links_of
 
 if TYPE_CHECKING:
@@ -29,8 +30,9 @@ ODOM, WORLD = "odom", "world"
 def urdf_of(robot: Robot) -> Output | None:
     """Return the URDF that the SRDF of a robot belongs to; None if it has none, or none of that name."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
-    if robot.moveit is not None and robot.moveit.urdf:
-        return next((output for output in urdfs if output.name == robot.moveit.urdf), None)
+    said = robot.sections[MOVEIT]
+    if said is not None and said.urdf:
+        return next((output for output in urdfs if output.name == said.urdf), None)
     published = (output for output in urdfs if output.options.get("frames", "published") == "published")
     return next(published, urdfs[0] if urdfs else None)
 
@@ -48,7 +50,7 @@ class Planning:
     def __init__(self, robot: Robot, urdf: Output) -> None:
         self.robot = robot
         self.urdf = urdf
-        self.said = robot.moveit or Moveit()
+        self.said = robot.sections[MOVEIT] or Moveit()
         self.links = links_of(robot, urdf)
         self.joints: Mapping[str, Joint] = {joint.name: joint for joint in joints_of(robot, urdf)}
         self.joint_to: Mapping[str, Joint] = {joint.child: joint for joint in self.joints.values()}

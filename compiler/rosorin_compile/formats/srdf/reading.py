@@ -16,7 +16,7 @@ from ...frontend.lower import lower
 from ...frontend.tree import Map, Text
 from ...model import Output, Robot
 from ...model.geometry import Transform
-from ...model.moveit import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
+from ...sections.moveit.value import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
 from ...xml.markup import Element
 from ..format import Joined, Opened, Placed
 from ..urdf.reading import Reading, meant, named

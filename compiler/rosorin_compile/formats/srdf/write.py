@@ -12,9 +12,9 @@ from ...diagnostics import NOTE, WARNING, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of
 from ...model import Output, Pose, Robot
-from ...model.moveit import FIXED, PLANAR, Ball, DisabledCollision, Group
 from ...model.robot import JointPose
 from ...numbers import NumberFormat, number_format, vector
+from ...sections.moveit.value import FIXED, PLANAR, Ball, DisabledCollision, Group
 from ...xml.escaping import Markup
 from ..templating import Templates, attributes, comment
 from .matrix import changed_meshes

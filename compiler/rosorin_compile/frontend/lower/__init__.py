@@ -44,6 +44,7 @@ from .entries import (
     actuator_of,
     attribute_of,
     calibration_of,
+    drive_of,
     dynamics_of,
     entries_of,
     limit_of,
@@ -66,7 +67,6 @@ from .simulation import lower_simulation, marked_of
 
 if TYPE_CHECKING:
     from ...model.drive import Drive
-    from ...model.moveit import Moveit
 
     T = TypeVar("T")
 
@@ -207,8 +207,7 @@ class _Lowering:
             simulation=lower_simulation(tree),
             drive=self.drive(),
             **self.of_ros2_control(),
-            moveit=self.moveit(),
-            sections=lower_sections(tree, self.broken),
+            sections=lower_sections(tree, self.problem, self.broken),
         )
 
     def of_ros2_control(self) -> dict[str, Any]:
@@ -223,18 +222,7 @@ class _Lowering:
         """Return what moves the base."""
         if self.tree.get("drive") is None:
             return None
-        from .commanded import drive_of
-
         return drive_of(self.tree["drive"], self.problem)
-
-    def moveit(self) -> Moveit | None:
-        """Return what is said for MoveIt."""
-        entry = self.section("moveit")
-        if not entry:
-            return None
-        from .commanded import moveit_of
-
-        return moveit_of(entry)
 
     def top_elements(self) -> tuple[str, ...]:
         """Return the elements of XML at the top of the robot, those of its sensors behind its own."""

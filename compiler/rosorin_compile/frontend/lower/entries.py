@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ...diagnostics.registry import POSES, Rule
+from ...diagnostics.registry import JOINTS, POSES, Rule
+from ...diagnostics.wording import listed
 from ...model import Limit, Publisher
+from ...model.drive import ROLES, Drive
 from ...model.joint import NODE, Calibration, Dynamics, Mimic, SafetyController
 from ...model.link import NO_SOURCE, Source
 from ...model.robot import JointPose, ServoGroup
@@ -23,6 +25,12 @@ RULES = (
         "No servo group has this joint, or there is no such group.",
         "Correct the name, or add it to a group.",
         POSES,
+    ),
+    Rule(
+        "drive-kind",
+        "A drive says no kind of base, or several.",
+        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
+        JOINTS,
     ),
     Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
@@ -160,3 +168,22 @@ def pose_of_joints(
     controls = {actuator: float(value) for actuator, value in sorted(entry.get("controls", {}).items())}
     more = values_of(entry.get("mjcf"))
     return JointPose(name, positions, pulses, source_of(entry.get("source")), base, controls, more)
+
+
+def drive_of(entry: Mapping[str, Any] | None, problem: Problem) -> Drive | None:
+    """Return what drives a robot; ``problem`` takes what is wrong with it."""
+    if entry is None:
+        return None
+    kinds = [kind for kind in ROLES if kind in entry]
+    if len(kinds) != 1:
+        message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
+        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
+        return None
+    said = entry[kinds[0]]
+    joints = {role: _names(said[role]) for role in ROLES[kinds[0]] if role in said}
+    radius = float(entry["radius"]) if "radius" in entry else None
+    return Drive(kinds[0], joints, entry.get("frame", ""), radius, source_of(entry.get("source")))
+
+
+def _names(said: Any) -> tuple[str, ...]:
+    return (str(said),) if isinstance(said, str) else tuple(map(str, said))

@@ -15,24 +15,28 @@ from ...plugins import aside, failed
 from ..annotations import sections
 from ..mentions import givers, mentions
 from ..schema import resolve, schema
-from ..sections import plugged
+from ..sections import own_sections, plugged
 from ..tree import Map, Path
+from .entries import Problem
 from .plainly import named_records, plain, record_of
 
 Tell = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
 
 
-def lower_sections(tree: Mapping[str, Any], tell: Tell) -> Sections:
-    """Return what a description says in sections of which the model has no field, and the values of those of packages.
+def lower_sections(tree: Mapping[str, Any], problem: Problem, tell: Tell) -> Sections:
+    """Return what a description says in sections of which the model has no field, and their values.
 
-    ``tell`` takes what is wrong with the plug-in of one, and the name of the section; it has no value then.
+    ``problem`` takes what keeps a value from being made, ``tell`` what is wrong with the plug-in of a section, and the
+    name of that; it has no value then.
     """
+    values = {
+        one.name: one.function(one.lowers)(tree[one.name], problem) for one in own_sections() if tree.get(one.name)
+    }
     there = [name for name in _without_fields() if tree.get(name) is not None]
-    if not there:
+    if not there and not values:
         return NO_SECTIONS
     said = {name: completed(schema()["properties"][name], plain(tree[name])) for name in there}
-    values: dict[str, Any] = {}
     for plugin, section in plugged().sections:
         if section.name in said:
             try:

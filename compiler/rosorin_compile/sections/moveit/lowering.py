@@ -1,53 +1,27 @@
-"""What programs command: the sections ``drive`` (what moves a base) and ``moveit`` (what MoveIt has to know)."""
+"""The section ``moveit`` of a description as a value of the model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ...diagnostics.registry import JOINTS, Rule
-from ...diagnostics.wording import listed
-from ...model.drive import ROLES, Drive
+from ...frontend.lower.entries import Problem
+from ...frontend.lower.plainly import record_of, vector_of
 from ...numbers import exact
-from .entries import Problem, source_of
-from .plainly import record_of, vector_of
-
-if TYPE_CHECKING:
-    from ...model.moveit import DisabledCollision, Group, Moveit, VirtualJoint
-
-RULES = (
-    Rule(
-        "drive-kind",
-        "A drive says no kind of base, or several.",
-        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
-        JOINTS,
-    ),
+from .value import (
+    Ball,
+    CollisionMatrix,
+    CollisionSearch,
+    DisabledCollision,
+    EndEffector,
+    Group,
+    Moveit,
+    VirtualJoint,
 )
 
 
-def drive_of(entry: Mapping[str, Any] | None, problem: Problem) -> Drive | None:
-    """Return what drives a robot; ``problem`` takes what is wrong with it."""
-    if entry is None:
-        return None
-    kinds = [kind for kind in ROLES if kind in entry]
-    if len(kinds) != 1:
-        message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
-        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
-        return None
-    said = entry[kinds[0]]
-    joints = {role: _names(said[role]) for role in ROLES[kinds[0]] if role in said}
-    radius = float(entry["radius"]) if "radius" in entry else None
-    return Drive(kinds[0], joints, entry.get("frame", ""), radius, source_of(entry.get("source")))
-
-
-def _names(said: Any) -> tuple[str, ...]:
-    return (str(said),) if isinstance(said, str) else tuple(map(str, said))
-
-
-def moveit_of(entry: Mapping[str, Any]) -> Moveit:
-    """Return what a description says for MoveIt."""
-    from ...model.moveit import Ball, CollisionMatrix, CollisionSearch, EndEffector, Moveit
-
+def moveit_of(entry: Mapping[str, Any], _: Problem) -> Moveit:
+    """Return what a description says for MoveIt; all that can be wrong with it is told by rules."""
     matrix = entry.get("collision_matrix")
     return Moveit(
         urdf=entry.get("urdf", ""),
@@ -74,8 +48,6 @@ def moveit_of(entry: Mapping[str, Any]) -> Moveit:
 
 
 def _group_of(name: str, entry: Mapping[str, Any]) -> Group:
-    from ...model.moveit import Group
-
     chain, states = entry.get("chain"), entry.get("states")
     return record_of(
         Group,
@@ -87,16 +59,12 @@ def _group_of(name: str, entry: Mapping[str, Any]) -> Group:
 
 
 def _virtual_joint_of(entry: Any) -> VirtualJoint | None:
-    from ...model.moveit import VirtualJoint
-
     if entry is False:
         return None
     return record_of(VirtualJoint, {} if entry is True else entry)
 
 
 def _disabled_of(entry: Mapping[str, Any]) -> DisabledCollision:
-    from ...model.moveit import DisabledCollision
-
     return record_of(DisabledCollision, entry)
 
 

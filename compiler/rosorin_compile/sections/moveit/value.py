@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-from .geometry import Vector
-from .link import NO_SOURCE, Source
+from ...model import Vector
+from ...model.link import NO_SOURCE, Source
 
 ADJACENT, DEFAULT, ALWAYS, NEVER, USER = "Adjacent", "Default", "Always", "Never", "User"
 REASONS = (ADJACENT, DEFAULT, ALWAYS, NEVER, USER)

@@ -34,8 +34,7 @@ def main(folder: Path) -> None:
         if "other" in path.stem:
             difference = rosorin_compile.diff(folder / "robot.yaml", path)
             found[path.stem]["differences"] = [item.text for item in difference.items]
-    sections = rosorin_compile.schema()["properties"]
-    print(json.dumps({"robots": found, "schema": {name: sections[name] for name in sections}}))
+    print(json.dumps({"robots": found, "schema": rosorin_compile.schema()}))
 
 
 if __name__ == "__main__":

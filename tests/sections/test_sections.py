@@ -14,6 +14,8 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+import yaml
+from jsonschema import Draft7Validator
 
 from rosorin_compile.frontend.sections import piece
 from rosorin_compile.model.sections import Section
@@ -228,13 +230,16 @@ def test_a_difference_is_told_of_the_section(answers: Any, name: str) -> None:
 
 
 def test_editors_know_the_sections(answers: Any) -> None:
-    schema = answers["schema"]
+    schema = answers["schema"]["properties"]
+    assert [*schema][-2:] == ["accept", "outputs"]
     assert {"payload", "magnets", "markers", "wiring"} <= schema.keys()
     assert schema["payload"]["properties"]["mass"]["description"] == "What it weighs."
     assert "kg" in schema["payload"]["properties"]["mass"]["pattern"]
     assert "for" in schema["magnets"]["additionalProperties"]["properties"]
-    part = schema["parts"]["additionalProperties"]
-    assert part == {"$ref": "#/definitions/part"}
+    judge = Draft7Validator(answers["schema"])
+    sound, wrong = (yaml.safe_load(text) for text in (ROBOT, changed(("strength: 2", "strenght: 2"))))
+    assert [error.message for error in judge.iter_errors(sound)] == []
+    assert ["strenght" in error.message for error in judge.iter_errors(wrong)] == [True]
 
 
 def test_explain_has_both_lines(packages: Path, answers: Any) -> None:

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 # An entry of outputs with this key is made by it, whatever its name.
 TEMPLATE = "template"
 
+# The sections that stand at the end of a description, behind those of plug-ins.
+LAST = ("accept", "outputs")
+
 Steps = list[str | int]
 
 
@@ -47,7 +50,9 @@ def schema(name: str = "description") -> dict[str, Any]:
     from .sections import piece, plugged_sections
 
     brought = {name: piece(section) for name, section in plugged_sections().items()}
-    return {**own, "properties": {**own["properties"], **brought}} if brought else own
+    last = {name: own["properties"][name] for name in LAST}
+    rest = {name: said for name, said in own["properties"].items() if name not in last}
+    return {**own, "properties": {**rest, **brought, **last}} if brought else own
 
 
 @cache

@@ -58,6 +58,30 @@ BAD: Mapping[str, tuple[tuple[str, str], list[Any]]] = {
         ("direction: [1, 1, 0]", ""),
         ["missing-key", 'magnet "left_catch" needs the key "direction"', "", 11],
     ),
+    "not more than the least": (
+        ("strength: 2", "strength: 0"),
+        ["wrong-value", 'magnet "left_foot" strength is 0, and has to be more than 0', "", 12],
+    ),
+    "not less than the most": (
+        ("strength: 2", "strength: 9"),
+        ["wrong-value", 'magnet "left_foot" strength is 9, and has to be less than 9', "", 12],
+    ),
+    "between the steps": (
+        ("strength: 2", "strength: 2.2"),
+        ["wrong-value", 'magnet "left_foot" strength is 2.2, no multiple of 0.5', "", 12],
+    ),
+    "twice in a list": (
+        ("strength: 2", "poles: [n, s, n]"),
+        ["wrong-value", 'magnet "left_foot" poles has an item twice', "", 12],
+    ),
+    "a text that is too long": (
+        ("loom:", "loom:\n        colour: greenish yellow"),
+        ["wrong-value", 'cable "left_loom" colour is longer than 8 letters', "as on the sheath", 17],
+    ),
+    "a text that is too short": (
+        ("loom:", "loom:\n        colour: no"),
+        ["wrong-value", 'cable "left_loom" colour is shorter than 3 letters', "as on the sheath", 17],
+    ),
     "what others call it": (
         ("\npayload:", "\ncargo:"),
         ["unknown-key", 'the description has no key "cargo"', 'did you mean "payload"?', 27],

@@ -216,6 +216,25 @@ class Complaint:
     def _maximum(self) -> list[Diagnostic]:
         return [self._make("wrong-value", f"{self.where} is {self.value}, more than {self.misfit.wanted}")]
 
+    def _exclusiveminimum(self) -> list[Diagnostic]:
+        return [self._beyond(f"{self.where} is {self.value}, and has to be more than {self.misfit.wanted}")]
+
+    def _exclusivemaximum(self) -> list[Diagnostic]:
+        return [self._beyond(f"{self.where} is {self.value}, and has to be less than {self.misfit.wanted}")]
+
+    def _multipleof(self) -> list[Diagnostic]:
+        return [self._beyond(f"{self.where} is {self.value}, no multiple of {self.misfit.wanted}")]
+
+    def _maxlength(self) -> list[Diagnostic]:
+        return [self._beyond(f"{self.where} is longer than {counted(self.misfit.wanted, 'letter')}")]
+
+    def _uniqueitems(self) -> list[Diagnostic]:
+        return [self._beyond(f"{self.where} has an item twice")]
+
+    def _beyond(self, message: str) -> Diagnostic:
+        """Return an error about a value that is not one of those that there may be."""
+        return self._make("wrong-value", message, _sentence(str(self.part.get("description", ""))))
+
     def _pattern(self) -> list[Diagnostic]:
         help = _odd_letter(str(self.value)) or _sentence(str(self.part.get("description", "")))
         return [self._make("bad-name", f'{self.where} cannot be "{self.value}"', help)]
@@ -232,6 +251,8 @@ class Complaint:
         return self._required()
 
     def _minlength(self) -> list[Diagnostic]:
+        if self.value:
+            return [self._beyond(f"{self.where} is shorter than {counted(self.misfit.wanted, 'letter')}")]
         return [self._make("empty-text", f"{self.where} is empty", "say something, or leave the key out")]
 
     def _minproperties(self) -> list[Diagnostic]:
@@ -243,7 +264,8 @@ class Complaint:
         return [self._make("wrong-value", f"{self.where} has more than one key", f"give one of {keys}")]
 
     def _other(self) -> list[Diagnostic]:
-        return [self._make("wrong-shape", f"{self.where} does not fit the schema: {self.keyword}")]
+        help = _sentence(str(self.part.get("description", "")))
+        return [self._make("wrong-shape", f"{self.where} does not fit the schema: {self.keyword}", help)]
 
 
 def not_allowed(

@@ -63,6 +63,7 @@ class Magnet:
     link: str
     direction: Vector
     strength: float = 1.0
+    poles: tuple[str, ...] = ()
 
 
 MAGNETS = Section.by_name(
@@ -78,7 +79,8 @@ MAGNETS = Section.by_name(
                 "direction",
                 link={**NAME, "x-names": "link", "x-attached": ["direction"]},
                 direction={"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
-                strength={"type": "number"},
+                strength={"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 9, "multipleOf": 0.5},
+                poles={"type": "array", "items": {"type": "string"}, "uniqueItems": True},
             ),
             "x-mirror": ["direction"],
         },
@@ -145,7 +147,7 @@ WIRING = Section.by_name(
         "description": "Cables, by name.",
         "propertyNames": {**NAME, "x-gives": "cable"},
         "additionalProperties": entry(
-            colour={"type": "string"},
+            colour={"type": "string", "description": "As on the sheath.", "minLength": 3, "maxLength": 8},
             strands={
                 "type": "object",
                 "propertyNames": {**NAME, "x-gives": "strand"},

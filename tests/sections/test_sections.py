@@ -54,6 +54,10 @@ BAD: Mapping[str, tuple[tuple[str, str], list[Any]]] = {
         ("strength: 2", "strenght: 2"),
         ["unknown-key", 'magnet "left_foot" has no key "strenght"', "strength", 12],
     ),
+    "what others call a key": (
+        ("strength: 2", "power: 2"),
+        ["unknown-key", 'magnet "left_foot" has no key "power"', 'did you mean "strength"?', 12],
+    ),
     "missing key": (
         ("direction: [1, 1, 0]", ""),
         ["missing-key", 'magnet "left_catch" needs the key "direction"', "", 11],
@@ -274,4 +278,5 @@ def test_explain_has_both_lines(packages: Path, answers: Any) -> None:
     assert "payload mass  3 kg  robots/robot.yaml:27:28  3000 g" in printed
     printed = run(packages, "-m", "rosorin_compile", "explain", "robots/robot.yaml", "lid_spot", "right_catch")
     assert "robots/robot.yaml:29:17" in printed
+    assert "z               0.02 m  of markers" in printed
     assert "direction[1]  -1" in printed

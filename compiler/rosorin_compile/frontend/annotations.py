@@ -214,18 +214,32 @@ def _own(node: Node) -> Iterator[str]:
 
 
 def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
-    """Raise ValueError where a piece of the schema has an annotation, or a way to mirror, that ``own`` knows not."""
+    """Raise ValueError where a piece of the schema has an annotation that says nothing: no such word, key or unit.
+
+    ``own`` is the schema of the core.
+    """
     from ..diagnostics import did_you_mean
-    from .expand.mirroring import MIRRORED
+    from ..units import UNITS, parse_unit
+    from .expand.mirroring import KEYS
 
     words = {word for word, _ in _said(own)} | ANNOTATIONS
-    ways = {way for word, values in _said(own) if word == MIRROR for way in values} | MIRRORED.keys()
     for word, value in _said(piece):
         if word not in words:
             raise ValueError(f"the schema has no annotation {word}; {did_you_mean(word, sorted(words))}")
-        for way in value if word == MIRROR else ():
-            if way not in ways:
-                raise ValueError(f'{MIRROR} is "{way}" in its schema; {did_you_mean(way, sorted(ways))}')
+        for unit in (value if isinstance(value, list) else [value]) if word == "x-unit" else ():
+            if unit and parse_unit(unit) is None:
+                raise ValueError(f'x-unit is "{unit}" in its schema, which is no unit; {did_you_mean(unit, UNITS)}')
+    for part in _mappings(piece):
+        keys = part.get("properties", {})
+        for way in part.get(MIRROR, ()):
+            if way not in KEYS:
+                raise ValueError(f'{MIRROR} is "{way}" in its schema; {did_you_mean(way, sorted(KEYS))}')
+            if not any(key in keys for key in KEYS[way]):
+                raise ValueError(f"{MIRROR} is {way} in its schema, beside no {' and no '.join(KEYS[way])}")
+        beside = (key for one in keys.values() if isinstance(one, Mapping) for key in one.get("x-attached", ()))
+        for key in beside:
+            if key not in keys:
+                raise ValueError(f'x-attached names "{key}" in its schema; {did_you_mean(key, sorted(keys))}')
 
 
 def kinds_given(piece: Any) -> set[str]:
@@ -238,9 +252,15 @@ def kinds_named(piece: Any) -> set[str]:
     return {value for word, value in _said(piece) if word == "x-names"}
 
 
+def _mappings(piece: Any) -> Iterator[Mapping[str, Any]]:
+    """Yield each mapping of a piece of the schema."""
+    if isinstance(piece, Mapping):
+        yield piece
+    for inner in piece.values() if isinstance(piece, Mapping) else piece if isinstance(piece, list) else ():
+        yield from _mappings(inner)
+
+
 def _said(piece: Any) -> Iterator[tuple[str, Any]]:
     """Yield each annotation of a piece of the schema, with its value."""
-    if isinstance(piece, Mapping):
-        yield from ((word, value) for word, value in piece.items() if word.startswith("x-"))
-    for inner in piece.values() if isinstance(piece, Mapping) else piece if isinstance(piece, list) else ():
-        yield from _said(inner)
+    for part in _mappings(piece):
+        yield from ((word, value) for word, value in part.items() if word.startswith("x-"))

@@ -9,7 +9,7 @@ write; a sentence is the way out. Words are compared in small letters, without `
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any
 
@@ -280,10 +280,20 @@ def words_for(kind: str) -> Mapping[str, str]:
     sections = schema()["properties"]
     if kind in ("top", "part"):
         known = sections if kind == "top" else {section: sections[section] for section in of_parts()}
-    else:
-        known = schema()["$defs"].get(kind, {}).get("properties", {})
+    elif kind in schema()["$defs"]:
+        known = schema()["$defs"][kind].get("properties", {})
+    else:  # a section whose entries are defined where they stand
+        known = dict(_keys_within(sections.get(kind, {})))
     also = {word: key for key, fragment in known.items() for word in _also(fragment)}
     return {**KEYS.get(kind, {}), **also}
+
+
+def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield the keys of all mappings in a piece of the schema, with what it says of each."""
+    if isinstance(fragment, Mapping):
+        yield from fragment.get("properties", {}).items()
+    for inner in fragment.values() if isinstance(fragment, Mapping) else fragment if isinstance(fragment, list) else ():
+        yield from _keys_within(inner)
 
 
 def _also(fragment: Mapping[str, Any]) -> list[str]:

@@ -7,10 +7,11 @@ sorted by place, the words are ours, and a schema is handed over with what it re
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
+from ..diagnostics import did_you_mean
 from ..diagnostics.wording import counted
 from .schema import Steps, schema, subject
 
@@ -211,14 +212,17 @@ def _json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
-def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
-    """Raise ValueError where a part of a schema is no JSON Schema of draft 7, or refers to what the whole has not."""
+def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any], *, strict: bool = False) -> None:
+    """Raise ValueError where a part of a schema is no JSON Schema of draft 7, or refers to what the whole has not.
+
+    ``strict``: also for a word that draft 7 does not know.
+    """
     from jsonschema import Draft7Validator, FormatChecker
 
     judge = Draft7Validator(Draft7Validator.META_SCHEMA, format_checker=FormatChecker(["regex"]))
     for wrong in misfits_of(judge, dict(part)):
         raise ValueError(words(wrong))
-    _check_words(part)
+    _check_words(part, Draft7Validator.META_SCHEMA["properties"] if strict else None)
     inlined(whole)
 
 
@@ -230,11 +234,11 @@ _LATER = (
 _BESIDE = ("$ref", "description", "title", "default", "examples")
 
 
-def _check_words(part: Any, is_named: bool = False) -> None:
+def _check_words(part: Any, known: Collection[str] | None, is_named: bool = False) -> None:
     """Raise ValueError where a part of a schema has words that draft 7 does not heed; ``is_named``: keys are names."""
     if isinstance(part, list):
         for one in part:
-            _check_words(one)
+            _check_words(one, known)
     if not isinstance(part, Mapping):
         return
     for word, inner in part.items():
@@ -242,5 +246,7 @@ def _check_words(part: Any, is_named: bool = False) -> None:
             raise ValueError(f"{word} is no word of JSON Schema draft 7")
         if not is_named and "$ref" in part and word not in _BESIDE and not word.startswith("x-"):
             raise ValueError(f"{word} has no meaning beside $ref, in JSON Schema draft 7")
+        if not is_named and known is not None and word not in known and not word.startswith("x-"):
+            raise ValueError(f"{word} is no word of JSON Schema draft 7; {did_you_mean(word, sorted(known))}")
         if word not in ("default", "examples", "enum", "const") or is_named:
-            _check_words(inner, not is_named and word in ("properties", "patternProperties"))
+            _check_words(inner, known, not is_named and word in ("properties", "patternProperties"))

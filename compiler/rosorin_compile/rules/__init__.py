@@ -22,6 +22,7 @@ from ..diagnostics.registry import OF_PLUGINS, Check, Rule, check_texts, checks_
 from ..frontend.accepting import accepted
 from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import USED
+from ..frontend.lower.sections import is_resolved
 from ..frontend.lower.shapes import RULES as _OF_SHAPES
 from ..frontend.sections import own_sections
 from ..frontend.sections import plugged as sections_of_plugins
@@ -67,12 +68,12 @@ class Plugged(NamedTuple):
 
 @cache
 def plugged() -> Plugged:
-    """Return the checks of plug-ins: entry points of ``rosorin_compile.rules``, and those of their sections."""
+    """Return the checks of plug-ins, and what is wrong with their rules, those of sections included."""
     loaded, diagnostics = load("rules", Check, _ids, lambda id: bool(find([id])))
     of_sections = [(plugin, check) for plugin, one in sections_of_plugins().sections for check in one.checks]
     wrong = [(plugin, problem) for plugin, check in of_sections if (problem := _wrong(check))]
     refused = [broken(plugin, f"has a check that is none: {problem}") for plugin, problem in wrong]
-    plugged = Plugged((*loaded, *(() if refused else of_sections)), (*diagnostics, *refused))
+    plugged = Plugged(loaded, (*diagnostics, *refused))
     OF_PLUGINS.update((rule.id, rule) for _, check in plugged.checks for rule in check.rules)
     return plugged
 
@@ -111,7 +112,8 @@ def is_id(text: str) -> bool:
 @cache
 def acceptable() -> Mapping[str, Rule]:
     """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
-    all_checks = (*checks(), *(check for _, check in plugged().checks))
+    of_sections = (check for _, section in sections_of_plugins().sections for check in section.checks)
+    all_checks = (*checks(), *(check for _, check in plugged().checks), *of_sections)
     rules = (*_OF_SHAPES, *(rule for check in all_checks for rule in check.rules))
     return {rule.id: rule for rule in sorted(rules) if rule.accept}
 
@@ -135,6 +137,9 @@ def check(
         Progress.step("checking", number, len(checks()))
         diagnostics += one(case)
     diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
+    for plugin, section in sections_of_plugins().sections:
+        if section in robot.sections and is_resolved(robot, tree, section.name):
+            diagnostics += [found for one in section.checks for found in _guarded(plugin, one, case)]
     return _causes(tree, _joined(tree, diagnostics))
 
 

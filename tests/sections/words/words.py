@@ -30,7 +30,8 @@ def carried(robot: Robot, payload: Payload) -> Robot:
 @rule("payload-too-heavy", "A payload is heavier than 100 kg.", "Take a smaller one.", accept="link")
 def light(case: Case) -> Iterator[Diagnostic]:
     payload = case.robot.sections[PAYLOAD]
-    if payload is not None and payload.mass > 100:
+    assert payload is not None, "a rule of a section that is not there is not asked"
+    if payload.mass > 100:
         yield case.problem("payload-too-heavy", f"it weighs {payload.mass:g} kg", ("payload", "mass"))
 
 
@@ -79,7 +80,13 @@ MAGNETS = Section.by_name(
                 "direction",
                 link={**NAME, "x-names": "link", "x-attached": ["direction"]},
                 direction={"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
-                strength={"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 9, "multipleOf": 0.5},
+                strength={
+                    "type": "number",
+                    "x-also": "power",
+                    "exclusiveMinimum": 0,
+                    "exclusiveMaximum": 9,
+                    "multipleOf": 0.5,
+                },
                 poles={"type": "array", "items": {"type": "string"}, "uniqueItems": True},
             ),
             "x-mirror": ["direction"],

@@ -114,6 +114,8 @@ class Frames:
         path = self.places["joint", joint.name]
         where, stack = self.origins.at(path)
         numbers = list(self.pose(path, joint.origin, optical=path[-1:] == ("optical",)))
+        if path[0] in self.robot.sections.said:  # its numbers may be anything that the section makes of its own
+            numbers = [number._replace(origin=None, note=f"of {path[0]}") for number in numbers]
         if joint.moves or joint.type == "planar":
             numbers += self.vector(path, "axis", joint.axis)
         topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
@@ -229,7 +231,7 @@ _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 def of_joint(frames: Frames, joint: Joint) -> Iterator[Number]:
     """Yield the limits of a joint, whom it follows, what a simulation knows of it, and its servo."""
     path = frames.places["joint", joint.name]
-    for key in _OF_JOINT:
+    for key in () if path[0] in frames.robot.sections.said else _OF_JOINT:  # which has keys of its own
         yield from frames.numbers((*path, key), joint.type in ("prismatic", "planar"))
     for group in frames.robot.servos:
         if joint.name in group.joints:

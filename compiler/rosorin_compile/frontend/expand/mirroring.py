@@ -7,7 +7,7 @@ becomes R' = S R S and p' = S p.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ...units import Dimension, Quantity
@@ -84,6 +84,17 @@ MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
     "inertia": _inertia,
     "bounds": _bounds,
     "scale": _scale,
+}
+
+
+# The keys that each turns, of which a mapping has one at least; the sides of wheels are its own keys.
+KEYS: Mapping[str, Sequence[str]] = {
+    "pose": ("xyz", "rpy"),
+    "axis": ("axis",),
+    "direction": ("direction",),
+    "inertia": ("ixy", "ixz", "iyz"),
+    "bounds": ("min", "max"),
+    "scale": ("scale",),
 }
 
 

@@ -8,8 +8,9 @@ from dataclasses import fields, replace
 from functools import cache
 from typing import Any
 
-from ...diagnostics import Diagnostic
+from ...diagnostics import Diagnostic, did_you_mean
 from ...model import Robot
+from ...model.joint import MOVING_TYPES
 from ...model.sections import ENTRIES, ITEMS, NO_SECTIONS, Section, Sections
 from ...plugins import aside, failed
 from ..annotations import sections
@@ -62,11 +63,11 @@ def with_sections(robot: Robot, tree: Map, tell: Tell, place: Place) -> Robot:
     """
     made = robot
     for plugin, section in plugged().sections:
-        if section.adds is not None and section in robot.sections and _is_resolved(made, tree, section.name):
+        if section.adds is not None and section in robot.sections and is_resolved(made, tree, section.name):
             before = made
             try:
                 with aside(plugin):
-                    made = _robot(section.adds(made, robot.sections[section]))
+                    made = _sound(section.adds(made, robot.sections[section]), made)
             except (Exception, SystemExit) as problem:
                 tell(failed(plugin, problem), section.name)
             _place(before, made, tree, section.name, place)
@@ -74,23 +75,41 @@ def with_sections(robot: Robot, tree: Map, tell: Tell, place: Place) -> Robot:
 
 
 def _place(before: Robot, made: Robot, tree: Map, section: str, place: Place) -> None:
-    """Say where the links and joints are said that a section has added."""
+    """Say where the links and joints are said that a section has added; a joint with the link that it leads to."""
     said = {(kind, name): path for kind, name, path in givers(tree, section)}
-    for kind, old, new in (("link", before.links, made.links), ("joint", before.joints, made.joints)):
-        added = Counter(one.name for one in new) - Counter(one.name for one in old)
-        for name in added.elements():
-            place(kind, name, said.get((kind, name), (section,)))
+    links = Counter(link.name for link in made.links) - Counter(link.name for link in before.links)
+    for name in links.elements():
+        place("link", name, said.get(("link", name), (section,)))
+    twice = {name for name, count in Counter(link.name for link in made.links).items() if count > 1}
+    joints = Counter(joint.name for joint in made.joints) - Counter(joint.name for joint in before.joints)
+    for joint in reversed(made.joints):
+        if joints[joint.name] > 0 and joint.child not in twice:  # which is told already
+            joints[joint.name] -= 1
+            path = said.get(("joint", joint.name)) or said.get(("link", joint.child)) or (section,)
+            place("joint", joint.name, path)
 
 
-def _is_resolved(robot: Robot, tree: Map, section: str) -> bool:
+def is_resolved(robot: Robot, tree: Map, section: str) -> bool:
+    """Say whether all links and joints that a section names are there."""
     there = {"link": robot.link, "joint": robot.joint}
     named = mentions(tree, there.keys(), section)
     return all(one.name in there[one.kind] for one in named)
 
 
-def _robot(made: object) -> Robot:
+_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar", "ball")
+
+
+def _sound(made: object, before: Robot) -> Robot:
+    """Return what a section has made of a robot. Raises TypeError or ValueError for what is none."""
     if not isinstance(made, Robot):
         raise TypeError(f"what a section adds to is a Robot again, not {str(made)[:60]!r}")
+    names, known = {link.name for link in made.links}, {id(joint) for joint in before.joints}
+    for joint in (one for one in made.joints if id(one) not in known):
+        for end in (joint.parent, joint.child):
+            if end not in names:
+                raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which there is not')
+        if joint.type not in _TYPES:
+            raise ValueError(f'it adds joint "{joint.name}" of type "{joint.type}"; {did_you_mean(joint.type, _TYPES)}')
     return made
 
 

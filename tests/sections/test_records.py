@@ -1,0 +1,119 @@
+"""Records of sections that are none, and sections that make no robot: each is told with what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pytest
+
+from rosorin_compile import Robot, Section
+from rosorin_compile.diagnostics import Diagnostic, Source
+from rosorin_compile.frontend import sections
+from rosorin_compile.frontend.load import parse_yaml
+from rosorin_compile.frontend.lower import sections as lowering
+from rosorin_compile.frontend.sections import Plugged, _marks
+from rosorin_compile.model import Joint, Link, Pose
+from rosorin_compile.model.sections import Sections
+from rosorin_compile.plugins import Plugin
+
+
+@dataclass(frozen=True)
+class Fan:
+    """A fan."""
+
+    link: str = ""
+
+
+NAME = {"$ref": "#/$defs/name"}
+
+
+def schema(entry: Mapping[str, Any], **properties: Any) -> dict[str, Any]:
+    """Return the schema of many entries by name."""
+    said = {"type": "object", "additionalProperties": False, "properties": {"link": NAME, **properties}, **entry}
+    return {"type": "object", "additionalProperties": said}
+
+
+NONE: Mapping[str, tuple[Callable[[], Section[Any]], str]] = {
+    "a name": (lambda: Section.by_name("Fans", Fan, schema({})), '"Fans" cannot be the name of a section'),
+    "no dataclass": (lambda: Section.by_name("fans", str, schema({})), "not a dataclass"),
+    "another form": (lambda: Section.listed("fans", Fan, schema({})), "says many entries by name, its record a list"),
+    "a word of no draft": (
+        lambda: Section.by_name("fans", Fan, schema({"requird": ["link"]})),
+        'requird is no word of JSON Schema draft 7; did you mean "required"?',
+    ),
+    "an annotation": (
+        lambda: Section.by_name("fans", Fan, schema({"x-miror": ["pose"]})),
+        'no annotation x-miror; did you mean "x-mirror"?',
+    ),
+    "a way to mirror": (
+        lambda: Section.by_name("fans", Fan, schema({"x-mirror": ["poses"]})),
+        'x-mirror is "poses" in its schema; did you mean "pose"?',
+    ),
+    "a mirror of nothing": (
+        lambda: Section.by_name("fans", Fan, schema({"x-mirror": ["direction"]}, push={"type": "array"})),
+        "x-mirror is direction in its schema, beside no direction",
+    ),
+    "a key beside it": (
+        lambda: Section.by_name("fans", Fan, schema({}, at={**NAME, "x-attached": ["xzy"]}, xyz={"type": "array"})),
+        'x-attached names "xzy" in its schema; did you mean "xyz"?',
+    ),
+    "a unit": (
+        lambda: Section.by_name("fans", Fan, schema({}, force={"type": "number", "x-unit": "Newton"})),
+        'x-unit is "Newton" in its schema, which is no unit',
+    ),
+    "a reference": (
+        lambda: Section.by_name("fans", Fan, schema({}, at={"$ref": "#/$defs/xzy"})),
+        "the schema has nothing that $ref names: #/$defs/xzy",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", NONE)
+def test_a_record_that_is_none_is_refused(name: str) -> None:
+    made, message = NONE[name]
+    with pytest.raises((ValueError, TypeError)) as problem:
+        _marks(made())
+    assert message in str(problem.value)
+
+
+def test_a_kind_that_nothing_is_of_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    fans = Section.by_name("fans", Fan, schema({}, at={**NAME, "x-names": "lnik"}))
+    monkeypatch.setattr(sections, "load", lambda *_: (((PLUGIN, fans),), ()))
+    found = sections.plugged.__wrapped__()
+    assert found.sections == ()
+    assert 'names "lnik", of which there is none; did you mean "link"?' in found.diagnostics[0].message
+
+
+PLUGIN = Plugin("toy", "1", "sections", "fans", "toy:FANS")
+ROBOT = Robot("r", (Link("a"),), (), sections=Sections({"fans": {}}, {"fans": {}}))
+
+
+def added(robot: Robot, joint: Joint) -> Robot:
+    """Return a robot with a frame."""
+    return replace(robot, links=(*robot.links, Link("b")), joints=(*robot.joints, joint))
+
+
+@pytest.mark.parametrize(
+    ("adds", "message"),
+    [
+        (lambda *_: None, "what a section adds to is a Robot again, not 'None'"),
+        (lambda robot, _: added(robot, Joint("j", "fixed", "nowhere", "b", Pose())), 'joint "j" at link "nowhere"'),
+        (lambda robot, _: added(robot, Joint("j", "fxed", "a", "b", Pose())), 'of type "fxed"; did you mean "fixed"?'),
+        (lambda *_: 1 / 0, "ZeroDivisionError"),
+    ],
+)
+def test_what_a_section_makes_that_is_no_robot_is_told_of_its_package(
+    monkeypatch: pytest.MonkeyPatch, adds: Any, message: str
+) -> None:
+    fans = Section.by_name("fans", Fan, schema({}), adds=adds)
+    monkeypatch.setattr(lowering, "plugged", lambda: Plugged(((PLUGIN, fans),), ()))
+    told: list[tuple[Diagnostic, str]] = []
+    tree = parse_yaml(Source("r.yaml", "fans: {}"))
+    made = lowering.with_sections(ROBOT, tree, lambda *one: told.append(one), lambda *_: None)
+    assert made == ROBOT
+    ((problem, section),) = told
+    assert section == "fans"
+    assert problem.rule == "plugin-broken"
+    assert message in problem.message

@@ -70,9 +70,10 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
     """Return the quick tests that run each line, by module: coverage with a context for each test."""
     data = folder / MEASURED
     words = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", "not slow", "--cov=rosorin_compile"]
-    words += ["--cov-context=test", "--cov-report=", "-p", "no:cacheprovider", *over]
+    words += ["--cov-context=test", "--cov-report=", "-p", "no:cacheprovider", "-p", "judges.mutants.forgetting"]
     environment = {**os.environ, "COVERAGE_FILE": str(data), "ROSORIN_COMPILE_CACHE": "off"}
-    subprocess.run(words, cwd=ROOT, env=environment, check=False)
+    environment |= {"PYTHONPATH": str(ROOT / "tests")}  # a plug-in is imported before pytest knows where tests are
+    subprocess.run([*words, *over], cwd=ROOT, env=environment, check=False)
     found: dict[str, dict[int, list[str]]] = {}
     with sqlite3.connect(data) as base:
         asked = "SELECT file.path, context.context, line_bits.numbits FROM line_bits JOIN file ON file.id = file_id"

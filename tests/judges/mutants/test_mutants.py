@@ -8,10 +8,11 @@ from collections import Counter
 
 import pytest
 
-from judges.mutants import line_coverage
+from judges.mutants import forgetting, line_coverage
 from judges.mutants.drawing import modules, mutants
 from judges.mutants.line_coverage import Room
 from judges.mutants.running import LEAST, LONGEST, MOST, asked_of, survivors
+from rosorin_compile.frontend.annotations import sections
 from support.paths import PACKAGE
 
 
@@ -55,6 +56,12 @@ def test_the_quickest_tests_are_asked_and_no_more_than_take_their_time() -> None
     assert "a.py::slow" not in some
     assert LONGEST - 0.2 <= sum(seconds[test] for test in some) <= LONGEST
     assert len(asked_of(lines, 1, dict.fromkeys(many, 9.0), (), random.Random(1))) == LEAST  # noqa: S311
+
+
+def test_a_test_runs_what_another_has_asked_before() -> None:
+    sections()
+    forgetting.pytest_runtest_call()
+    assert sections.cache_info().currsize == 0
 
 
 def test_coverage_is_kept_as_it_is_written() -> None:

@@ -12,7 +12,7 @@ from rosorin_compile.frontend.expand.naming import names_of
 from rosorin_compile.frontend.expand.placing import placed
 from rosorin_compile.frontend.load import load_mapping
 from rosorin_compile.frontend.mentions import mentions
-from rosorin_compile.frontend.tree import Map
+from rosorin_compile.frontend.tree import Instance, Map
 from support.naming import ANY, EACH, KEY, Place, places, steps
 
 # Names that are told by the validator, and those that hardware brings itself.
@@ -95,6 +95,7 @@ control: {board: {plugin: some/Plugin, sensors: {gauge: {}}, gpio: {lamp: {}}}}
         ("mjcf_elements: ['<actuator><motor joint=\"mount\"/></actuator>']", False),
         ("links: {b: {mjcf_elements: ['<camera target=\"mount\"/>']}}", True),
         ("links: {b: {mjcf_elements: ['<geom material=\"mount\"/>']}}", False),
+        ("mjcf_elements: ['<option body=\"mount\"/>']", False),  # of settings
         ("links: {b: {mjcf_elements: [5]}}", False),
         ("edges: [{parent: b, child: c, when: mount}]", False),
         ("controllers: {c: {params: {frame: mount}}}", False),
@@ -146,6 +147,39 @@ def test_nothing_is_given_where_values_have_the_wrong_form(tmp_path: Path) -> No
     names = names_of(tree(tmp_path, "links: [plate]\njoints: {a: 5}\nsensors: {b: [c]}\nmoveit: none\nedges: {a: b}\n"))
     assert {kind: set(some) for kind, some in names.of.items() if some} == {"joint": {"a"}, "sensor": {"b"}}
     assert not names.mounted
+    assert not names.inside
+
+
+def test_what_has_the_wrong_form_is_placed_as_it_is(tmp_path: Path) -> None:
+    said = """\
+links: {arm: {}}
+mjcf_elements: {a: b}
+urdf_elements: [5]
+nothing: {of: it}
+sensors: {}
+moveit: {nothing: [arm], groups: {all: {links: [arm]}}}
+"""
+    made = placed(tree(tmp_path, said), "l_", "base", None, None, None)
+    unchanged = ("mjcf_elements", "urdf_elements", "nothing", "sensors")
+    assert [made[key] for key in unchanged] == [{"a": "b"}, [5], {"of": "it"}, {}]
+    assert made["moveit"]["nothing"] == ["arm"]
+    assert placed(tree(tmp_path, "moveit: none"), "l_", "base", None, None, None) == {"moveit": "none"}
+
+
+@pytest.mark.parametrize(("mirror", "xyz"), [("x", [-1, 2, 3]), ("y", [1, -2, 3]), ("z", [1, 2, -3])])
+def test_a_mirror_is_across_one_axis(mirror: str, xyz: list[int], tmp_path: Path) -> None:
+    said = "joints: {elbow: {type: fixed, parent: arm, child: hand, xyz: [1, 2, 3]}}"
+    assert placed(tree(tmp_path, said), "", None, None, None, mirror)["joints"]["elbow"]["xyz"] == xyz
+
+
+def test_elements_know_the_part_that_made_them_first(tmp_path: Path) -> None:
+    said = tree(tmp_path, "mjcf_elements: ['<camera/>']")
+    inner, outer = (Instance(word, said.span, made=True) for word in ("in", "out"))
+    said.via = inner
+    once = placed(said, "", None, None, None, None)
+    once.via = outer
+    (text,) = placed(once, "", None, None, None, None)["mjcf_elements"]
+    assert text.via == inner
 
 
 def test_a_mention_has_the_words_of_the_schema(tmp_path: Path) -> None:

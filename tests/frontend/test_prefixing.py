@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
-from rosorin_compile.frontend.expand.prefixing import _Renamer
+from rosorin_compile.frontend.expand.prefixing import _Renamer, prefixed
+from rosorin_compile.frontend.load import load_mapping
+from rosorin_compile.frontend.tree import Instance
 
 
 @pytest.mark.parametrize(
@@ -23,3 +26,14 @@ def test_names_of_its_own_get_the_prefix(text: str, renamed: str) -> None:
     changed = Counter[str]()
     assert _Renamer("left_", {"arm"}, {"grey"}, changed).elements(text) == renamed
     assert sum(changed.values()) == renamed.count("left_")
+
+
+def test_materials_of_its_own_get_the_prefix_where_they_are_used(tmp_path: Path) -> None:
+    file = tmp_path / "robot.yaml"
+    file.write_text(
+        "materials: {grey: {}}\nlinks: {arm: {visual: [{material: grey}, {material: arm}], source: grey}}\n", "utf-8"
+    )
+    tree = load_mapping(file, "robot.yaml")
+    made, _ = prefixed(tree, "left_", Instance("included", tree.span))
+    assert list(made["materials"]) == ["left_grey"]
+    assert made["links"]["left_arm"] == {"visual": [{"material": "left_grey"}, {"material": "arm"}], "source": "grey"}

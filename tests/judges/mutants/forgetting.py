@@ -20,7 +20,18 @@ _PLANTED = [
 
 
 @pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    """Forget all before the fixtures of a test."""
+    forget()
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_runtest_call() -> None:
+    """Forget what the fixtures of a test have asked: the test itself asks it anew."""
+    forget()
+
+
+def forget() -> None:
     """Clear the caches (of ``functools``) of the functions of these modules."""
     for name in _PLANTED:
         for value in [*vars(sys.modules[name]).values()] if name in sys.modules else ():

@@ -67,23 +67,26 @@ Tests = Mapping[str, Lines]
 
 
 def covering(folder: Path, over: Sequence[str]) -> Tests:
-    """Return the quick tests that run each line, by module: coverage with a context for each test."""
+    """Return the quick tests that run each line, by module: coverage with a context for each test.
+
+    Its fixtures count, too: what several tests share is made for the first of them.
+    """
     data = folder / MEASURED
     words = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", "not slow", "--cov=rosorin_compile"]
     words += ["--cov-context=test", "--cov-report=", "-p", "no:cacheprovider", "-p", "judges.mutants.forgetting"]
     environment = {**os.environ, "COVERAGE_FILE": str(data), "ROSORIN_COMPILE_CACHE": "off"}
     environment |= {"PYTHONPATH": str(ROOT / "tests")}  # a plug-in is imported before pytest knows where tests are
     subprocess.run([*words, *over], cwd=ROOT, env=environment, check=False)
-    found: dict[str, dict[int, list[str]]] = {}
+    found: dict[str, dict[int, set[str]]] = {}
     with sqlite3.connect(data) as base:
         asked = "SELECT file.path, context.context, line_bits.numbits FROM line_bits JOIN file ON file.id = file_id"
         for path, context, bits in base.execute(f"{asked} JOIN context ON context.id = context_id"):
             test, _, phase = context.rpartition("|")
             module = path.partition("rosorin_compile/")[2]
-            if phase == "run" and module:
+            if phase in ("setup", "run") and module:
                 for line in (8 * at + bit for at, byte in enumerate(bits) for bit in range(8) if byte & (1 << bit)):
-                    found.setdefault(module, {}).setdefault(line, []).append(test)
-    return found
+                    found.setdefault(module, {}).setdefault(line, set()).add(test)
+    return {module: {line: sorted(some) for line, some in by_line.items()} for module, by_line in found.items()}
 
 
 def asked_of(

@@ -60,7 +60,7 @@ def test_the_quickest_tests_are_asked_and_no_more_than_take_their_time() -> None
 
 def test_a_test_runs_what_another_has_asked_before() -> None:
     sections()
-    forgetting.pytest_runtest_call()
+    forgetting.forget()
     assert sections.cache_info().currsize == 0
 
 

@@ -31,9 +31,9 @@ def test_names_of_its_own_get_the_prefix(text: str, renamed: str) -> None:
 def test_materials_of_its_own_get_the_prefix_where_they_are_used(tmp_path: Path) -> None:
     file = tmp_path / "robot.yaml"
     file.write_text(
-        "materials: {grey: {}}\nlinks: {arm: {visual: [{material: grey}, {material: arm}], source: grey}}\n", "utf-8"
+        "materials: {grey: {}, left_grey: {}}\nlinks: {arm: {visual: [{material: grey}, {material: arm}]}}\n", "utf-8"
     )
     tree = load_mapping(file, "robot.yaml")
     made, _ = prefixed(tree, "left_", Instance("included", tree.span))
-    assert list(made["materials"]) == ["left_grey"]
-    assert made["links"]["left_arm"] == {"visual": [{"material": "left_grey"}, {"material": "arm"}], "source": "grey"}
+    assert list(made["materials"]) == ["left_grey", "left_left_grey"]
+    assert made["links"]["left_arm"] == {"visual": [{"material": "left_grey"}, {"material": "arm"}]}

@@ -73,9 +73,7 @@ class _Renamer:
         return self._accepted(value) if key == "accept" else self._inside(key, value)
 
     def _inside(self, key: str, value: Any) -> Any:
-        """Return a value with the materials and the kept elements in it renamed."""
-        if isinstance(value, str):
-            return self.prefix + value if key == "material" and value in self.materials else value
+        """Return a value with the kept elements in it renamed."""
         if isinstance(value, Map):
             made = Map(value.span, value.via)
             for name, item in value.items():

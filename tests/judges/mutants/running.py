@@ -28,7 +28,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import accumulate
 from pathlib import Path
@@ -58,6 +58,7 @@ HEAVY = (
 MOST = 100  # tests that a mutant is run against, the quickest first,
 LEAST, LONGEST = 20, 8.0  # of them only so many, where more would take longer than so many seconds of CPU
 FILES = 3  # of tests that come to a line, of which one test is asked
+PART = 10.0  # seconds of CPU of the tests that are run in one go where all are asked
 SECONDS = 120  # of CPU: the machine may have other things to do
 WAITED = 20 * SECONDS  # by the clock, for what waits and does nothing
 MEASURED = ".coverage"
@@ -116,6 +117,18 @@ def asked_of(
     spent = list(accumulate(seconds.get(test, 0.0) for test in some))
     few = [test for test, sum_ in zip(some, spent, strict=True) if sum_ <= LONGEST]
     return sorted(some[: max(LEAST, len(few))], key=quickness)
+
+
+def others_of(lines: Lines, line: int, seconds: Mapping[str, float], apart: Collection[str]) -> Iterator[list[str]]:
+    """Yield all other tests that run a line, the quickest first, in parts that take a while each; none of ``apart``."""
+    part: list[str] = []
+    for test in sorted(set(lines.get(line, ())).difference(apart), key=lambda test: (seconds.get(test, 0.0), test)):
+        if part and sum(seconds.get(one, 0.0) for one in (*part, test)) > PART:
+            yield part
+            part = []
+        part.append(test)
+    if part:
+        yield part
 
 
 class Worker:
@@ -331,10 +344,15 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
         one = chosen[number]
         if (before := answers.before(one)) is not None:
             return before
-        some = asked_of(tests.get(one.module, {}), one.line, seconds, unsound, random.Random(number))  # noqa: S311
+        lines = tests.get(one.module, {})
+        some = asked_of(lines, one.line, seconds, unsound, random.Random(number))  # noqa: S311
+        others = others_of(lines, one.line, seconds, {*some, *unsound}) if one.name not in known else ()
         worker = free.get()
         try:
-            stays = not some or not worker.sees(one.module, one.text, some)
+            stays = not (some and worker.sees(one.module, one.text, some))
+            stays = stays and not any(
+                worker.sees(one.module, one.text, part) and not worker.fails(part) for part in others
+            )
         finally:
             free.put(worker)
         answers.add(one, stays)

@@ -11,7 +11,7 @@ import pytest
 from judges.mutants import forgetting, line_coverage
 from judges.mutants.drawing import modules, mutants
 from judges.mutants.line_coverage import Room
-from judges.mutants.running import LEAST, LONGEST, MOST, asked_of, survivors
+from judges.mutants.running import LEAST, LONGEST, MOST, PART, asked_of, others_of, survivors
 from rosorin_compile.frontend.annotations import sections
 from support.paths import PACKAGE
 
@@ -62,6 +62,17 @@ def test_a_test_runs_what_another_has_asked_before() -> None:
     sections()
     forgetting.forget()
     assert sections.cache_info().currsize == 0
+
+
+def test_what_survives_is_asked_of_all_others_the_quickest_first() -> None:
+    many = [f"t{number}" for number in range(100)]
+    seconds = {test: 0.1 * number for number, test in enumerate(many)} | {"t3": 2 * PART}
+    lines = {1: [*many, "broken", "asked"], 2: ["elsewhere"]}
+    parts = list(others_of(lines, 1, seconds, {"broken", "asked"}))
+    assert [test for part in parts for test in part] == [*many[:3], *many[4:], "t3"]
+    assert all(sum(seconds[test] for test in part) <= PART for part in parts[:-1])
+    assert parts[-1] == ["t3"]
+    assert list(others_of(lines, 2, seconds, {"elsewhere"})) == list(others_of(lines, 3, seconds, ())) == []
 
 
 def test_coverage_is_kept_as_it_is_written() -> None:

@@ -9,10 +9,8 @@ from support.paths import DOCS, ROOT
 
 EXAMPLE = ROOT / "examples" / "rosorin-battery"
 PAGE = {block.mark[1]: "\n".join(block.lines) + "\n" for block in blocks((DOCS / "sections.md").read_text("utf-8"))}
-PACKAGE = {
-    f"rosorin-battery/{path.relative_to(EXAMPLE)}": path for path in EXAMPLE.rglob("*.*") if "cart" not in path.parts
-}
-FILES = {**PACKAGE, "cart/robot.yaml": EXAMPLE / "cart" / "robot.yaml"}
+NAMES = ("pyproject.toml", *(f"rosorin_battery/{name}" for name in ("__init__.py", "section.py", "schema.json")))
+FILES = {f"rosorin-battery/{name}": EXAMPLE / name for name in NAMES} | {"cart/robot.yaml": EXAMPLE / "cart.yaml"}
 
 
 @pytest.mark.parametrize("name", sorted(FILES))

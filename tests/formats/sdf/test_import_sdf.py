@@ -20,6 +20,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.sameness import different
 from rosorin_compile.model import Output, Robot
+from rosorin_compile.model.sections import NO_SECTIONS
 from support.cases import header, read, told_in_xml
 from support.machines import as_in_sdf, robot_of
 from support.paths import DATA, ROOT, ROSORIN
@@ -99,7 +100,7 @@ def test_the_reference_robot_and_the_examples_come_back_as_they_were(file, tmp_p
     path.write_text(written(robot, gazebo=False), "utf-8")
     weightless = frozenset(bodies_of(robot).weightless)
     # Hardware and controllers are said in a URDF and beside it.
-    plain = replace(robot, control=(), controllers=(), moveit=None)
+    plain = replace(robot, control=(), controllers=(), sections=NO_SECTIONS)
     sides = (as_in_sdf(one, weightless) for one in (plain, robot_in(path)))
     assert different(*sides, 1e-12, carried_by_urdf=True) == []
 

@@ -22,7 +22,7 @@ from .frontend.expand import Expanded, expand
 from .frontend.expression.functions import plugged as plugged_functions
 from .frontend.load import unsaved as held_in_memory
 from .frontend.lower import Lowered, lower
-from .frontend.sections import plugged as plugged_sections
+from .frontend.sections import plugged as sections_of_plugins
 from .frontend.tree import Map, locate
 from .frontend.validate import validate
 from .frontend.wanted import with_wanted
@@ -187,7 +187,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     """
     from .rules import acceptable, check
 
-    plugged = (*plugged_functions().diagnostics, *plugged_diagnostics(), *plugged_sections().diagnostics)
+    plugged = (*plugged_functions().diagnostics, *plugged_diagnostics(), *sections_of_plugins().diagnostics)
     if expanded.tree is None:
         return Understood(expanded, None, arrange([*expanded.diagnostics, *plugged, *_plugged_rules()]))
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)

@@ -220,7 +220,7 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
     """
     from ..diagnostics import did_you_mean
     from ..units import UNITS, parse_unit
-    from .expand.mirroring import KEYS
+    from .expand.mirroring import MIRRORED
 
     words = {word for word, _ in _said(own)} | ANNOTATIONS
     for word, value in _said(piece):
@@ -232,10 +232,10 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
     for part in _mappings(piece):
         keys = part.get("properties", {})
         for way in part.get(MIRROR, ()):
-            if way not in KEYS:
-                raise ValueError(f'{MIRROR} is "{way}" in its schema; {did_you_mean(way, sorted(KEYS))}')
-            if not any(key in keys for key in KEYS[way]):
-                raise ValueError(f"{MIRROR} is {way} in its schema, beside no {' and no '.join(KEYS[way])}")
+            if way not in MIRRORED:
+                raise ValueError(f'{MIRROR} is "{way}" in its schema; {did_you_mean(way, sorted(MIRRORED))}')
+            if not any(key in keys for key in MIRRORED[way].keys):
+                raise ValueError(f"{MIRROR} is {way} in its schema, beside no {' and no '.join(MIRRORED[way].keys)}")
         beside = (key for one in keys.values() if isinstance(one, Mapping) for key in one.get("x-attached", ()))
         for key in beside:
             if key not in keys:

@@ -79,6 +79,13 @@ def _entry(path: Path) -> str:
     return f'{section.called or path[0]} "{path[1]}"' if len(path) > 2 and by_name else section.called or str(path[0])
 
 
+def explained(tree: Map) -> Iterator[Path]:
+    """Yield the paths of entries that have no frame, of whose numbers the schema says that they are shown."""
+    for section, node in sections().items():
+        if node.explained:
+            yield from ((section, name) for name in tree.get(section) or ())
+
+
 def givers(tree: Map, section: str) -> Iterator[tuple[str, str, Path]]:
     """Yield what a section gives names to: the kind, the name, and the path of the text or the key that is it."""
     node = sections().get(section)

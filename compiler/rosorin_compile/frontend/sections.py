@@ -39,8 +39,9 @@ class Plugged(NamedTuple):
 def plugged() -> Plugged:
     """Return the sections of plug-ins."""
     loaded, diagnostics = load("sections", Section, _marks, _is_taken)
-    loaded, more = _of_known_kinds(loaded)
-    diagnostics = (*diagnostics, *more)
+    if loaded:
+        loaded, more = _of_known_kinds(loaded)
+        diagnostics = (*diagnostics, *more)
     OF_PLUGINS.update((rule.id, rule) for _, section in loaded for check in section.checks for rule in check.rules)
     return Plugged(loaded, diagnostics)
 

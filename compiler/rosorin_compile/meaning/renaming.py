@@ -49,9 +49,8 @@ class _Walk:
 
     def _value(self, node: Node, value: Any) -> Any:
         """Return the value of a section: it may know by itself how it is renamed."""
-        if hasattr(value, "renamed"):
-            return value.renamed(self.of["link"], self.of["joint"])
-        return self.at(node, value)
+        rename = getattr(value, "renamed", None)
+        return rename(self.of["link"], self.of["joint"]) if callable(rename) else self.at(node, value)
 
     def at(self, node: Node | None, value: Any) -> Any:
         """Return a value of the model under other names."""

@@ -25,11 +25,9 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
     ``tolerance`` is no difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
     ``prefix`` is what the names of B begin with, None: find out, empty: nothing.
     """
-    described = a.format is YAML and b.format is YAML
-    if described and all(side.robot.as_said().is_tree for side in (a, b)):
-        a, b = (
-            side._replace(robot=side.robot.as_said()) for side in (a, b)
-        )  # each difference is told where it is said
+    if all(side.format is YAML and side.robot.as_said().is_tree for side in (a, b)):
+        # Each difference is told where it is said, not in what a section adds to.
+        a, b = (side._replace(robot=side.robot.as_said()) for side in (a, b))
     pairing = side_by_side(a, b, tolerance, prefix)
     missing, lacking = not_carried(pairing, a, b)
     silent = unsaid(a, b)

@@ -261,19 +261,13 @@ _OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {
 def _in_robot(robot: Robot, tree: Map, of: str) -> dict[str, str]:
     """Return the names of one kind, or of the entries of a section: those of the model, which knows more, if any."""
     if of in _OF_ROBOT:
-        return _OF_ROBOT[of](robot) | (dict.fromkeys(_explained(tree), "") if of == THINGS else {})
+        from ...frontend.mentions import explained
+
+        more = (str(path[1]) for path in explained(tree)) if of == THINGS else ()
+        return _OF_ROBOT[of](robot) | dict.fromkeys(more, "")
     if of not in {field.name for field in fields(robot)}:
         return dict.fromkeys(tree.get(of) or (), "")
     return {one.name: _said(robot, one) for one in getattr(robot, of)}
-
-
-def _explained(tree: Map) -> Iterator[str]:
-    """Yield the names of entries that have no frame, and that can be explained."""
-    from ...frontend.annotations import sections
-
-    for section, node in sections().items():
-        if node.explained:
-            yield from tree.get(section) or ()
 
 
 def _said(robot: Robot, entry: Any) -> str:

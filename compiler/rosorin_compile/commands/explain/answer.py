@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...diagnostics import did_you_mean, nearest
-from ...frontend.annotations import sections
 from ...frontend.expand import Expanded
 from ...frontend.lower import Lowered
-from ...frontend.tree import Map, Path
+from ...frontend.mentions import explained
 from ...model import Robot
 from .chains import Frames, of_entry, of_joint, of_mass, of_shapes
 from .explanation import Answer, Explanation, Number
@@ -39,7 +38,7 @@ def explain(
     frames = Frames(lowered.robot, lowered.places, origins)
     if pose and all(known.name != pose for known in lowered.robot.poses):
         raise NotThere(_missing("pose", pose, [known.name for known in lowered.robot.poses]))
-    without_frames = list(_explained(expanded.tree))
+    without_frames = list(explained(expanded.tree))
     targets: dict[str, None] = {}
     others: list[str] = []
     simulated: list[Answer] = []
@@ -63,13 +62,6 @@ def explain(
                 _missing("frame, link, joint, sensor, use or number", name, [*sorted(known), *sorted(numbers)])
             )
     return [_answer(one, others, frames.robot) for one in answered] if others else answered
-
-
-def _explained(tree: Map) -> Iterator[Path]:
-    """Yield the paths of entries that have no frame, and numbers of which the schema says that they are shown."""
-    for section, node in sections().items():
-        if node.explained:
-            yield from ((section, name) for name in tree.get(section) or ())
 
 
 def _numbers(one: Explanation | Answer) -> Sequence[Number]:

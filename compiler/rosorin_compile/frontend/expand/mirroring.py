@@ -7,8 +7,8 @@ becomes R' = S R S and p' = S p.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from ...units import Dimension, Quantity
 from ..tree import Map, Seq
@@ -76,25 +76,21 @@ def _scale(mesh: Map, axis: int) -> dict[str, Any]:
     return {"scale": listed(scale, mesh.get("scale", mesh))}
 
 
-# By the annotation.
-MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
-    "pose": _pose,
-    "axis": _axis,
-    "direction": _direction,
-    "inertia": _inertia,
-    "bounds": _bounds,
-    "scale": _scale,
-}
+class Way(NamedTuple):
+    """A way to mirror a mapping: what turns it, and the keys that it turns, of which there is one at least."""
+
+    turned: Callable[[Map, int], dict[str, Any]]
+    keys: tuple[str, ...]
 
 
-# The keys that each turns, of which a mapping has one at least; the sides of wheels are its own keys.
-KEYS: Mapping[str, Sequence[str]] = {
-    "pose": ("xyz", "rpy"),
-    "axis": ("axis",),
-    "direction": ("direction",),
-    "inertia": ("ixy", "ixz", "iyz"),
-    "bounds": ("min", "max"),
-    "scale": ("scale",),
+# By the annotation; the sides of wheels are keys themselves (``side``).
+MIRRORED: Mapping[str, Way] = {
+    "pose": Way(_pose, ("xyz", "rpy")),
+    "axis": Way(_axis, ("axis",)),
+    "direction": Way(_direction, ("direction",)),
+    "inertia": Way(_inertia, ("ixy", "ixz", "iyz")),
+    "bounds": Way(_bounds, ("min", "max")),
+    "scale": Way(_scale, ("scale",)),
 }
 
 

@@ -208,7 +208,7 @@ class _Placer:
         changes: dict[str, Any] = {}
         if self.mirror is not None:
             for how in node.mirror:
-                changes |= MIRRORED[how](entry, self.mirror) if how in MIRRORED else {}
+                changes |= MIRRORED[how].turned(entry, self.mirror) if how in MIRRORED else {}
         for key, value in entry.items():
             below = node.at(key)
             if below is not None and not self.active.isdisjoint(below.of):

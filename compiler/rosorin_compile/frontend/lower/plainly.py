@@ -67,14 +67,9 @@ def _poses(kind: Any) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind) if hints[field.name] is Pose)
 
 
-def takes_name(kind: Any) -> bool:
-    """Say whether a record has a field for its name, which is no key of its entry but the one that leads to it."""
-    return is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
-
-
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Return the records of entries by name, each with its name if it has a field for that."""
-    named = takes_name(kind)
+    named = is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
     return {
         str(name): record_of(kind, entry, **({"name": str(name)} if named else {}))
         for name, entry in (entries or {}).items()

@@ -10,12 +10,11 @@ from typing import Any
 
 from ...diagnostics import Diagnostic, did_you_mean
 from ...model import Robot
-from ...model.joint import MOVING_TYPES
 from ...model.sections import ENTRIES, ITEMS, NO_SECTIONS, Section, Sections
 from ...plugins import aside, failed
 from ..annotations import sections
 from ..mentions import givers, mentions
-from ..schema import resolve, schema
+from ..schema import fragment_at, resolve, schema
 from ..sections import own_sections, plugged
 from ..tree import Map, Path
 from .entries import Problem
@@ -43,8 +42,8 @@ def lower_sections(tree: Mapping[str, Any], problem: Problem, tell: Tell) -> Sec
             try:
                 with aside(plugin):
                     values[section.name] = _value(section, said[section.name])
-            except (Exception, SystemExit) as problem:
-                tell(failed(plugin, problem), section.name)
+            except (Exception, SystemExit) as fault:
+                tell(failed(plugin, fault), section.name)
     return Sections(values, said)
 
 
@@ -68,8 +67,8 @@ def with_sections(robot: Robot, tree: Map, tell: Tell, place: Place) -> Robot:
             try:
                 with aside(plugin):
                     made = _sound(section.adds(made, robot.sections[section]), made)
-            except (Exception, SystemExit) as problem:
-                tell(failed(plugin, problem), section.name)
+            except (Exception, SystemExit) as fault:
+                tell(failed(plugin, fault), section.name)
             _place(before, made, tree, section.name, place)
     return made if made is robot else replace(made, sections=replace(robot.sections, without=robot))
 
@@ -96,20 +95,18 @@ def is_resolved(robot: Robot, tree: Map, section: str) -> bool:
     return all(one.name in there[one.kind] for one in named)
 
 
-_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar", "ball")
-
-
 def _sound(made: object, before: Robot) -> Robot:
     """Return what a section has made of a robot. Raises TypeError or ValueError for what is none."""
     if not isinstance(made, Robot):
         raise TypeError(f"what a section adds to is a Robot again, not {str(made)[:60]!r}")
+    types = fragment_at(("joints", "*", "type"))["enum"]
     names, known = {link.name for link in made.links}, {id(joint) for joint in before.joints}
     for joint in (one for one in made.joints if id(one) not in known):
         for end in (joint.parent, joint.child):
             if end not in names:
                 raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which there is not')
-        if joint.type not in _TYPES:
-            raise ValueError(f'it adds joint "{joint.name}" of type "{joint.type}"; {did_you_mean(joint.type, _TYPES)}')
+        if joint.type not in types:
+            raise ValueError(f'it adds joint "{joint.name}" of type "{joint.type}"; {did_you_mean(joint.type, types)}')
     return made
 
 

@@ -298,9 +298,9 @@ class Format:
     - ``complete``: it carries every frame, with the shapes of each.
 
     When two robots are compared: ``links`` (those that an output has), ``lacks`` (topics that it has no word for, see
-    ``meaning.unsaid``), ``leaves_out`` and ``why`` (links that its files lack by nature), ``adds`` (links of its
-    files that stand for something else in a description), ``brings`` (the elements of XML that it makes of what a
-    description says in words), ``names_robot`` (its files say what the robot is called).
+    ``meaning.unsaid``), ``says`` (sections that it has a word for), ``leaves_out`` and ``why`` (links that it lacks
+    by nature), ``adds`` (links of its files that stand for something else in a description), ``brings`` (the elements
+    of XML that it makes of what a description says in words), ``names_robot`` (its files say what the robot is called).
 
     In ROS: ``feeds`` (kinds of publishers that read it), ``withheld`` (an output that they are not to read),
     ``folder`` (where ``package`` puts it; empty: by the ending of its name), ``deploys`` (``deploy`` puts it there
@@ -358,6 +358,7 @@ class Format:
     complete: bool = False
     links: Callable[[Robot, Output], Collection[str]] | None = None
     lacks: frozenset[str] = frozenset()
+    says: tuple[str, ...] = ()
     leaves_out: Callable[[Robot, str], bool] | None = None
     brings: Callable[[Robot, Output], Sequence[str]] | None = None
     why: str = ""

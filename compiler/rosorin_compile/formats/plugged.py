@@ -70,7 +70,7 @@ def _marks(built_in: Collection[str], format: Format) -> list[str]:
 
 
 # The fields of a record that hold many things, and what each of them is; the others say it by their default.
-_MANY = {"endings": str, "roots": str, "feeds": str, "lacks": str, "rules": Rule}
+_MANY = {"endings": str, "roots": str, "feeds": str, "lacks": str, "says": str, "rules": Rule}
 
 
 def _check_types(format: Format) -> None:

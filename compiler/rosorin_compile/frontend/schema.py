@@ -66,10 +66,10 @@ def own_schema(name: str = "description") -> dict[str, Any]:
 
 def _with_own_sections(whole: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of descriptions with the pieces that stand in the folders of sections, each in its place."""
-    from .sections import own_sections
+    from ..model.sections import own_sections
 
     made, definitions = whole["properties"], whole["$defs"]
-    for section in own_sections():
+    for section in own_sections().values():
         names = list(made)
         at = names.index(section.after) + 1
         piece = {key: value for key, value in section.schema.items() if key != "$defs"}

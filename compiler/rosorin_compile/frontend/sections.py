@@ -7,25 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from functools import cache
-from importlib import import_module
 from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic, did_you_mean
 from ..diagnostics.registry import OF_PLUGINS, Check, check_texts, find
 from ..model.sections import ENTRIES, ITEMS, Section
 from ..plugins import Plugin, broken, load
-from ..shipped import SECTIONS
 from .annotations import DESCRIPTION, check_annotations, kinds_given, kinds_named
 
 Loaded = tuple[tuple[Plugin, Section[Any]], ...]
-
-
-@cache
-def own_sections() -> tuple[Section[Any], ...]:
-    """Return the sections of the tool itself that stand in folders of their own."""
-    package = __name__.partition(".")[0]
-    found = (name.partition(":") for name in SECTIONS)
-    return tuple(getattr(import_module(f"{package}.{module}"), record) for module, _, record in found)
 
 
 class Plugged(NamedTuple):

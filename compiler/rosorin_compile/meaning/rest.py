@@ -11,9 +11,9 @@ from dataclasses import fields
 from typing import Any
 
 from ..frontend.annotations import sections
-from ..frontend.sections import own_sections
 from ..model import HeightMap, Robot
 from ..model.drive import ROLES
+from ..model.sections import own_sections
 from .difference import OTHER, YAML, Item, Side
 from .joints import changed, differ
 from .pairing import Pairing
@@ -75,7 +75,7 @@ def _drives(pairing: Pairing) -> Iterator[Item]:
 
 def _sections(a: Robot, b: Robot) -> Iterator[Item]:
     """Yield what differs in sections that are compared by a function of their own."""
-    for section in own_sections():
+    for section in own_sections().values():
         if section.compares:
             compare: Callable[[Any, Any], Iterator[Item]] = section.function(section.compares)
             yield from compare(a.sections[section], b.sections[section])
@@ -93,7 +93,9 @@ def _of_one_format(a: Robot, b: Robot) -> Iterator[Item]:
 def _plain(robot: Robot) -> dict[str, Any]:
     """Return the sections that are compared value by value."""
     of_model = (field.name for field in fields(robot) if field.name in sections() and sections()[field.name].compared)
-    return {**robot.sections.said, **{section: getattr(robot, section) for section in of_model}}
+    own = (name for name in own_sections() if sections()[name].compared and name in robot.sections.values)
+    named = {**{name: getattr(robot, name) for name in of_model}, **{name: robot.sections[name] for name in own}}
+    return {**robot.sections.said, **named}
 
 
 def _own_publishers(robot: Robot) -> dict[str, Any]:

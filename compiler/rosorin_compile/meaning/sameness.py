@@ -48,15 +48,21 @@ def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool)
 def differently_said(one: Robot, other: Robot, section: str, tolerance: float) -> list[str]:
     """Return in which values two robots differ in one section, such as ``moveit``."""
     comparison = _Comparison(tolerance, _NOT_COMPARED, by_meaning=False)
-    old, new = (getattr(robot, section, None) or robot.sections.values.get(section) for robot in (one, other))
+    old, new = (getattr(robot, section) for robot in (one, other))
     return list(comparison.values(section, old, new))
 
 
 def _without_lacking(one: Robot, other: Robot) -> Robot:
     """Return a robot with what a URDF has no word for as another one has it."""
-    lacks = FORMATS.published().lacks
-    skipped = [name for name, node in sections().items() if node.topic in lacks and hasattr(one, name)]
-    return replace(one, **{name: getattr(other, name) for name in ("sections", *skipped)})
+    urdf, known = FORMATS.published(), {field.name for field in fields(one)}
+    skipped = [name for name, node in sections().items() if node.topic in urdf.lacks and name in known]
+    said = {name: value for name, value in one.sections.values.items() if name in urdf.says}
+    left = {name: value for name, value in other.sections.values.items() if name not in urdf.says}
+    return replace(
+        one,
+        sections=replace(other.sections, values={**left, **said}),
+        **{name: getattr(other, name) for name in skipped},
+    )
 
 
 class _Comparison:

@@ -25,6 +25,16 @@ def _elements(robot: Robot) -> list[tuple[str, ...]]:
     return [robot.urdf_elements, *links, *joints]
 
 
+def _said_in(topic: str) -> Count:
+    """Return what counts what a robot says in the section of a topic."""
+
+    def count(robot: Robot) -> int:
+        said = (getattr(robot, name) for name, node in sections().items() if node.topic == topic)
+        return sum(len(one) if isinstance(one, (tuple, Mapping)) else int(one is not None) for one in said)
+
+    return count
+
+
 # What is compared besides frames, axes and limits: how one of it is called, and how many of it a robot has.
 TOPICS: Mapping[str, tuple[str, Count]] = {
     "mass": ("mass", lambda robot: sum(link.inertial is not None for link in robot.links)),
@@ -43,16 +53,16 @@ TOPICS: Mapping[str, tuple[str, Count]] = {
     "actuator": ("actuator", _joints(lambda joint: joint.actuator)),
     "calibration": ("calibration", _joints(lambda joint: joint.calibration)),
     "safety": ("safety controller", _joints(lambda joint: joint.safety)),
-    "pose": ("named pose", lambda robot: len(robot.poses)),
-    "servo": ("servo group", lambda robot: len(robot.servos)),
-    "sensor": ("sensor", lambda robot: len(robot.sensors)),
-    "drive": ("drive", lambda robot: int(robot.drive is not None)),
-    "contact": ("disabled contact", lambda robot: len(robot.disabled_contacts)),
+    "pose": ("named pose", _said_in("pose")),
+    "servo": ("servo group", _said_in("servo")),
+    "sensor": ("sensor", _said_in("sensor")),
+    "drive": ("drive", _said_in("drive")),
+    "contact": ("disabled contact", _said_in("contact")),
     "publisher": (
         "publisher",
         lambda robot: len({(j.publisher.kind, j.publisher.name) for j in robot.joints}),
     ),
-    "edge": ("transform of other nodes", lambda robot: len(robot.edges)),
+    "edge": ("transform of other nodes", _said_in("edge")),
     "fixed joint name": ("name of fixed joints", lambda robot: sum(joint.is_fixed for joint in robot.joints)),
     "urdf_elements": (
         "element for URDF alone",

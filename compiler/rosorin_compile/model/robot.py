@@ -14,7 +14,7 @@ from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Join
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .motion import motion
-from .sections import NO_SECTIONS, Sections
+from .sections import NO_SECTIONS, Section, Sections, own_sections
 from .shape import ROWS, Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
 from .simulation import NO_SIMULATION, Simulation, Values
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     Given = ParamSpec("Given")
     Named = TypeVar("Named")
     Made = TypeVar("Made")
+    Said = TypeVar("Said")
 
 
 def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
@@ -224,6 +225,19 @@ class Robot:
         from .frame_tree import html
 
         return html(self)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return what a section of the tool itself says, by its name: ``robot.drive``, as templates ask for it."""
+            section = own_sections().get(name)
+            if section is None:
+                raise AttributeError(f"'Robot' object has no attribute '{name}'")
+            return self.sections[section]
+
+    def having(self, section: Section[Said], value: Said) -> Robot:
+        """Return the robot with another value of a section."""
+        return replace(self, sections=self.sections.having(section, value))
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled: the fields, without what was worked out of them."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import dataclass, field, is_dataclass, replace
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
+from ..shipped import SECTIONS
 from ..world import text
 
 if TYPE_CHECKING:
@@ -39,12 +41,6 @@ class Section(Generic[T]):
     form: str
     adds: Adds | None = None
     checks: tuple[Check, ...] = ()
-    # Of those of the tool itself: the section before it, and by their names what only a function needs.
-    after: str = ""
-    lowers: str = ""
-    compares: str = ""
-    rules: str = ""
-    package: str = ""
 
     @classmethod
     def by_name(
@@ -81,18 +77,9 @@ class Section(Generic[T]):
         *,
         adds: Callable[[Robot, Entry], Robot] | None = None,
         checks: tuple[Check, ...] = (),
-        **own: str,
     ) -> Section[Entry | None]:
-        """Return a section that is one entry; None is the value where a robot does not have it.
-
-        ``own`` is what sections of the tool itself say, see there.
-        """
-        return Section(name, entry, schema, ONE, adds, checks, **own)
-
-    def function(self, named: str) -> Any:
-        """Return a function of its package, which is named MODULE:FUNCTION."""
-        module, _, name = named.partition(":")
-        return getattr(import_module(f".{module}", self.package), name)
+        """Return a section that is one entry; None is the value where a robot does not have it."""
+        return Section(name, entry, schema, ONE, adds, checks)
 
     def empty(self) -> Any:
         """Return the value of a section that is not there."""
@@ -108,19 +95,64 @@ class Section(Generic[T]):
             raise TypeError(f"the schema of section {self.name} is a mapping, its checks are a tuple")
         if self.adds is not None and not callable(self.adds):
             raise TypeError(f"adds of section {self.name} is a function")
-        form = ITEMS if "items" in self.schema else ONE
-        form = ENTRIES if isinstance(self.schema.get("additionalProperties"), Mapping) else form
+        form = _form_of(self.schema)
         if form != self.form:
             raise ValueError(f"the schema of section {self.name} says {_WORDS[form]}, its record {_WORDS[self.form]}")
 
 
-def schema_in(folder: str) -> Mapping[str, Any]:
-    """Return the piece of the schema that stands in the folder of a section."""
-    piece: Mapping[str, Any] = json.loads(text(Path(folder) / "schema.json"))
-    return piece
+def _form_of(schema: Mapping[str, Any]) -> str:
+    """Return the form of the section that a piece of the schema is for."""
+    if isinstance(schema.get("additionalProperties"), Mapping):
+        return ENTRIES
+    return ITEMS if "items" in schema else ONE
 
 
 _WORDS = {ENTRIES: "many entries by name", ITEMS: "a list of entries", ONE: "one entry"}
+
+
+@dataclass(frozen=True, eq=False)
+class OwnSection(Section[T]):
+    """A section that stands in a folder of the tool itself, made by ``in_folder``.
+
+    ``nothing`` is its value where a robot does not have it, ``after`` the section that it stands behind in the schema.
+    What needs a function is in a module of the folder, and named as text: ``lowers`` makes the value of the tree,
+    ``compares`` yields what differs between two values, ``rules`` is the module of its rules.
+    """
+
+    nothing: Any = None
+    after: str = ""
+    lowers: str = ""
+    compares: str = ""
+    rules: str = ""
+    package: str = ""
+
+    @classmethod
+    def in_folder(
+        cls, package: str, folder: str, nothing: T, *, after: str, lowers: str, compares: str = "", rules: str = ""
+    ) -> OwnSection[T]:
+        """Return the section whose folder is a package; it is called as that, and has its piece of the schema there."""
+        name = package.rpartition(".")[2]
+        schema: Mapping[str, Any] = json.loads(text(Path(folder) / "schema.json"))
+        made: OwnSection[T] = OwnSection(name, object, schema, _form_of(schema), nothing=nothing, after=after)
+        return replace(made, lowers=lowers, compares=compares, rules=rules, package=package)
+
+    def empty(self) -> Any:
+        """Return the value of a section that is not there."""
+        return self.nothing
+
+    def function(self, named: str) -> Any:
+        """Return a function of its package, which is named MODULE:FUNCTION."""
+        module, _, name = named.partition(":")
+        return getattr(import_module(f".{module}", self.package), name)
+
+
+@cache
+def own_sections() -> Mapping[str, OwnSection[Any]]:
+    """Return the sections of the tool itself that stand in folders of their own, by name."""
+    package = __name__.partition(".")[0]
+    found = (name.partition(":") for name in SECTIONS)
+    records = (getattr(import_module(f"{package}.{module}"), record) for module, _, record in found)
+    return {one.name: one for one in records}
 
 
 @dataclass(frozen=True)
@@ -149,6 +181,10 @@ class Sections:
         if isinstance(section, str):
             return self.values[section]
         return self.values.get(section.name, section.empty())
+
+    def having(self, section: Section[T], value: T) -> Sections:
+        """Return them with another value of a section."""
+        return replace(self, values={**self.values, section.name: value})
 
     def __contains__(self, section: object) -> bool:
         """Say whether the robot has a section, or one of a name."""

@@ -24,11 +24,11 @@ from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import USED
 from ..frontend.lower.sections import is_resolved
 from ..frontend.lower.shapes import RULES as _OF_SHAPES
-from ..frontend.sections import own_sections
 from ..frontend.sections import plugged as sections_of_plugins
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
 from ..model import Robot
+from ..model.sections import own_sections
 from ..plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from .case import Case
 from .remarkable import collect
@@ -44,7 +44,7 @@ def _modules() -> list[ModuleType]:
     files = world.names(__path__[0])
     names = sorted(name.removesuffix(".py") for name in files if name.endswith(".py") and not name.startswith("_"))
     modules = {name: module for name in names if checks_of(module := import_module(f".{name}", __name__))}
-    modules |= {one.name: import_module(f".{one.rules}", one.package) for one in own_sections() if one.rules}
+    modules |= {one.name: import_module(f".{one.rules}", one.package) for one in own_sections().values() if one.rules}
 
     def place(name: str) -> tuple[str, ...]:
         after: str = getattr(modules[name], "AFTER", "")

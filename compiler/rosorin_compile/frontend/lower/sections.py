@@ -10,12 +10,12 @@ from typing import Any
 
 from ...diagnostics import Diagnostic, did_you_mean
 from ...model import Robot
-from ...model.sections import ENTRIES, ITEMS, NO_SECTIONS, Section, Sections
+from ...model.sections import ENTRIES, ITEMS, NO_SECTIONS, Section, Sections, own_sections
 from ...plugins import aside, failed
 from ..annotations import sections
 from ..mentions import givers, mentions
 from ..schema import fragment_at, resolve, schema
-from ..sections import own_sections, plugged
+from ..sections import plugged
 from ..tree import Map, Path
 from .entries import Problem
 from .plainly import named_records, plain, record_of
@@ -30,9 +30,8 @@ def lower_sections(tree: Mapping[str, Any], problem: Problem, tell: Tell) -> Sec
     ``problem`` takes what keeps a value from being made, ``tell`` what is wrong with the plug-in of a section, and the
     name of that; it has no value then.
     """
-    values = {
-        one.name: one.function(one.lowers)(tree[one.name], problem) for one in own_sections() if tree.get(one.name)
-    }
+    own = own_sections().values()
+    values = {one.name: one.function(one.lowers)(tree, problem) for one in own if tree.get(one.name)}
     there = [name for name in _without_fields() if tree.get(name) is not None]
     if not there and not values:
         return NO_SECTIONS
@@ -49,8 +48,8 @@ def lower_sections(tree: Mapping[str, Any], problem: Problem, tell: Tell) -> Sec
 
 @cache
 def _without_fields() -> tuple[str, ...]:
-    """Return the sections of which the model has no field of their own, and the schema says that they are compared."""
-    known = {field.name for field in fields(Robot)}
+    """Return the sections of packages: the model has no value of them, and the schema says that they are compared."""
+    known = {field.name for field in fields(Robot)} | own_sections().keys()
     return tuple(name for name, node in sections().items() if node.compared and name not in known)
 
 

@@ -1,15 +1,14 @@
 """The section ``moveit``: what MoveIt has to know of a robot beside its URDF."""
 
-from ...model.sections import Section, schema_in
+from ...model.sections import OwnSection
 from .value import Moveit
 
-MOVEIT = Section.single(
-    "moveit",
-    Moveit,
-    schema_in(__path__[0]),
+MOVEIT: OwnSection[Moveit | None] = OwnSection.in_folder(
+    __name__,
+    __path__[0],
+    None,
     after="controllers",
     lowers="lowering:moveit_of",
     compares="comparison:compare",
     rules="rules",
-    package=__name__,
 )

@@ -20,8 +20,9 @@ from .value import (
 )
 
 
-def moveit_of(entry: Mapping[str, Any], _: Problem) -> Moveit:
+def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit:
     """Return what a description says for MoveIt; all that can be wrong with it is told by rules."""
+    entry = tree["moveit"]
     matrix = entry.get("collision_matrix")
     return Moveit(
         urdf=entry.get("urdf", ""),

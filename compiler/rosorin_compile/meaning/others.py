@@ -7,22 +7,24 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import reduce
 from typing import NamedTuple
 
 from ..formats import FORMATS, Fact, Value
+from ..frontend.annotations import sections
 from ..model import Edge, Inertial, Publisher, Robot, Transform, Vector
 from ..model.geometry import minus, norm
 from ..model.joint import UNPUBLISHED
 from ..model.robot import JointPose, ServoGroup
+from ..model.sections import own_sections
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side
 from .elements import Context, Key, context_of, said, spelt
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
 from .plainly import either
-from .rest import compare_rest
+from .rest import compare_drives, compare_rest, compare_sensors
 from .simulation import compare_simulation
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
 from .values import text_of
@@ -30,24 +32,39 @@ from .wording import centre_change, contacts_change, inertia_change, number_chan
 
 _MOST = 50
 
+Compare = Callable[[Pairing, tuple[Side, Side]], Iterator[Item]]
+
+# What compares each topic beside links and joints, in the order in which it is told; "rest" is what has none.
+_COMPARED: Mapping[str, Compare] = {
+    "publisher": lambda pairing, _: _publishers(pairing),
+    "edge": lambda pairing, _: _edges(pairing),
+    "pose": lambda pairing, _: _poses(pairing),
+    "servo": lambda pairing, sides: _servos(pairing, all(side.format is YAML for side in sides)),
+    "simulation": lambda pairing, _: compare_simulation(pairing.a.robot, pairing.b.robot),
+    "sensor": lambda pairing, _: compare_sensors(pairing.a.robot, pairing.b.robot),
+    "drive": lambda pairing, _: compare_drives(pairing),
+    "rest": compare_rest,
+    "contact": lambda pairing, _: _contacts(pairing.a.robot, pairing.b.robot),
+    "urdf_elements": lambda pairing, _: _elements(pairing),
+}
+
 
 def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset[str]) -> Iterator[Item]:
     """Yield what differs beside links and joints; ``unsaid`` is what is not compared."""
-    if "publisher" not in unsaid:
-        yield from _publishers(pairing)
-    if "edge" not in unsaid:
-        yield from _edges(pairing)
-    if "pose" not in unsaid:
-        yield from _poses(pairing)
-    if "servo" not in unsaid:
-        yield from _servos(pairing, all(side.format is YAML for side in sides))
-    if "simulation" not in unsaid:
-        yield from compare_simulation(pairing.a.robot, pairing.b.robot)
-    yield from compare_rest(pairing, sides, unsaid)
-    if "contact" not in unsaid:
-        yield from _contacts(pairing.a.robot, pairing.b.robot)
-    if "urdf_elements" not in unsaid:
-        yield from _elements(pairing)
+    for topic, compare in _compared().items():
+        if topic not in unsaid:
+            yield from compare(pairing, sides)
+
+
+def _compared() -> Mapping[str, Compare]:
+    """Return what compares each topic, as it is told: a section behind the topic that its module names in AFTER."""
+    known = list(_COMPARED.items())
+    for section in own_sections().values():
+        if section.compares:
+            after = section.module(section.compares).AFTER
+            place = [topic for topic, _ in known].index(after) + 1
+            known.insert(place, (sections()[section.name].topic, section.function(section.compares)))
+    return dict(known)
 
 
 def _text(publisher: Publisher) -> str:

@@ -1,4 +1,4 @@
-"""Rest: sensors, the drive, planning, and what only two robots of one format are compared by.
+"""Rest: sensors, the drive, and what only two robots of one format are compared by.
 
 Publishers, hardware, controllers, what sensors have in simulations, names of shapes: each format says those in
 words of its own.
@@ -6,7 +6,7 @@ words of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
@@ -14,7 +14,7 @@ from ..frontend.annotations import sections
 from ..model import HeightMap, Robot
 from ..model.drive import ROLES
 from ..model.sections import own_sections
-from .difference import OTHER, YAML, Item, Side
+from .difference import OTHER, Item, Side
 from .joints import changed, differ
 from .pairing import Pairing
 from .plainly import compare_entries, compare_plainly, either
@@ -25,19 +25,8 @@ from .wording import number
 _PURPOSES = ("collision", "visual")
 
 
-def compare_rest(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset[str]) -> Iterator[Item]:
-    """Yield what differs in all that no other comparison reads; ``unsaid`` is what is not compared."""
-    if "sensor" not in unsaid:
-        yield from _sensors(pairing.a.robot, pairing.b.robot)
-    if "drive" not in unsaid:
-        yield from _drives(pairing)
-    if all(side.format is YAML for side in sides):
-        yield from _sections(pairing.a.robot, pairing.b.robot)
-    if sides[0].format is sides[1].format:
-        yield from _of_one_format(pairing.a.robot, pairing.b.robot)
-
-
-def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
+def compare_sensors(a: Robot, b: Robot) -> Iterator[Item]:
+    """Yield what differs in the types and frames of sensors."""
     old, new = {sensor.name: sensor for sensor in a.sensors}, {sensor.name: sensor for sensor in b.sensors}
     yield from either("sensor", old, new)
     for name in old:
@@ -50,7 +39,8 @@ def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
                 yield Item(OTHER, name, quantity, text, before, after)
 
 
-def _drives(pairing: Pairing) -> Iterator[Item]:
+def compare_drives(pairing: Pairing) -> Iterator[Item]:
+    """Yield what differs in what moves the base."""
     a, b = pairing.a.robot.drive, pairing.b.robot.drive
     if a is None or b is None or a.kind != b.kind:
         before, after = a.kind if a else None, b.kind if b else None
@@ -73,16 +63,11 @@ def _drives(pairing: Pairing) -> Iterator[Item]:
         yield Item(OTHER, "drive", "radius", f"drive radius {said[0]} -> {said[1]}", said[0], said[1])
 
 
-def _sections(a: Robot, b: Robot) -> Iterator[Item]:
-    """Yield what differs in sections that are compared by a function of their own."""
-    for section in own_sections().values():
-        if section.compares:
-            compare: Callable[[Any, Any], Iterator[Item]] = section.function(section.compares)
-            yield from compare(a.sections[section], b.sections[section])
-
-
-def _of_one_format(a: Robot, b: Robot) -> Iterator[Item]:
+def compare_rest(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
     """Yield what differs in what no other comparison reads; that something is new or gone is told where it is named."""
+    if sides[0].format is not sides[1].format:
+        return
+    a, b = pairing.a.robot, pairing.b.robot
     yield from changed_entry("the robot", {"modes": a.modes}, {"modes": b.modes})
     yield from compare_plainly(_plain(a), _plain(b))
     yield from compare_entries("publisher of", _own_publishers(a), _own_publishers(b))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 from ..shipped import SECTIONS
@@ -116,7 +117,7 @@ class OwnSection(Section[T]):
 
     ``nothing`` is its value where a robot does not have it, ``after`` the section that it stands behind in the schema.
     What needs a function is in a module of the folder, and named as text: ``lowers`` makes the value of the tree,
-    ``compares`` yields what differs between two values, ``rules`` is the module of its rules.
+    ``compares`` yields what differs between two robots (``meaning.others``), ``rules`` is the module of its rules.
     """
 
     nothing: Any = None
@@ -142,8 +143,11 @@ class OwnSection(Section[T]):
 
     def function(self, named: str) -> Any:
         """Return a function of its package, which is named MODULE:FUNCTION."""
-        module, _, name = named.partition(":")
-        return getattr(import_module(f".{module}", self.package), name)
+        return getattr(self.module(named), named.partition(":")[2])
+
+    def module(self, named: str) -> ModuleType:
+        """Return a module of its package, or that of a function there."""
+        return import_module(f".{named.partition(':')[0]}", self.package)
 
 
 @cache

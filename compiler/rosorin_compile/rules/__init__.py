@@ -44,7 +44,7 @@ def _modules() -> list[ModuleType]:
     files = world.names(__path__[0])
     names = sorted(name.removesuffix(".py") for name in files if name.endswith(".py") and not name.startswith("_"))
     modules = {name: module for name in names if checks_of(module := import_module(f".{name}", __name__))}
-    modules |= {one.name: import_module(f".{one.rules}", one.package) for one in own_sections().values() if one.rules}
+    modules |= {one.name: one.module(one.rules) for one in own_sections().values() if one.rules}
 
     def place(name: str) -> tuple[str, ...]:
         after: str = getattr(modules[name], "AFTER", "")

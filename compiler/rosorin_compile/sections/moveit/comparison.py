@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...meaning.difference import OTHER, Item
+from ...meaning.difference import OTHER, YAML, Item, Side
+from ...meaning.pairing import Pairing
 from ...meaning.values import changed_entry
-from .value import Moveit, said_of
+from . import MOVEIT
+from .value import said_of
+
+AFTER = "drive"
 
 
-def compare(one: Moveit | None, other: Moveit | None) -> Iterator[Item]:
-    """Yield what differs; the joints of states are those of poses."""
-    if one == other:
+def compare(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
+    """Yield what differs between two descriptions; the joints of states are those of poses."""
+    one, other = pairing.a.robot.sections[MOVEIT], pairing.b.robot.sections[MOVEIT]
+    if one == other or not all(side.format is YAML for side in sides):
         return
     old, new = said_of(one), said_of(other)
     for name in dict.fromkeys((*old, *new)):

@@ -11,6 +11,7 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 
+from support import answer_schemas
 from support.paths import DOCS, SCHEMAS
 
 # Each file and the module of docs/make whose ``text()`` it is.
@@ -35,8 +36,7 @@ def generate(path: Path) -> None:
 
 def schemas_of_answers() -> dict[Path, str]:
     """Return the schemas of what commands answer, by their files."""
-    made: dict[str, str] = import_module("json_reference").files()
-    return {SCHEMAS / name: text for name, text in made.items()}
+    return {SCHEMAS / name: text for name, text in answer_schemas.files().items()}
 
 
 if __name__ == "__main__":

@@ -448,7 +448,7 @@ def _made(
             there = error(found.rule, found.message, place.span, found.help, place.stack())
             told.append(found if found.span else there)
             continue
-        told += [d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said]
+        told += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in said]
         artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
     return tuple(artifacts), told, templates.read()
 

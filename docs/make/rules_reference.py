@@ -28,7 +28,7 @@ def page(head: str, rules: Collection[Rule]) -> str:
         if line.startswith("#"):
             topic = line.lstrip("# ")
         if line == MARK:
-            own = sorted(rule for rule in rules if rule.topic == topic)
+            own = sorted((rule for rule in rules if rule.topic == topic), key=lambda rule: rule.id)
             shown |= {rule.id for rule in own}
             lines += _table(own)
         else:

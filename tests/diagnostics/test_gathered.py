@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -30,7 +31,7 @@ def test_near_equal_ones_are_the_first_with_the_places_of_the_others():
 
 def test_what_was_related_stays_first():
     related = Related("the shape", Span(FILE, 1, 1))
-    said = [_one(line, f"{line} kg")._replace(related=(related,)) for line in (1, 2)]
+    said = [replace(_one(line, f"{line} kg"), related=(related,)) for line in (1, 2)]
     (one,) = gathered(said, [WARNING])
     assert [item.message for item in one.related] == ["the shape", "and here"]
 
@@ -38,7 +39,7 @@ def test_what_was_related_stays_first():
 def test_one_mistake_of_a_part_is_told_once_with_its_uses():
     uses = [Use(f'part "arm" used here as "{name}"', Span(FILE, 5, 3)) for name in "abcdefghij"]
     said = [
-        _one(1, f'joint "{use.message[-2]}_j" [{i}] is wrong')._replace(related=(use,)) for i, use in enumerate(uses)
+        replace(_one(1, f'joint "{use.message[-2]}_j" [{i}] is wrong'), related=(use,)) for i, use in enumerate(uses)
     ]
     (one,) = arrange(said)
     assert one.message == 'joint "a_j" [0] is wrong'

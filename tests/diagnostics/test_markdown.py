@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import html
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -139,7 +140,7 @@ def section(text: str) -> Section:
     row = ((Code(text), " in ", Code(text)), (text,), (text,), (text,), (text,), (Code(text), ", ", Code(text)))
     head = ("what", "quantity", "before", "after", "by", "artifacts")
     blocks = [Table("change", head, (row,)), Diff(text, text, (f"-{text}", f"+{text}", text))]
-    note = told._replace(severity=NOTE)
+    note = replace(told, severity=NOTE)
     return Section(text, [text], [text], blocks, [told, note, error("b", text, None, text)])
 
 

@@ -75,7 +75,7 @@ def attempt(folder: Path, files: dict[str, str], prune: bool = False) -> dict[st
     try:
         return output.write_set(folder, files, prune)._asdict()
     except output.OutputError as problem:
-        return problem.diagnostic._asdict()
+        return vars(problem.diagnostic)
 
 
 def refused(folder: Path, files: dict[str, str], rule: str, prune: bool = False) -> str:

@@ -10,6 +10,7 @@ import argparse
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stdout
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 from math import prod
@@ -235,7 +236,7 @@ def check_every(run: Run, description: Description) -> int:
             if diagnostic.severity != "note":
                 found.setdefault(diagnostic, []).append(combination)
         tell = _already_told
-    said = [d._replace(message=d.message + _with(varied, tried, where)) for d, where in found.items()]
+    said = [replace(d, message=d.message + _with(varied, tried, where)) for d, where in found.items()]
     run.console.show(arrange(said))
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == "error" for one in where}
     run.console.say(f"{description.name}: {_summary(varied, len(tried), len(failed))}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence, Sized
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -60,7 +61,7 @@ def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
     """Return what takes a word of warning before something is run: it is counted alone where that is trusted."""
     if not given.trust:
         return console.ahead
-    return lambda warning: console.ahead(warning._replace(numbers=TRUSTED))
+    return lambda warning: console.ahead(replace(warning, numbers=TRUSTED))
 
 
 def search_meshes(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,7 +82,7 @@ def _said(failed: Mapping[tuple[str, str, str], Sequence[Named]], converted: Seq
         said.append(told("mesh-not-read", f"{so}: {what}", help, severity, files))
     if converted:
         what = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
-        said.append(told("mesh-converted", what, "", NOTE, converted)._replace(related=()))
+        said.append(replace(told("mesh-converted", what, "", NOTE, converted), related=()))
     return said
 
 

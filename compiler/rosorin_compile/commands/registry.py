@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -162,7 +163,7 @@ def told(diagnostics: Iterable[Diagnostic]) -> None:
     from ..diagnostics import WARNING
     from ..diagnostics.console import Console
 
-    Console("text").show([one._replace(severity=WARNING) for one in diagnostics])
+    Console("text").show([replace(one, severity=WARNING) for one in diagnostics])
 
 
 def commands(of_plugins: bool = True) -> dict[str, Command]:

@@ -6,6 +6,7 @@ import argparse
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from ..diagnostics import Diagnostic, did_you_mean, has_errors
@@ -38,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
         if id not in rules:
             raise WrongUsage(f'there is no rule "{id}"; {did_you_mean(id, {**every_rule(), **of_plugins})}')
     chosen = [rules[id] for id in dict.fromkeys(options.words or sorted(rules))]
-    give_result(options, [rule._asdict() for rule in chosen], lambda: _text(chosen, bool(options.words)))
+    give_result(options, [asdict(rule) for rule in chosen], lambda: _text(chosen, bool(options.words)))
     answer_of(options).console().show(diagnostics)
     return PROBLEMS if has_errors(diagnostics) else FINE
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -127,7 +128,8 @@ class Span(NamedTuple):
         return None
 
 
-class Related(NamedTuple):
+@dataclass(frozen=True)
+class Related:
     """A second place that helps to understand a diagnostic, such as "first defined here"."""
 
     message: str
@@ -152,7 +154,8 @@ class MadeSpan(Span):
         return self.text
 
 
-class Diagnostic(NamedTuple):
+@dataclass(frozen=True)
+class Diagnostic:
     """One problem or remark: ``rule`` is its kebab-case id, ``help`` the way out.
 
     ``of`` are the names of what it is about: the link or joint under which a description may accept it, or the edge,
@@ -232,7 +235,7 @@ def with_calls(diagnostic: Diagnostic) -> Diagnostic:
     span = diagnostic.span
     via = span.via if isinstance(span, MadeSpan) else ()
     new = [one for one in via if one not in diagnostic.related]
-    return diagnostic._replace(related=(*diagnostic.related, *new)) if new else diagnostic
+    return replace(diagnostic, related=(*diagnostic.related, *new)) if new else diagnostic
 
 
 MAX_COMPARED = 60
@@ -273,7 +276,7 @@ def _gathered(first: Diagnostic, others: Sequence[Diagnostic]) -> Diagnostic:
     spans = (other.span for other in others if other.span)
     places = and_here(sorted(spans, key=lambda span: (span.source.path, span.line, span.column)))
     message = f"{first.message},{and_more(len(others), 'of this kind')}"
-    return first._replace(message=message, related=(*first.related, *places))
+    return replace(first, message=message, related=(*first.related, *places))
 
 
 def _together(same: list[Diagnostic]) -> Diagnostic:
@@ -283,12 +286,12 @@ def _together(same: list[Diagnostic]) -> Diagnostic:
     uses = list(dict.fromkeys(use for use in further if use is not None))
     if uses:
         left = [Related(and_more(len(uses) - _PLACES).strip(), None)] if len(uses) > _PLACES else []
-        return first._replace(related=(*first.related, *uses[:_PLACES], *left))
+        return replace(first, related=(*first.related, *uses[:_PLACES], *left))
     others = len({diagnostic.message for diagnostic in same}) - 1
     if not others:
         return first
     more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value").strip()
-    return first._replace(related=(Related(more, None), *first.related))
+    return replace(first, related=(Related(more, None), *first.related))
 
 
 def _is_other_use(related: Related, first: Diagnostic) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
 from . import ERROR, Diagnostic, Related, Span, and_here, order, swaps
@@ -82,7 +83,7 @@ def _first(same: list[Diagnostic]) -> list[Diagnostic]:
     notes = [one for other in others for one in other.related if one.message.endswith(UNNAMED)]
     new = {one.span: one for one in reversed(notes) if one.span not in told}
     places = dict.fromkeys(one.span for one in others if one.span is not None and one.span not in (*told, *new))
-    return [first._replace(related=(*first.related, *new.values(), *and_here(list(places)))), *beside]
+    return [replace(first, related=(*first.related, *new.values(), *and_here(list(places)))), *beside]
 
 
 def placed(diagnostic: Diagnostic, offered: Offer) -> Diagnostic:
@@ -92,7 +93,7 @@ def placed(diagnostic: Diagnostic, offered: Offer) -> Diagnostic:
     if span is None or there is None or there == span:
         return diagnostic
     related = (*(one for one in related if one.span != there), Related(USED, span))
-    return diagnostic._replace(span=there, related=related)
+    return replace(diagnostic, span=there, related=related)
 
 
 def written(spans: Iterable[Span | None], name: str, other: str) -> Span | None:

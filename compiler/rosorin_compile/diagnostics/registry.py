@@ -9,6 +9,7 @@ an extra is not installed. That is why ids and texts of the tool's own rules are
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import dataclass, fields
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -82,7 +83,8 @@ class Heading:
 _MARKS = (b"Rule(", b"@rule(")
 
 
-class Rule(NamedTuple):
+@dataclass(frozen=True)
+class Rule:
     """What the id of a diagnostic means: its entry on the page of rules.
 
     ``what`` is wrong, and the way out (``help``), are a sentence or three of Markdown, links as seen from ``docs``.
@@ -115,9 +117,10 @@ class Rule(NamedTuple):
 
 def check_texts(rule: Rule) -> None:
     """Raise TypeError for a rule of a plug-in with something else than texts."""
-    for field, value in zip(Rule._fields, rule, strict=True):
+    for field in fields(rule):
+        value = getattr(rule, field.name)
         if not isinstance(value, str):
-            raise TypeError(f"{field} of a rule is a text, not {str(value)[:60]!r}")
+            raise TypeError(f"{field.name} of a rule is a text, not {str(value)[:60]!r}")
 
 
 class Check(NamedTuple):

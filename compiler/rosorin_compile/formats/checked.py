@@ -6,6 +6,8 @@ such things are accepted by an entry of ``accept``, and said. What no reader can
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
 from ..diagnostics.progress import Progress
 from ..frontend.accepting import settled
@@ -107,5 +109,5 @@ def _with_way_out(diagnostic: Diagnostic, lenient: bool) -> Diagnostic:
     rule = acceptable().get(diagnostic.rule)
     if diagnostic.severity == ERROR and rule and rule.imported == "lenient" and diagnostic.of and not lenient:
         help = f"{diagnostic.help}; --lenient takes it as it is" if diagnostic.help else "--lenient takes it as it is"
-        return diagnostic._replace(help=help)
+        return replace(diagnostic, help=help)
     return diagnostic

@@ -163,7 +163,7 @@ class Places(NamedTuple):
         """
         named = [one for one in (*named_meshes(tree), *named_textures(tree)) if relative or not is_relative(one.name)]
         searched = _Search(self, [], []).run(named)
-        told = [d if d.severity == ERROR else d._replace(severity=WARNING) for d in searched.diagnostics]
+        told = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in searched.diagnostics]
         return searched._replace(diagnostics=told)
 
     def textures(self, tree: Map) -> Mapping[str, Path]:

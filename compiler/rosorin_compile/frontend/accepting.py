@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Set
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, MAX_LISTED, NOTE, WARNING, Diagnostic
@@ -154,7 +155,7 @@ def _with_way_out(diagnostic: Diagnostic, wanted: _Wanted, acceptable: Mapping[s
     if diagnostic.severity != ERROR or diagnostic.rule not in acceptable or (diagnostic.rule, EVERYTHING) not in wanted:
         return diagnostic
     help = f"an error is accepted by name: of: [{diagnostic.of[0]}]" if diagnostic.of else ""
-    return diagnostic._replace(help="; ".join(filter(None, (diagnostic.help, help))))
+    return replace(diagnostic, help="; ".join(filter(None, (diagnostic.help, help))))
 
 
 def _note(tree: Map, group: list[Diagnostic], wanted: _Wanted, acceptable: Mapping[str, Rule]) -> Diagnostic:
@@ -163,7 +164,7 @@ def _note(tree: Map, group: list[Diagnostic], wanted: _Wanted, acceptable: Mappi
     reasons = dict.fromkeys(tree["accept"][index]["reason"] for index, _ in entries)
     more = f",{and_more(len(group) - 1, 'of this kind')}" if len(group) > 1 else ""
     message = f"accepted: {group[0].message}{more} ({'; '.join(reasons)})"
-    return group[0]._replace(severity=NOTE, message=message, help="", related=())
+    return replace(group[0], severity=NOTE, message=message, help="", related=())
 
 
 def unused(

@@ -11,6 +11,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -168,7 +169,7 @@ def _refused(source: Source, problem: yaml.YAMLError) -> LoadError:
             _Composer(Source(source.path, source.text[: mark.index]), None).document()
         except LoadError as told:
             span = told.diagnostic.span
-            return LoadError(told.diagnostic._replace(span=span and span._replace(source=source)))
+            return LoadError(replace(told.diagnostic, span=span and span._replace(source=source)))
         except yaml.YAMLError:
             pass
     return LoadError.explained(source, problem)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import yaml
@@ -299,7 +300,7 @@ def _value_and_entries(trouble: Trouble) -> Diagnostic | None:
     message = f'this line is indented below "{name}", which has a value already'
     help = f'indent it by {_spaces(_key_indent(above))}, beside "{name}"'
     place = Span(trouble.source, number, _key_indent(above) + 1, len(name))
-    return trouble.told(message, help, trouble.line, column)._replace(related=(Related("the value", place),))
+    return replace(trouble.told(message, help, trouble.line, column), related=(Related("the value", place),))
 
 
 def _no_dash(trouble: Trouble) -> Diagnostic | None:

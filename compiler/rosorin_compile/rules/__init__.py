@@ -10,6 +10,7 @@ come as they are defined. So a new rule is a function under ``@rule``, in a modu
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from types import ModuleType
@@ -115,7 +116,7 @@ def acceptable() -> Mapping[str, Rule]:
     of_sections = (check for _, section in sections_of_plugins().sections for check in section.checks)
     all_checks = (*checks(), *(check for _, check in plugged().checks), *of_sections)
     rules = (*_OF_SHAPES, *(rule for check in all_checks for rule in check.rules))
-    return {rule.id: rule for rule in sorted(rules) if rule.accept}
+    return {rule.id: rule for rule in sorted(rules, key=lambda rule: rule.id) if rule.accept}
 
 
 def check(
@@ -172,7 +173,7 @@ def _joined(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         first = found[key].related
         more = tuple(use for use in uses if use not in first)
         last = max(index for index, related in enumerate(first) if related.message == USED) + 1
-        found[key] = found[key]._replace(related=(*first[:last], *more, *first[last:]))
+        found[key] = replace(found[key], related=(*first[:last], *more, *first[last:]))
     return list(found.values())
 
 

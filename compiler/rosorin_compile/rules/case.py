@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span, or_else
 from ..frontend.accepting import accepted, names_at, settled, unused
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from .tf_tree import Step
 
 
-class Case(NamedTuple):
+@dataclass(frozen=True)
+class Case:
     """A robot, the tree that it was lowered from, and the paths in it of joints, links and turns, by kind and name.
 
     ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``),
@@ -34,7 +35,7 @@ class Case(NamedTuple):
     tree: Map
     places: Mapping[tuple[str, str], Path]
     remarkable: Remarkable
-    formats: Mapping[str, Format] = MappingProxyType({})
+    formats: Mapping[str, Format] = field(default_factory=dict)
     scope: Scope | None = None
     wanted: Collection[str] = ()
 

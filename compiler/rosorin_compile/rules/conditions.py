@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import product
 
 from ..diagnostics import WARNING, Diagnostic, did_you_mean
@@ -88,7 +89,7 @@ def _not_readable(case: Case, path: Path, edge: Edge, wrong: ExpressionError) ->
     start = len(edge.when) - len(edge.when.lstrip()) + wrong.column + (1 if isinstance(text, Text) else 0)
     length = len(name) if rule == "unknown-mode" else 1
     span = diagnostic.span
-    return diagnostic._replace(span=span._replace(column=span.column + start, length=max(1, length)))
+    return replace(diagnostic, span=span._replace(column=span.column + start, length=max(1, length)))
 
 
 def _value(text: str, combination: Combination) -> object:

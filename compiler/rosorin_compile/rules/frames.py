@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import FRAMES, rule
@@ -49,7 +50,7 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
             help = f'begin the robot at "base_link" and say who publishes "{frame}" under edges'
             problem = case.problem("owns-world-frame", message, at, help, key=key)
             # Without a link of that name there is nothing that could be accepted.
-            yield problem if frame in robot.link else problem._replace(of=())
+            yield problem if frame in robot.link else replace(problem, of=())
 
 
 @rule(

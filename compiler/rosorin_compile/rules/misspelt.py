@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span
@@ -72,7 +73,7 @@ def _told(
     if any(_home(one.place, of) != home for one in others):
         return diagnostic
     note = Related(f'"{of.meant}" {UNNAMED}', home)
-    return diagnostic._replace(related=(*diagnostic.related, note))
+    return replace(diagnostic, related=(*diagnostic.related, note))
 
 
 def _home(place: Place, of: Offer) -> Span:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from ..diagnostics import NOTE, Diagnostic
 from ..diagnostics.registry import OUTPUTS, rule
@@ -31,7 +32,7 @@ def listed_once(case: Case) -> Iterator[Diagnostic]:
         message = f"{note or 'nothing says what is missing'} ({names})"
         place = (*paths[0], "source", "note" if note else "status")
         found_here = case.problem("stand-in", message, place, severity=NOTE)
-        yield found_here._replace(related=())
+        yield replace(found_here, related=())
 
 
 def _name(path: Path) -> str:

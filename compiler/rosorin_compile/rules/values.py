@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -79,7 +80,7 @@ def _of_expression(problem: Diagnostic) -> Diagnostic:
         return problem
     if "${" not in span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]:
         return problem
-    return problem._replace(help="it is computed here: look at what the expression is made of")
+    return replace(problem, help="it is computed here: look at what the expression is made of")
 
 
 @Check

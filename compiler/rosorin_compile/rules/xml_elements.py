@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence, Set
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
@@ -82,7 +83,7 @@ def _at_line(made: Diagnostic, text: str, line: int, column: int) -> Diagnostic:
     start = written.find(wanted, span.column - 1 if line == 1 and there == span.line else 0)
     if start < 0 or not wanted.strip():
         return made
-    return made._replace(span=span._replace(line=there, column=start + max(1, column), length=1))
+    return replace(made, span=span._replace(line=there, column=start + max(1, column), length=1))
 
 
 def _kept(case: Case) -> Iterator[tuple[Path, str]]:
@@ -241,7 +242,7 @@ def _problem(case: Case, message: str, uses: list[Mention], help: str) -> Diagno
     first, *others = [_placed(case, message, use, help) for use in uses[: _MAX_RELATED + 1]]
     places = dict.fromkeys(other.span for other in others if other.span != first.span)
     related = tuple(Related("also named here", place) for place in places)
-    return first._replace(related=(*related, *first.related))
+    return replace(first, related=(*related, *first.related))
 
 
 def _placed(case: Case, message: str, use: Mention, help: str) -> Diagnostic:
@@ -260,7 +261,7 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
     line = span.line + number - (0 if block else 1)
     found = form.search(span.source.line(line), column if line == span.line else 0)
     if found:
-        return made._replace(span=span._replace(line=line, column=found.start() + 1, length=len(name)))
+        return replace(made, span=span._replace(line=line, column=found.start() + 1, length=len(name)))
     return made
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from ...diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
@@ -100,7 +101,7 @@ class Reading:
         elif wrong:
             way_out = f"--lenient leaves {what} out"
             self.diagnostics[before:] = [
-                one._replace(help=f"{one.help}; {way_out}") if one in wrong and "--lenient" not in one.help else one
+                replace(one, help=f"{one.help}; {way_out}") if one in wrong and "--lenient" not in one.help else one
                 for one in said
             ]
         return bool(wrong)

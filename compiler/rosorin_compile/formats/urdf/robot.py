@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from ...diagnostics import WARNING, Diagnostic, Related, has_errors
@@ -63,7 +64,7 @@ def _with_way_out(diagnostic: Diagnostic) -> Diagnostic:
     """Return what a rule says of a mimic of nobody with what ``_mimic`` does leniently."""
     if diagnostic.rule != "mimic-unknown":
         return diagnostic
-    return diagnostic._replace(help=f"{diagnostic.help}; --lenient leaves the mimic out")
+    return replace(diagnostic, help=f"{diagnostic.help}; --lenient leaves the mimic out")
 
 
 def _tree(root: Element, path: Path, reading: Reading) -> Map:

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -124,7 +125,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     )
     diagnostics = [] if options.trust else [warning]
     if options.tell is not None:
-        options.tell(warning._replace(numbers=TRUSTED) if options.trust else warning)
+        options.tell(replace(warning, numbers=TRUSTED) if options.trust else warning)
         diagnostics = []
     system.needs("resource", system.NO_LIMITS)
     answer = _expand(path, options)
@@ -139,7 +140,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         made = parse(Source(document.source.path, answer["text"]))
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
-        return Imported(None, [*diagnostics, failure.diagnostic._replace(message=message, span=first)], (), files)
+        return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     made.origin = Origins(made, answer["places"], sources, first)
     if made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"

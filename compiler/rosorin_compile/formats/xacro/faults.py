@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -162,7 +163,7 @@ def _not_markup(answer: dict[str, Any], document: Document, path: Path, sources:
     try:
         parse(read_source(Path(os.path.normpath(name)), span))
     except MarkupError as problem:
-        return problem.diagnostic._replace(related=(*problem.diagnostic.related, *related))
+        return replace(problem.diagnostic, related=(*problem.diagnostic.related, *related))
     return error("xml-syntax", answer["message"], span, "", related)
 
 

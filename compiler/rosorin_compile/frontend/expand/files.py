@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -198,7 +199,7 @@ class Reader:
             stack = tuple(via.stack()) if via else ()
             # Where the file cannot be read, the diagnostic points at the include itself: that needs no note.
             led_here = stack[1:] if diagnostic.span == asked else stack
-            self.diagnostics.append(diagnostic._replace(related=diagnostic.related + led_here))
+            self.diagnostics.append(replace(diagnostic, related=diagnostic.related + led_here))
             self.unread = True
             return None
         self.sources.append((path, file.span.source))

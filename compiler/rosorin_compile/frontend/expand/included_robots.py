@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
@@ -309,7 +310,7 @@ class Robots:
         stack = tuple(via.stack()) if via else ()
         # Where the file cannot be read, the diagnostic points at the include itself: that needs no note.
         stack = stack[1:] if stack and diagnostic.span == stack[0].span else stack
-        told = diagnostic._replace(message=message, help=help, related=(*diagnostic.related, *stack))
+        told = replace(diagnostic, message=message, help=help, related=(*diagnostic.related, *stack))
         if ahead and self.tell is not None:
             self.tell(told)
         elif diagnostic.numbers != TRUSTED:

@@ -10,6 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 from ...diagnostics import NOTE, Diagnostic, Related, Span, arrange
@@ -126,8 +127,8 @@ def _together(cause: _Gone, group: list[Diagnostic]) -> Diagnostic:
     related = [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_SHOWN]]
     related += [Related(f"also missed:{and_more(len(others) - MAX_SHOWN)}", None)] if len(others) > MAX_SHOWN else []
     here = Related("left out here", cause.span())
-    return first._replace(
-        message=f"{first.message}: {cause.told()}", help=help, related=(here, *related, *first.related)
+    return replace(
+        first, message=f"{first.message}: {cause.told()}", help=help, related=(here, *related, *first.related)
     )
 
 

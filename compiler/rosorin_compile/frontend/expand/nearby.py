@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from ...diagnostics import Diagnostic
@@ -39,7 +40,7 @@ def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
         return diagnostic
     folder = name.rpartition("/")[0]
     meant = f"{folder}/{close.name}" if folder else close.name
-    return diagnostic._replace(help=f'did you mean "{meant}"?')
+    return replace(diagnostic, help=f'did you mean "{meant}"?')
 
 
 def outside(name: str, by: Path, folder: Path) -> str:

@@ -133,7 +133,7 @@ class _Lowering:
         self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = (), key: bool = False
     ) -> None:
         diagnostic = problem_at(self.scope, self.tree, path, rule, message, help, related, key)
-        self.diagnostics.append(diagnostic._replace(of=names_at(self.tree, path)))
+        self.diagnostics.append(replace(diagnostic, of=names_at(self.tree, path)))
 
     def misfit(self, problem: ShapeProblem, path: Path, where: str = "") -> None:
         self.problem(problem.rule, problem.message + where, (*path, *problem.path), problem.help)
@@ -164,7 +164,7 @@ class _Lowering:
     def broken(self, diagnostic: Diagnostic, section: str) -> None:
         """Tell what is wrong with the plug-in of a section, where the description has that."""
         place = locate(self.tree, (section,), key=True)
-        self.diagnostics.append(diagnostic._replace(span=place.span, related=place.stack()))
+        self.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
 
     def robot(self) -> Robot:
         """Return the robot with what sections of packages add to it."""
@@ -300,7 +300,7 @@ class _Lowering:
         """Return what says whether the description accepts a problem of the shape at a path; it is taken down then."""
 
         def accept(problem: ShapeProblem) -> bool:
-            refused = error(problem.rule, "", None)._replace(of=names_at(self.tree, path))
+            refused = replace(error(problem.rule, "", None), of=names_at(self.tree, path))
             if not accepted(self.tree, refused, _ACCEPTABLE):
                 return False
             self.misfit(problem, path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -137,7 +137,7 @@ def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | 
             mesh = TriangleMesh.load(Path(world.shown(path)), geometry.scale)
         except ExtractProblem as problem:
             diagnostic = problem.diagnostic
-            source.diagnostics.append(diagnostic._replace(severity=WARNING, span=span))
+            source.diagnostics.append(replace(diagnostic, severity=WARNING, span=span))
             continue
         transform = shape.pose.transform()
         pieces.append(TriangleMesh.placed(mesh.triangles, transform.rows, transform.xyz))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,7 +100,7 @@ class Told:
         if not left:
             return self.kept
         last = self.kept[-1]
-        return [*self.kept[:-1], last._replace(message=f"{last.message},{and_more(left, 'of this kind')}")]
+        return [*self.kept[:-1], replace(last, message=f"{last.message},{and_more(left, 'of this kind')}")]
 
 
 class Failed:

@@ -7,6 +7,7 @@ import re
 import shlex
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -194,13 +195,13 @@ def _strictly(diagnostic: Diagnostic) -> Diagnostic:
     from rosorin_compile.diagnostics import ERROR
 
     carried = diagnostic.rule != "import-cannot-carry"
-    return diagnostic if carried else diagnostic._replace(severity=ERROR)
+    return diagnostic if carried else replace(diagnostic, severity=ERROR)
 
 
 def _leniently(diagnostic: Diagnostic) -> Diagnostic:
     from rosorin_compile.diagnostics import WARNING
 
-    return diagnostic._replace(severity=WARNING, help="please report it with the file")
+    return replace(diagnostic, severity=WARNING, help="please report it with the file")
 
 
 def _describe(

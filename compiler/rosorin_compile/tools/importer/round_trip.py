@@ -289,7 +289,7 @@ def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnost
         return span._replace(source=Source(str(folder / Path(span.source.path).name), span.source.text))
 
     return [
-        d._replace(span=moved(d.span), related=tuple(Related(r.message, moved(r.span)) for r in d.related))
+        replace(d, span=moved(d.span), related=tuple(Related(r.message, moved(r.span)) for r in d.related))
         for d in diagnostics
         if d.severity == ERROR
     ]

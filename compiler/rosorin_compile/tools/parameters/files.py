@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -106,7 +106,7 @@ def read(source: Source) -> tuple[list[Section], list[Diagnostic]]:
         from rosorin_compile.extending import LoadError
 
         told = LoadError.explained(source, problem).diagnostic
-        raise NoParameters(told._replace(rule="parameters-syntax")) from None
+        raise NoParameters(replace(told, rule="parameters-syntax")) from None
     return list(reader.sections.values()), reader.told
 
 
@@ -118,7 +118,7 @@ def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
         source = read_utf8(path, str(path))
     except LoadError as problem:
         help = problem.diagnostic.help.replace("descriptions are", "parameter files are")
-        raise NoParameters(problem.diagnostic._replace(help=help)) from None
+        raise NoParameters(replace(problem.diagnostic, help=help)) from None
     return read(source)
 
 

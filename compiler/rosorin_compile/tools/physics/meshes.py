@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rosorin_compile import Case
@@ -125,7 +126,7 @@ def _sizes(case: Case, meshes: Meshes, one: Named, named: Sequence[Named]) -> It
     else:
         return
     made = case.problem("mesh-size", message, path, help, severity=WARNING)
-    yield made._replace(numbers=(("longest", longest), ("rest", rest)))
+    yield replace(made, numbers=(("longest", longest), ("rest", rest)))
 
 
 def _rest(robot: Robot, meshes: Meshes, one: Named, named: Sequence[Named]) -> float:
@@ -195,7 +196,7 @@ def _mass(case: Case, link: Link, mass: float, volume: float) -> Diagnostic:
     )
     help = "check the unit of the mass (grams?) and the scale of the mesh (millimetres?)"
     made = case.problem("mesh-mass", message, case.link(link.name, "inertial", "mass"), help, severity=WARNING)
-    return made._replace(numbers=(("mass", mass), ("volume", volume)))
+    return replace(made, numbers=(("mass", mass), ("volume", volume)))
 
 
 def _points(robot: Robot, meshes: Meshes, link: Link, fixed: Sequence[Link]) -> Floats | None:
@@ -226,7 +227,7 @@ def _centre(case: Case, link: Link, inertial: Inertial, points: Floats) -> Itera
     help = "xyz of the inertial is seen from the frame of the link, in metres"
     path = case.link(link.name, "inertial", "xyz")
     made = case.problem("mesh-centre-of-mass", message, path, help, severity=WARNING)
-    yield made._replace(numbers=(("beyond", beyond),))
+    yield replace(made, numbers=(("beyond", beyond),))
 
 
 def _moments(case: Case, meshes: Meshes, link: Link, inertial: Inertial, points: Floats) -> Iterator[Diagnostic]:
@@ -257,7 +258,7 @@ def _moments(case: Case, meshes: Meshes, link: Link, inertial: Inertial, points:
     help = "inertia is about the centre of mass, in kg*m^2; inertia: {of: collision} computes it for primitives"
     path = case.link(link.name, "inertial", "inertia")
     made = case.problem("mesh-inertia", message, path, help, severity=WARNING, within=True)
-    yield made._replace(numbers=(("largest", largest), ("mass", inertial.mass)))
+    yield replace(made, numbers=(("largest", largest), ("mass", inertial.mass)))
 
 
 def _even(corners: Floats) -> float:
@@ -295,7 +296,7 @@ def _apart(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
     made = case.problem(
         "mesh-apart", message, path, "check xyz, rpy and scale of both", related=related, severity=WARNING
     )
-    yield made._replace(numbers=(("between", between),))
+    yield replace(made, numbers=(("between", between),))
 
 
 def _open(case: Case, meshes: Meshes, named: Sequence[Named]) -> Iterator[Diagnostic]:
@@ -322,4 +323,4 @@ def _open(case: Case, meshes: Meshes, named: Sequence[Named]) -> Iterator[Diagno
             message = f"{len(files)} collision {verb} {what}: {names}; simulators take the hull"
             path = case.link(one.link, one.purpose, one.number, "mesh", "file")
             help = "close it in the program that made it" if every is holes else "turn its faces round"
-            yield case.problem("mesh-not-closed", message, path, help, severity=NOTE)._replace(related=(), of=())
+            yield replace(case.problem("mesh-not-closed", message, path, help, severity=NOTE), related=(), of=())

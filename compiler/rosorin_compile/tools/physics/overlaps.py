@@ -8,6 +8,7 @@ corner is in the other one. Of the rest each pair is told, with the shapes, the 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rosorin_compile import Case
@@ -142,7 +143,7 @@ def _illegal(case: Case, scene: Scene, pairs: Mapping[Pair, Overlap]) -> Iterato
     side = "lower" if nearest(joints[0]) > 0 else "upper"
     help = "count the joint from a position that it can have, or start simulations in a named pose"
     found = case.problem("parts-overlap", message, case.joint(joints[0], "limit", side), help, severity=NOTE)
-    yield found._replace(of=(), numbers=())
+    yield replace(found, of=(), numbers=())
 
 
 def _deepest(pairs: Mapping[Pair, Overlap]) -> list[tuple[Pair, Overlap]]:
@@ -193,7 +194,7 @@ def _at(
     else:
         path, key, shapes = shape_path(case, first), False, shapes[1:]
     made = case.problem(rule, message, path, help, related=shapes, severity=WARNING, key=key)
-    return made._replace(of=pair, numbers=(("depth", depth),))
+    return replace(made, of=pair, numbers=(("depth", depth),))
 
 
 def _where(states: Sequence[State]) -> str:
@@ -219,7 +220,7 @@ def _designs(case: Case, designs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic
     path = shape_path(case, deepest[0][1].other)
     help = "nothing to do, if they are; else move them"
     found = case.problem("parts-always-overlap", message, path, help, severity=NOTE, key=True)
-    yield found._replace(related=(), of=(), numbers=())
+    yield replace(found, related=(), of=(), numbers=())
 
 
 def _rubbing(case: Case, pairs: Sequence[Pair]) -> str:
@@ -248,7 +249,7 @@ def _hulls(case: Case, hulls: Mapping[Pair, Overlap]) -> Iterator[Diagnostic]:
     path = shape_path(case, deepest[0][1].other)
     help = "several convex shapes in place of one mesh; disabled_contacts names a pair that is not to collide"
     found = case.problem("hulls-overlap", message, path, help, severity=NOTE, key=True)
-    yield found._replace(related=(), of=(), numbers=())
+    yield replace(found, related=(), of=(), numbers=())
 
 
 def _unaccepted(
@@ -271,7 +272,7 @@ def at_most(case: Case, found: Sequence[Diagnostic], others: str = "of this kind
         return [*found, *taken]
     *first, last = found[:MOST_TOLD]
     more = and_more(len(found) - MOST_TOLD, others).strip()
-    return [*first, last._replace(related=(Related(more, None), *last.related)), *taken]
+    return [*first, replace(last, related=(Related(more, None), *last.related)), *taken]
 
 
 def mm(length: float) -> str:

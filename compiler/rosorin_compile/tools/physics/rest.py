@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rosorin_compile import Case, Templates
@@ -121,7 +122,7 @@ def _judged(case: Case, state: State, ended: _Ended) -> Iterator[Diagnostic]:
     if ended.broken is not None:
         message = f"left to itself {where}, the robot leaves the numbers after {ended.broken:.6g} s in MuJoCo"
         message += first_to_go(case.robot, ended.first)
-        yield case.problem("explodes-at-rest", message, ("robot",), help, severity=ERROR)._replace(of=())
+        yield replace(case.problem("explodes-at-rest", message, ("robot",), help, severity=ERROR), of=())
         return
     speed, time, name = ended.fastest
     if speed > FASTEST:

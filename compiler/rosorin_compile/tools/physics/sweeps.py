@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile import Case
@@ -231,7 +232,7 @@ def _neighbour(case: Case, met: Meeting, is_real: bool) -> Diagnostic:
     related = [case.related(f'the shape of "{solid.link}"', shape_path(case, solid)) for solid in shapes]
     severity = WARNING if grave else NOTE
     made = case.problem("joint-through-neighbour", message, path, help, related=related, severity=severity)
-    return made._replace(numbers=(("position", met.position), ("blocked", met.blocked), ("inside", met.inside)))
+    return replace(made, numbers=(("position", met.position), ("blocked", met.blocked), ("inside", met.inside)))
 
 
 def _others(case: Case, meetings: Sequence[Meeting]) -> list[Diagnostic]:
@@ -254,7 +255,7 @@ def _others(case: Case, meetings: Sequence[Meeting]) -> list[Diagnostic]:
     path = case.joint(one.joint, "limit", "upper" if one.upper else "lower")
     help = "a planner has to know; narrower limits, or disabled_contacts for a pair that is meant to touch"
     found = case.problem("joints-meet-parts", message, path, help, severity=NOTE)
-    return [found._replace(related=(), of=tuple(first)), *taken]
+    return [replace(found, related=(), of=tuple(first)), *taken]
 
 
 def _position(joint: Joint, position: float) -> str:

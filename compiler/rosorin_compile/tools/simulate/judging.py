@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile import Case
@@ -119,7 +120,7 @@ class Judge:
     def _breaks(self, where: str, stop: Stop, path: Path) -> Diagnostic:
         help = "look for parts that start inside each other, for masses and inertias far too small, for gains too large"
         message = f"{where}, after {round(stop.time, 3):.6g} s: {stop.why}{first_to_go(self.case.robot, stop.joint)}"
-        return self.case.problem("simulation-breaks", message, path, help, severity=ERROR, key=True)._replace(of=())
+        return replace(self.case.problem("simulation-breaks", message, path, help, severity=ERROR, key=True), of=())
 
     def _held(self, held: Held) -> Iterator[Diagnostic]:
         where = f'in pose "{held.pose}"' if self._pose(held.pose)[0] == "poses" else "at rest"
@@ -163,7 +164,7 @@ class Judge:
                 message += f": it runs away, {moved(self.case.robot, joint.name)}"
                 help = _TOO_LIGHT
             found = self.case.problem("pose-not-held", message, path, help, severity=WARNING, key=True)
-        return found._replace(of=(joint.name, joint.child))
+        return replace(found, of=(joint.name, joint.child))
 
     def _in_the_way(self, joint: Joint, touches: Sequence[Touch]) -> Touch | None:
         """Return two links that touch of which a joint moves one against the other, or what it follows does."""
@@ -176,8 +177,9 @@ class Judge:
     def _own(self, names: Sequence[str]) -> Diagnostic:
         message = f"no actuator turns {_some(names)}: simulate drove with servos of its own"
         help = "give the joints actuators: on speed where they roll, on position where they steer"
-        return self.case.problem("drive-without-actuator", message, ("drive",), help, severity=NOTE, key=True)._replace(
-            of=tuple(names)
+        return replace(
+            self.case.problem("drive-without-actuator", message, ("drive",), help, severity=NOTE, key=True),
+            of=tuple(names),
         )
 
     def _driven(self, driven: Driven, home: Held) -> Iterator[Diagnostic]:

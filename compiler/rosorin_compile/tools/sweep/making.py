@@ -251,7 +251,7 @@ def _placed(variant: Variant, said: list[Diagnostic]) -> list[Diagnostic]:
     here = Related(f"of the variant {variant.name}", variant.span)
     own = variant.span.source.path
     return [
-        one._replace(related=(*one.related, here))
+        replace(one, related=(*one.related, here))
         if one.severity == ERROR and (one.span is None or one.span.source.path != own)
         else one
         for one in said

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from io import TextIOWrapper
 from itertools import islice
@@ -102,14 +103,14 @@ def _size(size: int) -> str:
 
 
 def _named(diagnostic: Diagnostic, variant: str) -> Diagnostic:
-    return diagnostic._replace(message=f"{variant}: {diagnostic.message}")
+    return replace(diagnostic, message=f"{variant}: {diagnostic.message}")
 
 
 def _of_many(kind: _Kind, total: int) -> Diagnostic:
     """Return a remark with the variants that have it."""
     diagnostic, first, count = kind
     whose = f"all {counted(total, 'variant')}" if count == total > 1 else f"{first}{and_more(count - 1)}"
-    return diagnostic._replace(message=f"{whose}: {diagnostic.message}")
+    return replace(diagnostic, message=f"{whose}: {diagnostic.message}")
 
 
 def read(entry: Mapping[str, Any]) -> Diagnostic:

@@ -18,6 +18,7 @@ import unicodedata
 from array import array
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
 from io import TextIOWrapper
 from itertools import pairwise
 from pathlib import Path
@@ -260,7 +261,7 @@ class Variants:
             source = read_utf8(self.path, world.shown(self.path))
         except LoadError as problem:
             if problem.diagnostic.rule == "file-too-large":
-                raise LoadError(problem.diagnostic._replace(help="a list as long as this is a CSV")) from None
+                raise LoadError(replace(problem.diagnostic, help="a list as long as this is a CSV")) from None
             raise
         for entry in each_entry(_without_tabs(source, self.path)):
             key, value = entry.key, entry.value
@@ -311,7 +312,7 @@ class Variants:
         except LoadError as problem:
             diagnostic = problem.diagnostic
             if diagnostic.rule == "not-a-mapping":
-                diagnostic = diagnostic._replace(message=f"{world.shown(path)} is no table of values", help="")
+                diagnostic = replace(diagnostic, message=f"{world.shown(path)} is no table of values", help="")
             return Variant(path.stem, Map(start), start, (diagnostic,))
         wrong = _expressions(values)
         if self.whole:

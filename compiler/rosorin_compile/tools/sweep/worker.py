@@ -287,4 +287,4 @@ def _moved(diagnostic: Diagnostic, root: Path, bundle: Bundle) -> Diagnostic:
         return one._replace(message=_shown(one.message, root, bundle))
 
     made: Diagnostic = moved(diagnostic)
-    return made._replace(related=tuple(map(moved, made.related)), help=_shown(made.help, root, bundle))
+    return replace(made, related=tuple(map(moved, made.related)), help=_shown(made.help, root, bundle))

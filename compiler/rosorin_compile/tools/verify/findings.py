@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -35,7 +36,7 @@ def problem(
 
 def with_place(finding: Diagnostic, place: Span) -> Diagnostic:
     """Return a finding with the place in the description, in a remark: the mistake may be the robot's."""
-    return finding._replace(related=(*finding.related, Related("described here", place)))
+    return replace(finding, related=(*finding.related, Related("described here", place)))
 
 
 def ordered(findings: Iterable[Diagnostic]) -> list[Diagnostic]:

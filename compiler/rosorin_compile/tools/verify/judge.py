@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile import Artifact, Value
@@ -380,7 +381,7 @@ def asked(recording: Recording) -> Iterator[Diagnostic]:
         answers.append(list(_answer(recording, answer)))
     nothing = not recording.series and all(of and of[0].rule == "not-compared" for of in answers)
     for finding in (finding for of in answers for finding in of):
-        yield finding._replace(severity=ERROR) if nothing else finding
+        yield replace(finding, severity=ERROR) if nothing else finding
     for question in refused.values():
         yield _refused(recording, question)
 

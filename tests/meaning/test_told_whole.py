@@ -52,7 +52,7 @@ NOT_TOLD = {
     "joints.*.publisher.about": "told of the publisher",
     "joints.*.publisher.package": "told of the publisher",
     "poses.*.pulses.{}": "told as positions",
-    "sections.values.{}.matrix": "how it was computed: told when it is computed anew",
+    "moveit.matrix": "how it was computed: told when it is computed anew",
 }
 # Where a number comes from and where outputs go is no part of a robot.
 NOT_OF_A_ROBOT = ("source", "outputs", "stand_in", "stand_ins", "mesh_files", "missing_meshes", "mesh_contents")

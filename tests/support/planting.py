@@ -14,6 +14,7 @@ from rosorin_compile.model import Box, Capsule, Robot, Transform
 from rosorin_compile.model.geometry import norm, rotation_about
 
 LEAST = 1e-6  # what a number changes by; what is no difference is less
+SECTIONS = ("sections", "values")  # the way to the values of sections, which are by name
 Path = tuple[Any, ...]  # names of fields, places in tuples, and keys of mappings as ("key", KEY)
 
 
@@ -55,8 +56,9 @@ def at(value: Any, path: Path) -> Any:
 
 
 def kind_of(path: Path) -> str:
-    """Return a way without the places and keys on it: joints.*.limit.lower."""
-    return ".".join("*" if isinstance(step, int) else "{}" if isinstance(step, tuple) else step for step in path)
+    """Return a way without the places and keys on it: joints.*.limit.lower; of a section from its name on."""
+    steps = (path[2][1], *path[3:]) if path[:2] == SECTIONS else path
+    return ".".join("*" if isinstance(step, int) else "{}" if isinstance(step, tuple) else step for step in steps)
 
 
 def other(value: Any) -> Any:
@@ -206,12 +208,17 @@ DESCRIPTION: Mapping[str, Rule] = {
 _SIZES = ("radius", "length")
 
 
+def _owner(path: Path) -> Path:
+    """Return the way to the entry that a leaf is of: a joint, a link, a hardware block."""
+    return path[:4] if path[:2] == SECTIONS else path[:2]
+
+
 def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[str, Rule] = URDF) -> Planted | None:
     """Change a leaf that a rule speaks of."""
     ways = [
         path
         for path, _ in leaves(robot)
-        if path not in taken and kind_of(path) in rules and rules[kind_of(path)].fits(at(robot, path[:2]))
+        if path not in taken and kind_of(path) in rules and rules[kind_of(path)].fits(at(robot, _owner(path)))
     ]
     if not ways:
         return None
@@ -220,9 +227,9 @@ def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[
     taken.add(path)
     rule, old = rules[kind], at(robot, path)
     new = changed(old, chance)
-    name = getattr(at(robot, path[:2]), rule.owner) if rule.owner else path[0]
+    name = getattr(at(robot, _owner(path)), rule.owner) if rule.owner else kind.partition(".")[0]
     word = rule.word if rule.word not in ("colour", "shape") else f"{rule.word} {path[3]}"
-    name = {"drive": "drive", "sections": "MoveIt"}.get(str(name), name)
+    name = {"drive": "drive", "moveit": "MoveIt"}.get(str(name), name)
     return Planted(put(robot, path, new), (name, word or str(path)), name, ((old, new),))
 
 

@@ -8,10 +8,10 @@ import pytest
 
 from rosorin_compile.meaning.sameness import _Comparison, different
 from rosorin_compile.model import Joint, Link, Robot, Sensor
-from rosorin_compile.model.control import Block, Component
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.sections import Sections
+from rosorin_compile.sections.control.value import Block, Component
 from rosorin_compile.sections.moveit.value import Moveit
 
 
@@ -54,11 +54,14 @@ def test_what_a_urdf_has_no_word_for_is_not_held_against_it() -> None:
         for more in (
             {"poses": (pose,), "modes": ("docked",), "disabled_contacts": (("a", "b"),)},
             {"sections": Sections({"moveit": Moveit()}), "sensors": (Sensor("s", "imu", "a", "j"),)},
-            {"control": (gauge,)},
-            {"control": (other,)},
+            {"sections": Sections({"control": (gauge,)})},
+            {"sections": Sections({"control": (other,)})},
         )
     )
     for robot in (posed, driven):
         assert different(plain, robot, 0.0, carried_by_urdf=True) == []
         assert different(plain, robot, 0.0, carried_by_urdf=False) != []
     assert different(measured, otherwise, 0.0, carried_by_urdf=True) != []  # what hardware measures it has
+    assert (
+        different(measured, otherwise, 0.0, carried_by_urdf=True)[-1] == "control 1 sensors 1 name 'gauge' -> 'other'"
+    )

@@ -36,7 +36,7 @@ OUTPUTS = "Outputs and stand-ins"
 FORMATS = "What a format cannot say"
 SIMULATED = "What only simulations have"
 SIMULATION = "Simulation"
-CONTROL = "Hardware and controllers of ros2_control"
+ROS2_CONTROL = "Hardware and controllers of ros2_control"
 TEMPLATES = "Templates"
 WRITING = "Writing and comparing"
 READING = "Reading the files of others"
@@ -65,7 +65,7 @@ class Heading:
     FORMATS = FORMATS
     SIMULATED = SIMULATED
     SIMULATION = SIMULATION
-    CONTROL = CONTROL
+    CONTROL = ROS2_CONTROL
     TEMPLATES = TEMPLATES
     WRITING = WRITING
     READING = READING

@@ -5,6 +5,7 @@
 | ``x-names`` | a text, ``propertyNames`` | the text, or each key, is the name of something of this kind |
 | ``x-gives`` | the same | something of this kind gets its name there |
 | ``x-otherwise`` | beside ``x-gives`` | the name where the key is left out: ``{frame}_joint`` |
+| ``x-spelt`` | a text, ``propertyNames`` | its words are held against usual ones; what it is called: ``plugin`` |
 | ``x-said`` | beside ``x-names`` | what is said of a name of nothing; ``{1}``: the second step of the path to it |
 | | | false: a rule of its own tells that, or none, here and below |
 | ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, in the ``description``; |
@@ -51,7 +52,7 @@ ALSO: Mapping[str, tuple[str, ...]] = {
     "sensor": ("hardware sensor",),
     "link or joint": ("link", "joint"),
 }
-MIRROR, GIVES, INSIDE = "x-mirror", "x-gives", "x-names-in"
+MIRROR, GIVES, INSIDE, SPELT = "x-mirror", "x-gives", "x-names-in", "x-spelt"
 ROBOT, WORLD = "robot", "world"
 SIMULATION, DESCRIPTION = "simulation", "description"
 ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
@@ -62,6 +63,7 @@ WORDS = {
     "x-gives": "gives",
     "x-otherwise": "otherwise",
     "x-scope": "scope",
+    "x-spelt": "spelt",
     "x-said": "said",
     "x-among": "among",
     "x-names-in": "inside",
@@ -87,13 +89,15 @@ ANNOTATIONS = frozenset((*WORDS, "x-also", "x-file", "x-first", "x-ordered"))
 class Node(NamedTuple):
     """What the schema says of the values at a place.
 
-    ``of`` is what is found here or anywhere below: the kinds of names that are looked up, and MIRROR, GIVES, INSIDE.
+    ``of`` is what is found here or anywhere below: the kinds of names that are looked up, and MIRROR, GIVES, INSIDE,
+    SPELT.
     """
 
     names: str = ""
     gives: str = ""
     otherwise: str = ""
     scope: str = ""
+    spelt: str = ""
     said: str | Literal[False] = ""
     among: str = ""
     inside: str = ""
@@ -148,6 +152,12 @@ def sections() -> Mapping[str, Node]:
 def merged(*how: str, in_parts: bool = False) -> tuple[str, ...]:
     """Return the sections that are joined in one of some ways; with ``in_parts`` those that may stand in a part."""
     return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
+
+
+@cache
+def named_as(kind: str) -> tuple[str, ...]:
+    """Return the sections whose keys are the names of things of a kind."""
+    return tuple(key for key, node in sections().items() if node.keys is not None and node.keys.gives == kind)
 
 
 @cache
@@ -206,6 +216,8 @@ def _own(node: Node) -> Iterator[str]:
         yield MIRROR
     if node.inside:
         yield INSIDE
+    if node.spelt:
+        yield SPELT
     if node.scope != ROBOT:
         if node.gives and not node.scope:
             yield GIVES

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from .annotations import Node, sections
+from .annotations import SPELT, Node, sections
 from .tree import Map, Path
 
 
@@ -90,19 +90,31 @@ def givers(tree: Map, section: str) -> Iterator[tuple[str, str, Path]]:
     """Yield what a section gives names to: the kind, the name, and the path of the text or the key that is it."""
     node = sections().get(section)
     if node is not None and tree.get(section) is not None:
-        yield from _gives(node, tree[section], (section,))
+        found = _marked(node, tree[section], (section,), lambda one: one.gives)
+        yield from ((kind, name, path) for kind, name, path, _ in found)
 
 
-def _gives(node: Node, value: Any, path: Path) -> Iterator[tuple[str, str, Path]]:
-    if isinstance(value, str) and node.gives:
-        yield node.gives, value, path
+def spelt(tree: Map) -> Iterator[Marked]:
+    """Yield the texts and keys whose words are held against usual ones (``x-spelt``), each with what it is called."""
+    for section, node in sections().items():
+        if SPELT in node.of and tree.get(section) is not None:
+            yield from _marked(node, tree[section], (section,), lambda one: one.spelt)
+
+
+# What the schema says of a text or a key, that, the path to it, and whether it is a key.
+Marked = tuple[str, str, Path, bool]
+
+
+def _marked(node: Node, value: Any, path: Path, mark: Callable[[Node], str]) -> Iterator[Marked]:
+    if isinstance(value, str) and mark(node):
+        yield mark(node), value, path, False
     inner: Iterable[tuple[str | int, Node | None, Any]] = ()
     if isinstance(value, Map):
-        if node.keys is not None and node.keys.gives:
-            yield from ((node.keys.gives, name, (*path, name)) for name in value)
+        if node.keys is not None and mark(node.keys):
+            yield from ((mark(node.keys), name, (*path, name), True) for name in value)
         inner = ((key, node.at(key), one) for key, one in value.items())
     elif isinstance(value, list):
         inner = ((index, node.items, one) for index, one in enumerate(value))
     for step, below, one in inner:
         if below is not None:
-            yield from _gives(below, one, (*path, step))
+            yield from _marked(below, one, (*path, step), mark)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from .control import Block, Controller
+    from .control import Controller
     from .driving import Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
@@ -203,7 +203,6 @@ class Robot:
     urdf_elements: tuple[str, ...] = ()
     simulation: Simulation = NO_SIMULATION
     drive: Drive | None = None
-    control: tuple[Block, ...] = ()
     controllers: tuple[Controller, ...] = ()
     sections: Sections = NO_SECTIONS
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)

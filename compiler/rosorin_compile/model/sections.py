@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cache
 from importlib import import_module
@@ -189,6 +189,14 @@ class Sections:
     def having(self, section: Section[T], value: T) -> Sections:
         """Return them with another value of a section."""
         return replace(self, values={**self.values, section.name: value})
+
+    def taking(self, names: Collection[str], other: Sections) -> Sections:
+        """Return them with the values of some names as another one has them, or has none."""
+        kept, taken = (
+            {name: one for name, one in some.values.items() if (name in names) == theirs}
+            for some, theirs in ((self, False), (other, True))
+        )
+        return replace(self, values={**kept, **taken})
 
     def __contains__(self, section: object) -> bool:
         """Say whether the robot has a section, or one of a name."""

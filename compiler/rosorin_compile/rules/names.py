@@ -12,6 +12,7 @@ from ..diagnostics.letters import difference, foreign, in_words, look, unseen
 from ..diagnostics.misspelt import Offer, placed
 from ..diagnostics.registry import ARGUMENTS, FRAMES, rule
 from ..frontend.annotations import sections
+from ..frontend.mentions import spelt
 from ..frontend.tree import Map, Path, exists
 from ..model import STATIC_TRANSFORM_PUBLISHER
 from .case import Case
@@ -130,15 +131,10 @@ def letters(case: Case) -> Iterator[Diagnostic]:
 
 def _further(case: Case) -> Iterator[Name]:
     """Yield names that nothing else of the description has to know: of files, plugins, packages, topics, groups."""
-    for key in (case.tree.get("moveit") or {}).get("groups") or ():
-        yield Name(key, "planning group", ("moveit", "groups", key), True)
     for name, entry in (case.tree.get("outputs") or {}).items():
         if isinstance(entry, Map):
             yield from _texts(entry, ("outputs", name))
-    for section, key in (("control", "plugin"), ("publishers", "package")):
-        for name, entry in (case.tree.get(section) or {}).items():
-            if entry and key in entry:
-                yield Name(entry[key], key, (section, name, key), False)
+    yield from (Name(name, called, path, is_key) for called, name, path, is_key in spelt(case.tree))
     for joint in case.robot.joints:
         if joint.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
             path = (*case.publisher(joint), STATIC_TRANSFORM_PUBLISHER)

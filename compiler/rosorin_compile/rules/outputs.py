@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, swaps
-from ..diagnostics.registry import CONTROL, OUTPUTS, rule
-from ..diagnostics.wording import first_of, listed
+from ..diagnostics import WARNING, Diagnostic, did_you_mean, swaps
+from ..diagnostics.registry import OUTPUTS, rule
+from ..diagnostics.wording import listed
 from ..frontend.tree import Path, exists
 from ..model import Output
 from .case import Case
@@ -66,20 +66,6 @@ def backends(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("unknown-option", message, (*path, option), help, key=True)
         if format.check is not None and (not case.wanted or output.name in case.wanted):
             yield from format.check(case, output)
-
-
-@rule(
-    "control-unused",
-    "A note: no output asks for the hardware blocks of the description.",
-    "`outputs: {urdf: {file: ..., control: jazzy}}`.",
-    CONTROL,
-)
-def hardware(case: Case) -> Iterator[Diagnostic]:
-    """Find hardware blocks that go nowhere."""
-    if case.robot.control and not any(output.options.get("control") for output in case.robot.outputs):
-        message = f"no output asks for the hardware blocks ({first_of([one.name for one in case.robot.control], 3)})"
-        help = "in a URDF: control: humble, or jazzy"
-        yield case.problem("control-unused", message, ("control",), help, severity=NOTE, key=True)
 
 
 def _unknown(case: Case, output: Output) -> Diagnostic:

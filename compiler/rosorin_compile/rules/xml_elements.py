@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
 from ..diagnostics.registry import NUMBERS, rule
+from ..frontend.annotations import named_as
 from ..frontend.tree import Instance, Path, locate, prefix_at
 from ..model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
 from ..model.robot import of_robot
@@ -317,7 +318,8 @@ def _defined(element: Found) -> Iterator[str]:
 def own_names(case: Case) -> Iterator[Diagnostic]:
     """Elements that a part brings with each use, and that are called the same each time."""
     first: dict[tuple[str, ...], Path] = {}
-    first |= {("<ros2_control>", block.name): ("control", block.name) for block in case.robot.control}
+    for section in named_as("hardware block"):
+        first |= {("<ros2_control>", name): (section, name) for name in case.tree.get(section) or ()}
     ours = _brought(case)
     for path, text in _kept(case):
         if not any(f"<{tag}" in text for tag in _ONCE):

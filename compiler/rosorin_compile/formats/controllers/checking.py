@@ -10,10 +10,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from ...diagnostics import WARNING, did_you_mean, nearest
-from ...diagnostics.registry import CONTROL, Rule
+from ...diagnostics.registry import ROS2_CONTROL, Rule
 from ...diagnostics.wording import listed, quoted
 from ...model import Robot
-from ...model.control import JOINT_WORDS, POSITION, VELOCITY
+from ...sections.control import CONTROL
+from ...sections.control.value import JOINT_WORDS, POSITION, VELOCITY
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind
 from .known import COMMANDS, Known
@@ -24,27 +25,27 @@ RULES = (
         "controller-missing",
         "A controller needs a parameter that nobody gives it.",
         "Give it; or say in the description what it follows from: `drive`, `sensors`, `control`.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "controller-name",
         "A controller names a joint, a frame or a sensor that the robot does not have.",
         "Correct the name.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "controller-differs",
         "A controller is told something else than the robot says: the radius of a wheel, the distance between two, "
         "which is on the left. A warning in a description.",
         "Correct one of the two; what is left out of a description is filled in.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "controller-interface",
         "Two controllers that are started claim one command of a joint: the second one does not start. A warning: a "
         "controller commands what no hardware block has.",
         "Start one of the two with `inactive: true`; give the joint this command in `control`, or name another joint.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
 )
 
@@ -160,9 +161,9 @@ def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str
 
 def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
     """Yield the commands that a controller wants and that no hardware block has, where there are any blocks."""
-    if not robot.control:
+    if not robot.sections[CONTROL]:
         return
-    there = {(one.name, word) for block in robot.control for one in block.joints for word in one.commands}
+    there = {(one.name, word) for block in robot.sections[CONTROL] for one in block.joints for word in one.commands}
     for key, joints, words in _wanted(kind, values):
         words = [word for word in words if word in JOINT_WORDS]
         lacking = [one for one in joints if one in robot.joint and any((one, word) not in there for word in words)]
@@ -171,7 +172,7 @@ def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) ->
             help = f"in control: joints: {{{lacking[0]}: {{command: {words[0]}}}}}"
             yield Finding("controller-interface", message, key, help, WARNING)
     sensor = values.get("sensor_name")
-    named = {one.name for block in robot.control for one in block.sensors}
+    named = {one.name for block in robot.sections[CONTROL] for one in block.sensors}
     if isinstance(sensor, str) and sensor and sensor not in named:
         message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
         help = did_you_mean(sensor, named) if named else f"in control: sensors: {{{sensor}: {{}}}}"

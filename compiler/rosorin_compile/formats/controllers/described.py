@@ -7,13 +7,14 @@ from functools import partial
 from typing import Any
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.registry import CONTROL, Rule
+from ...diagnostics.registry import ROS2_CONTROL, Rule
 from ...diagnostics.wording import first_of, quoted
 from ...frontend.tree import Path, Seq, at, exists
 from ...model import Edge, Output, Robot
-from ...model.control import POSITION, VELOCITY
 from ...rules.case import Case
 from ...rules.tf_tree import is_tree
+from ...sections.control import CONTROL
+from ...sections.control.value import POSITION, VELOCITY
 from ..distributions import known, title
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
@@ -29,27 +30,27 @@ RULES = (
         "A file that has to name controllers (`check parameters --controllers`) names none. A warning: an output is "
         "for the controllers of a description that has none.",
         "`controllers: {NAME: {type: TYPE}}`.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "controllers-odometry",
         "A note: a controller could publish where the base of the robot is, and no edge says who does. It is told not "
         "to: the description says who publishes what.",
         "Add the edge with the controller as its publisher; or nothing, if nobody is to publish it.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "controllers-joint-states",
         "A warning: hardware blocks have states of joints, and no controller publishes them: a "
         "`joint_state_broadcaster` does, and without `joint_states` robot_state_publisher moves no frame.",
         "`controllers: {joint_state_broadcaster: {type: joint_state_broadcaster}}`.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "controllers-distribution",
         "A warning: the controllers are for one distribution, and the hardware blocks of every URDF for another one.",
         "Write the same `control` and `distribution`; or a URDF for each.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
 )
 
@@ -116,7 +117,7 @@ def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield that nobody publishes the states that the hardware has; said once, of the first output for controllers."""
     robot = case.robot
     first = next(one for one in robot.outputs if one.backend == output.backend)
-    states = [(block, joint) for block in robot.control for joint in block.joints if joint.state]
+    states = [(block, joint) for block in robot.sections[CONTROL] for joint in block.joints if joint.state]
     if not robot.controllers or not states or first.name != output.name:
         return
     if any("joint_state_broadcaster" in one.type or one.type.endswith(_BROADCASTER) for one in robot.controllers):
@@ -132,7 +133,7 @@ def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
 def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
     """Yield that the hardware blocks are all written for another distribution."""
     blocks = {one.name: str(said) for one in case.robot.outputs if (said := one.options.get(_BLOCKS))}
-    if not case.robot.control or not blocks or distribution in map(known, blocks.values()):
+    if not case.robot.sections[CONTROL] or not blocks or distribution in map(known, blocks.values()):
         return
     name, said = next(iter(blocks.items()))
     message = f'output "{output.name}" is for {title(asked(output))}, and the hardware blocks of output "{name}" are'
@@ -160,7 +161,7 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     yield from told
     fine = {key: value for key, value in one.values.items() if key not in {finding.key for finding in told}}
     named = list(against_robot(name, one.type, fine, one.known, case.robot, WARNING))
-    joints = (joint.name for block in case.robot.control for joint in block.joints)
+    joints = (joint.name for block in case.robot.sections[CONTROL] for joint in block.joints)
     if wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints)):
         help = partial(_to_give, case.robot, one)
         yield from missing(name, one.kind, one.values, help)  # else what is missing may follow from the wrong name
@@ -183,7 +184,7 @@ def _to_give(robot: Robot, one: Filled, needed: list[str]) -> str:
     """Return the way out where a controller lacks parameters: what is to be written, or why nobody knows it."""
     if one.known.why_not:
         return f"{one.known.why_not}; give it in params"
-    blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
+    blocks = [block.name for block in robot.sections[CONTROL] if any(joint.command for joint in block.joints)]
     if blocks and not one.controller.hardware and _JOINTS in needed:
         named = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, _SHOWN)}"
         return f"say whose joints it moves: hardware: {named}"

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic
-from ...diagnostics.registry import CONTROL, Rule
+from ...diagnostics.registry import ROS2_CONTROL, Rule
 from ...frontend.lower.control import flat
 from ...model import Output, Robot
 from ...model.control import Controller
@@ -28,13 +28,13 @@ RULES = (
         "controllers-later",
         "A note: the parameters of controllers are known up to Jazzy, and a later distribution is asked for.",
         "Nothing, as long as the controllers start.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "controllers-remap",
         "A note: a controller owns odom -> base, and publishes it beside /tf.",
         "Start it with the remap that the message names.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
 )
 

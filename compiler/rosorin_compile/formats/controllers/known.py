@@ -12,9 +12,11 @@ from itertools import takewhile
 from typing import Any, NamedTuple
 
 from ...model import Edge, Robot
-from ...model.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY, Controller
+from ...model.control import Controller
 from ...model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
 from ...model.driving import Driving, Wheel, driving_of
+from ...sections.control import CONTROL
+from ...sections.control.value import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from ..parameters import tables
 from .types import SHORT, full
 
@@ -243,7 +245,7 @@ _GRIPPERS = tuple(SHORT[word] for word in ("position_gripper", "effort_gripper",
 def _of_joints(robot: Robot, controller: Controller, kind: str) -> dict[str, Any]:
     """Return the joints of a controller, out of its hardware block, and what those say of its interfaces."""
     wanted = COMMANDS.get(kind, "")
-    block = next((one for one in robot.control if one.name == controller.hardware), None)
+    block = next((one for one in robot.sections[CONTROL] if one.name == controller.hardware), None)
     moved = [one for one in block.joints if one.command and (not wanted or wanted in one.commands)] if block else []
     names = [one.name for one in moved]
     values: dict[str, Any] = {}
@@ -277,7 +279,7 @@ def _interfaces(robot: Robot, names: tuple[str, ...]) -> dict[str, Any]:
 
     Several commands of a joint are ways to move it of which one is used at a time, as position and velocity of an arm.
     """
-    found = [one for block in robot.control for one in block.joints if one.name in names]
+    found = [one for block in robot.sections[CONTROL] for one in block.joints if one.name in names]
     if not names or len(found) < len(names):
         return {}
     commands = [word for word in _ORDER if all(word in one.commands for one in found)][:1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...diagnostics import NOTE, WARNING, did_you_mean, nearest
-from ...diagnostics.registry import CONTROL, Rule
+from ...diagnostics.registry import ROS2_CONTROL, Rule
 from ...diagnostics.wording import listed
 from ..distributions import title
 from ..parameters.checking import Finding
@@ -17,7 +17,7 @@ RULES = (
         "A distribution has no controller of this type. A note where it is of another package, whose types are not "
         "known: its parameters are not checked. A warning where that is nearly the name of a known one.",
         "The message names the nearest one, or the distribution that has it.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
 )
 

@@ -203,6 +203,7 @@ FORMAT = Format(
             "mode",
         )
     ),
+    says=("control",),
     links=_links,
     leaves_out=_leaves_out,
     brings=_brings,

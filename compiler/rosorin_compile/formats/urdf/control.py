@@ -11,8 +11,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ...model import Joint, Output, Robot
-from ...model.control import POSITION, Block, Component, End, Interface, Words
 from ...numbers import NumberFormat
+from ...sections.control import CONTROL
+from ...sections.control.value import POSITION, Block, Component, End, Interface, Words
 from ...xml.escaping import escape
 from ..distributions import HUMBLE, known
 from ..templating import attributes
@@ -32,7 +33,7 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
     if not distribution:
         return []
     writer = _Writer(robot, distribution == HUMBLE, number)
-    return ["\n".join(_lines(writer.block(block), "  ")) for block in robot.control]
+    return ["\n".join(_lines(writer.block(block), "  ")) for block in robot.sections[CONTROL]]
 
 
 def follows(joint: Joint | None, component: Component) -> bool:

@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from ...diagnostics import ERROR, WARNING, Diagnostic, nearest, swaps
-from ...diagnostics.registry import CONTROL, Rule
+from ...diagnostics.registry import ROS2_CONTROL, Rule
 from ...diagnostics.wording import counted, quoted
 from ...frontend.tree import Path, at
 from ...model import Joint, Output, Robot
-from ...model.control import (
+from ...rules.case import Case, number
+from ...sections.control import CONTROL
+from ...sections.control.value import (
     ACCELERATION,
     ACTUATOR,
     EFFORT,
@@ -26,7 +28,6 @@ from ...model.control import (
     Interface,
     Words,
 )
-from ...rules.case import Case, number
 from ...units import Quantity, describe, parse_unit
 from ..distributions import HUMBLE, title
 from .control import OPTION, asked, follows
@@ -39,46 +40,46 @@ RULES = (
         "axis. A warning on Humble, which does not compare the two.",
         "Let robot_state_publisher publish the joint, leave it out of the block, or ask for the block in a URDF with "
         "`frames: all`.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "control-type",
         "A hardware block is not what its type says: an actuator has one joint, a sensor takes no commands.",
         "`type: system`, or what the message says.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "control-interface",
         "A sensor of a hardware block says nothing, or two blocks have the same interface. A warning: an interface "
         "that no controller knows, such as `velocty`, or a joint without any.",
         "Correct the word; give each interface to one block.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "control-mimic",
         "A follower has commands, which Jazzy refuses, its leader is not in its block, or it has none. A warning: an "
         "offset that the mock hardware of Humble does not know.",
         "Leave the command out, add the leader, or say `mimic: false`.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "control-param",
         "A parameter of a hardware block is empty, or says what the joint says already.",
         "Give it a value, or leave it out.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "control-limit",
         "The smallest value of a command is above the largest. A warning: they go beyond the limit of the joint.",
         "Correct them, or leave them to the joint.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
     Rule(
         "control-ignored",
         "A warning: Humble does not read a key of a hardware block, or a description has no block where an output asks "
         "for them.",
         "Leave the key out, or ask for a later distribution.",
-        CONTROL,
+        ROS2_CONTROL,
     ),
 )
 
@@ -92,7 +93,7 @@ _ROUNDING = 1e-9
 
 def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what is wrong with the hardware blocks that an output asks for; what is so for all outputs is said once."""
-    if not case.robot.control:
+    if not case.robot.sections[CONTROL]:
         message = f'output "{output.name}" asks for hardware blocks, and the description has none'
         path: Path = ("outputs", output.name, OPTION)
         help = "describe one: control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}"
@@ -100,13 +101,13 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         return
     asking = [one for one in case.robot.outputs if one.backend == output.backend and asked(one)]
     if asking and asking[0].name == output.name:
-        for block in case.robot.control:
+        for block in case.robot.sections[CONTROL]:
             yield from _block(case, block)
         yield from _shared(case)
     if not case.robot.is_tree:  # what is said of that is the cause of the rest, and no output of bodies knows its links
         return
     carried = {joint.name for joint in joints_of(case.robot, output)}
-    for block in case.robot.control:
+    for block in case.robot.sections[CONTROL]:
         yield from _joints(case, block, output, carried)
         if asked(output) == HUMBLE:
             yield from _unread(case, block)
@@ -249,7 +250,7 @@ def _shared(case: Case) -> Iterator[Diagnostic]:
     """Yield the interfaces that two blocks have: the resource manager takes each once."""
     seen: dict[tuple[str, str, str], Path] = {}
     blocks: dict[tuple[str, str, str], str] = {}
-    for block in case.robot.control:
+    for block in case.robot.sections[CONTROL]:
         for section, one in block.components():
             if section == "joints" and one.name not in case.robot.joint:  # which is told
                 continue

@@ -21,6 +21,7 @@ from ...diagnostics.wording import listed
 from ...model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
+    Controller,
     Edge,
     Joint,
     Link,
@@ -206,17 +207,17 @@ class _Lowering:
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree),
             drive=self.drive(),
-            **self.of_ros2_control(),
+            controllers=self.controllers(),
             sections=lower_sections(tree, self.problem, self.broken),
         )
 
-    def of_ros2_control(self) -> dict[str, Any]:
-        """Return the hardware blocks and the controllers of the robot; most have none."""
-        if "control" not in self.tree and "controllers" not in self.tree:
-            return {}
-        from .control import lower_control, lower_controllers
+    def controllers(self) -> tuple[Controller, ...]:
+        """Return the controllers of the robot; most have none."""
+        if "controllers" not in self.tree:
+            return ()
+        from .control import lower_controllers
 
-        return {"control": lower_control(self.tree), "controllers": lower_controllers(self.tree)}
+        return lower_controllers(self.tree)
 
     def drive(self) -> Drive | None:
         """Return what moves the base."""

@@ -57,12 +57,12 @@ def without_words(robot: Robot, source: Robot) -> Robot:
     return replace(
         robot,
         urdf_elements=source.urdf_elements,
-        control=source.control,
         sensors=source.sensors,
         drive=source.drive,
         edges=source.edges,
         publishers=source.publishers,
         modes=source.modes,
+        sections=robot.sections.taking((CONTROL,), source.sections),
     )
 
 

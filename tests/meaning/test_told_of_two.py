@@ -171,3 +171,9 @@ def test_a_site_of_a_sensor_is_no_frame_that_a_description_lacks() -> None:
     told = "spot of b: a simulation has sites and cameras of its own for the sensors of a description"
     assert told in found.not_compared
     assert [item.name for item in compared(ROBOT, simulated, formats=(YAML, MJCF)).items] == ["spot"]
+
+
+def test_joints_are_told_in_the_order_of_the_tree_however_they_are_written() -> None:
+    backwards = replace(ROBOT, joints=ROBOT.joints[::-1])
+    changed = replace(backwards, joints=tuple(replace(one, urdf_elements=("<a/>",)) for one in backwards.joints))
+    assert [item.name for item in compared(backwards, changed).items] == ["hip", "wrist"]

@@ -18,7 +18,9 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Box, Cylinder, HeightMap, Inertial, Joint, Limit, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.link import Source
-from rosorin_compile.model.robot import ServoGroup
+from rosorin_compile.model.sections import Sections
+from rosorin_compile.sections import servos
+from rosorin_compile.sections.servos.value import ServoGroup
 from support.robots import compiled, texts
 from support.schemas import schema
 
@@ -43,7 +45,7 @@ TESTER = Robot(
         Joint("rail_joint", "prismatic", "base", "rail", limit=Limit(0.0, 0.5, 1.0, 1.0)),
         Joint("wheel_joint", "continuous", "base", "wheel", limit=Limit(effort=1.0, velocity=1.0)),
     ),
-    servos=(SERVOS,),
+    sections=Sections({"servos": (SERVOS,)}),
     source=Source("measured", "measured by hand"),
 )
 
@@ -147,12 +149,12 @@ def test_a_robot_of_one_link() -> None:
 
 def test_one_of_several_servo_groups_is_named() -> None:
     other = replace(SERVOS, name="hand", zero_pulse=400)
-    two = replace(TESTER, servos=(SERVOS, other))
+    two = TESTER.having(servos.SERVOS, (SERVOS, other))
     assert said(two) == ["robot-model-servos: pulse_to_rad has room for one servo group, the robot has arm, hand"]
     model, diagnostics = emit(two, {"servos": "hand"})
     assert diagnostics == []
     assert model["pulse_to_rad"]["zero"] == 400
-    assert "pulse_to_rad" not in emit(replace(TESTER, servos=()))[0]
+    assert "pulse_to_rad" not in emit(TESTER.having(servos.SERVOS, ()))[0]
 
 
 def test_unknown_names_are_errors() -> None:

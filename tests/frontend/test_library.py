@@ -15,6 +15,7 @@ from rosorin_compile.frontend.load import load_mapping  # noqa: E402
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, UNPUBLISHED  # noqa: E402
 from rosorin_compile.pipeline import compile_robot  # noqa: E402
 from rosorin_compile.project import data_folder  # noqa: E402
+from rosorin_compile.sections.servos import SERVOS  # noqa: E402
 from support.paths import ROOT  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import GRAVITY, emitted, load, no_warning, probe, written  # noqa: E402
@@ -266,7 +267,7 @@ def test_a_servo_turns_by_its_calibration_and_holds(tmp_path: Path, flipped: boo
     text = SERVO.replace("FLIPPED", f"flipped: {str(flipped).lower()}")
     made = compiled(written(tmp_path, text))
     assert made.robot is not None
-    (group,) = made.robot.servos
+    (group,) = made.robot.sections[SERVOS]
     assert (group.joints, group.zero_pulse, group.pulse_range) == (("lift_joint",), 1500, (500, 2500))
     sign = -1 if flipped else 1
     angle = made.robot.poses[1].positions["lift_joint"]

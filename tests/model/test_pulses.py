@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.model import Joint, Limit, Link, Robot
-from rosorin_compile.model.pulses import (
+from rosorin_compile.sections.servos import SERVOS
+from rosorin_compile.sections.servos.pulses import (
     Nearest,
     NoModel,
     NoPulse,
@@ -24,7 +25,7 @@ from rosorin_compile.model.pulses import (
     travel,
     within,
 )
-from rosorin_compile.model.robot import ServoGroup
+from rosorin_compile.sections.servos.value import ServoGroup
 from support.paths import OUTPUTS
 from support.robots import RECORDED, compiled, texts
 
@@ -64,8 +65,8 @@ def test_a_position_comes_back_within_half_a_pulse(group: ServoGroup, share: flo
 
 
 def test_every_pulse_of_every_group_comes_back(rosorin: Robot) -> None:
-    assert rosorin.servos
-    for group in rosorin.servos:
+    assert rosorin.sections[SERVOS]
+    for group in rosorin.sections[SERVOS]:
         for pulse in range(group.pulse_range[0], group.pulse_range[1] + 1):
             assert nearest(group, position_of(group, pulse)).pulse == pulse
 

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import first_of, listed
+from ..frontend.annotations import sections
 from ..model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
 from ..model.joint import UNPUBLISHED
+from ..model.sections import own_sections
 from ..numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
 from ..rules.proof import in_words, prove
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name
@@ -167,7 +169,8 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     """Return what only holds the place of a value, as the reason and the things that it holds for."""
     by_reason: dict[str, list[str]] = {}
     kinds: dict[str, Sequence[Any]] = {"robot": [robot], "link": robot.links, "joint": robot.joints}
-    kinds |= {"sensor": robot.sensors, "servos": robot.servos, "pose": robot.poses, "transform": robot.edges}
+    own = {one.name: robot.sections[one] for one in own_sections().values() if sections()[one.name].sourced}
+    kinds |= {"sensor": robot.sensors, **own, "pose": robot.poses, "transform": robot.edges}
     for kind, things in kinds.items():
         for thing in things:
             if thing.source.status == "stand_in":

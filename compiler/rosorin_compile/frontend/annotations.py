@@ -21,7 +21,8 @@
 | ``x-whole`` | a section | said of the robot as a whole: one that is included brings none |
 | ``x-called`` | a section | what one of its entries is called |
 | ``x-reckoned`` | any value | its numbers are calculated with: none may be beyond reckoning; false: not below |
-| ``x-explained`` | a section | its entries have no frame; ``explain`` shows where their numbers were written |
+| ``x-explained`` | a section | its entries have no frame; ``explain`` shows where their numbers were written: |
+| | | true: of each entry; a word: behind this word with each joint that they name |
 | ``x-topic`` | a section | a format that ``lacks`` this topic has no word for it |
 | ``x-compared`` | a section | its entries are compared value by value, each called so: ``battery main`` |
 | ``x-also`` | a key | what others call it (``synonyms``) |
@@ -109,7 +110,7 @@ class Node(NamedTuple):
     reckoned: bool | None = None
     whole: bool = False
     called: str = ""
-    explained: bool = False
+    explained: bool | str = False
     topic: str = ""
     compared: str = ""
     merge: str = ""

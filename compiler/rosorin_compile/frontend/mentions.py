@@ -82,7 +82,7 @@ def _entry(path: Path) -> str:
 def explained(tree: Map) -> Iterator[Path]:
     """Yield the paths of entries that have no frame, of whose numbers the schema says that they are shown."""
     for section, node in sections().items():
-        if node.explained:
+        if node.explained is True:
             yield from ((section, name) for name in tree.get(section) or ())
 
 

@@ -1,4 +1,4 @@
-"""Others: publishers, transforms of other nodes, named poses, servos, sensors, contacts and elements for URDF.
+"""Others: publishers, transforms of other nodes, named poses, sensors, contacts and elements for URDF.
 
 Then mass, centre of mass and inertia: of links, and of whole bodies where links share them out otherwise.
 """
@@ -16,10 +16,10 @@ from ..frontend.annotations import sections
 from ..model import Edge, Inertial, Publisher, Robot, Transform, Vector
 from ..model.geometry import minus, norm
 from ..model.joint import UNPUBLISHED
-from ..model.robot import JointPose, ServoGroup
+from ..model.robot import JointPose
 from ..model.sections import own_sections
 from .bodies import Bodies
-from .difference import MASS, OTHER, YAML, Item, Side
+from .difference import MASS, OTHER, Item, Side
 from .elements import Context, Key, context_of, said, spelt
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
@@ -28,7 +28,7 @@ from .rest import compare_drives, compare_rest, compare_sensors
 from .simulation import compare_simulation
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
 from .values import text_of
-from .wording import centre_change, contacts_change, inertia_change, number_change, renamed, row, several, value_change
+from .wording import centre_change, contacts_change, inertia_change, number_change, row, several, value_change
 
 _MOST = 50
 
@@ -39,7 +39,6 @@ _COMPARED: Mapping[str, Compare] = {
     "publisher": lambda pairing, _: _publishers(pairing),
     "edge": lambda pairing, _: _edges(pairing),
     "pose": lambda pairing, _: _poses(pairing),
-    "servo": lambda pairing, sides: _servos(pairing, all(side.format is YAML for side in sides)),
     "simulation": lambda pairing, _: compare_simulation(pairing.a.robot, pairing.b.robot),
     "sensor": lambda pairing, _: compare_sensors(pairing.a.robot, pairing.b.robot),
     "drive": lambda pairing, _: compare_drives(pairing),
@@ -130,40 +129,6 @@ def _poses(pairing: Pairing) -> Iterator[Item]:
                 unit = unit_of(joint, joint.name)
                 text = str(number_change(Fact("pose", name, joint.name).about, *values, unit))
                 yield Item(OTHER, name, f"pose {joint.name}", text, *values, unit)
-
-
-def _servos(pairing: Pairing, ranges: bool) -> Iterator[Item]:
-    old, new = _by_joint(pairing.a.robot), _by_joint(pairing.b.robot)
-    if ranges:
-        yield from either("servo of", old, new)
-    seen = set()
-    for joint in old:
-        if joint not in new or (old[joint].name, new[joint].name) in seen:
-            continue
-        one, other = old[joint], new[joint]
-        seen.add((one.name, other.name))
-        name = f"servo of {joint}"
-        if one.name != other.name and ranges:
-            yield Item(OTHER, name, "name", renamed("servo group", one.name, other.name).text, one.name, other.name)
-        values = _radians(one), _radians(other)
-        if differ(pairing.a, pairing.b, "rad_per_pulse", values, pairing.tolerance):
-            yield changed(OTHER, name, "rad_per_pulse", values, "rad")
-        numbers = [("zero_pulse", one.zero_pulse, other.zero_pulse)]
-        if ranges:
-            numbers += [("lowest pulse", one.pulse_range[0], other.pulse_range[0])]
-            numbers += [("highest pulse", one.pulse_range[1], other.pulse_range[1])]
-        for quantity, before, after in numbers:
-            if before != after:
-                yield changed(OTHER, name, quantity, (before, after), "")
-
-
-def _by_joint(robot: Robot) -> dict[str, ServoGroup]:
-    return {joint: group for group in robot.servos for joint in group.joints}
-
-
-def _radians(group: ServoGroup) -> float:
-    """Return the angle of one pulse, negative where the angle falls as the pulse rises."""
-    return -group.rad_per_pulse if group.flipped else group.rad_per_pulse
 
 
 def _contacts(a: Robot, b: Robot) -> Iterator[Item]:

@@ -2,7 +2,7 @@
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
 and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``bounds``,
-``touching``, ``pulses``, ``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (what else only simulations
+``touching``, ``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (what else only simulations
 have), ``frame_tree``.
 """
 
@@ -59,7 +59,7 @@ __all__ = [
 
 # What was public in 0.2, and still is found here, but belongs to the core alone.
 _BEFORE = {
-    "ServoGroup": "model.robot",
+    "ServoGroup": "sections.servos.value",
     "Mimic": "model.joint",
     "Material": "model.shape",
     "JointPose": "model.robot",

@@ -135,24 +135,6 @@ class Edge:
 
 
 @dataclass(frozen=True)
-class ServoGroup:
-    """Servos whose pulses map to joint angles: radians = sign * (pulse - zero_pulse) * rad_per_pulse."""
-
-    name: str
-    joints: tuple[str, ...]
-    rad_per_pulse: float
-    zero_pulse: int
-    flipped: bool
-    pulse_range: tuple[int, int]
-    source: Source = NO_SOURCE
-
-    def radians(self, pulse: int) -> float:
-        """Return the joint angle of a pulse; a flipped servo turns against its pulses."""
-        difference = self.zero_pulse - pulse if self.flipped else pulse - self.zero_pulse
-        return difference * self.rad_per_pulse
-
-
-@dataclass(frozen=True)
 class JointPose:
     """A named pose: positions in radians or metres by joint name; joints not named are at zero.
 
@@ -193,7 +175,6 @@ class Robot:
     sensors: tuple[Sensor, ...] = ()
     edges: tuple[Edge, ...] = ()
     publishers: tuple[Publisher, ...] = ()
-    servos: tuple[ServoGroup, ...] = ()
     poses: tuple[JointPose, ...] = ()
     outputs: tuple[Output, ...] = ()
     modes: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""Servos and poses: they turn joints that move, within their limits."""
+"""Poses: they turn joints that move, within their limits."""
 
 from __future__ import annotations
 
@@ -18,32 +18,8 @@ AFTER = "stamps"
 ROUNDING = 1e-6
 
 
-@rule("two-servos", "A joint is in two servo groups.", "Name it in one.", POSES)
-@rule(
-    "joint-has-no-position",
-    "A servo turns or a pose moves a planar or a floating joint, which has no single position.",
-    "Leave it out.",
-    POSES,
-)
-@rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
-def servos(case: Case) -> Iterator[Diagnostic]:
-    """Servos of fixed joints, and joints with two servos."""
-    taken: dict[str, Path] = {}
-    order = list(case.tree.get("servos") or ())
-    for group in sorted(case.robot.servos, key=lambda group: order.index(group.name)):
-        for index, name in enumerate(group.joints):
-            path: Path = ("servos", group.name, "joints", index)
-            joint = case.robot.joint.get(name)
-            if joint is not None and not joint.moves:
-                yield _fixed(case, joint, path, f'servo group "{group.name}" turns')
-            if name in taken and joint is not None:  # else that is told
-                message = f'joint "{name}" has two servos'
-                related = [case.related("its first servo", taken[name])]
-                yield case.problem("two-servos", message, path, "name it in one place", related=related)
-            taken.setdefault(name, path)
-
-
-def _fixed(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
+def fixed(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
+    """Return what is wrong where a joint is moved that does not move, or has no single position."""
     related = [case.related("the joint", case.joint(joint), key=True)]
     if not joint.is_fixed:
         message = f'{what} joint "{joint.name}", which is {joint.type} and has no single position'
@@ -53,6 +29,13 @@ def _fixed(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -
     return case.problem("joint-is-fixed", message, path, "name a joint that moves", related=related, key=key)
 
 
+@rule(
+    "joint-has-no-position",
+    "A servo turns or a pose moves a planar or a floating joint, which has no single position.",
+    "Leave it out.",
+    POSES,
+)
+@rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 @rule(
     "pose-beyond-limit",
     "A warning: a pose is beyond the limit of a joint.",
@@ -70,7 +53,7 @@ def positions(case: Case) -> Iterator[Diagnostic]:
             path: Path = ("poses", pose.name, kind, name)
             if not joint.moves:
                 if kind == "positions":
-                    yield _fixed(case, joint, path, f'pose "{pose.name}" moves', key=True)
+                    yield fixed(case, joint, path, f'pose "{pose.name}" moves', key=True)
             elif joint.mimic is not None:
                 message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
                 help = f'place "{joint.mimic.joint}" instead'

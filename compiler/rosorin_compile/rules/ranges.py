@@ -1,4 +1,4 @@
-"""Ranges: what a joint can reach against what drives it there: its leader, its servo, a speed, position zero."""
+"""Ranges: what a joint can reach against what drives it there: its leader, a speed, position zero."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from ..diagnostics import NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, POSES, rule
 from ..diagnostics.wording import first_of
-from ..frontend.tree import Path, at
+from ..frontend.tree import at
 from ..model import Joint, Limit
-from ..model.robot import ServoGroup
 from ..units import has_unit
 from .case import Case, number
 
@@ -21,11 +20,6 @@ ROUNDED = 0.05
 # rad/s. A servo turns at 10, a fast leg at 40; where a velocity is from here on and a multiple of STEP, it is one of a
 # data sheet in degrees. 100, 1000 and 50000 are no multiples: they stand for "no limit".
 FAST, STEP, FASTEST = 60.0, 15.0, 1080.0
-# rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
-COARSE = 0.1
-# A servo reaches more or less than its joint, by a gear that is not said too; not by as much.
-OTHER_RANGE = 20.0
-SEVERAL_TURNS = 4 * math.pi
 SHOWN = 8
 
 # A limit that is zero, and was calculated.
@@ -43,11 +37,11 @@ HAIR = 1e-6
 def followers(case: Case) -> Iterator[Diagnostic]:
     """Followers whose leader, within its limits, puts them beyond their own."""
     for joint in case.robot.joints:
-        mimic, own = joint.mimic, _range(joint)
+        mimic, own = joint.mimic, range_of(joint)
         leader = case.robot.joint.get(mimic.joint) if mimic else None
         if mimic is None or own is None or leader is None or leader.mimic is not None:
             continue
-        driven = _range(leader)
+        driven = range_of(leader)
         if driven is None:
             continue
         ends = sorted(mimic.multiplier * end + mimic.offset for end in driven)
@@ -58,8 +52,8 @@ def followers(case: Case) -> Iterator[Diagnostic]:
         outer = abs(mimic.offset) > max(abs(own[0]), abs(own[1])) + slack
         key = "offset" if outer else "multiplier"
         message = (
-            f'joint "{joint.name}" follows "{leader.name}" to {_span(ends, joint)}, beyond its own limits of'
-            f" {_span(own, joint)}{case.stands_in(case.joint(joint, 'limit'))}"
+            f'joint "{joint.name}" follows "{leader.name}" to {span_of(ends, joint)}, beyond its own limits of'
+            f" {span_of(own, joint)}{case.stands_in(case.joint(joint, 'limit'))}"
         )
         related = [case.related("its limits", case.joint(joint, "limit"))]
         related.append(case.related("those of the leader", case.joint(leader, "limit")))
@@ -67,7 +61,7 @@ def followers(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("mimic-beyond-limit", message, (*path, key), help, related=related, severity=WARNING)
 
 
-def _range(joint: Joint) -> tuple[float, float] | None:
+def range_of(joint: Joint) -> tuple[float, float] | None:
     """Return the limits of a joint that has some; None if they mean nothing."""
     limit: Limit | None = joint.limit
     if joint.type not in ("revolute", "prismatic") or limit is None or limit.lower is None or limit.upper is None:
@@ -75,7 +69,8 @@ def _range(joint: Joint) -> tuple[float, float] | None:
     return (limit.lower, limit.upper) if limit.lower < limit.upper else None
 
 
-def _span(ends: tuple[float, float] | list[float], joint: Joint) -> str:
+def span_of(ends: tuple[float, float] | list[float], joint: Joint) -> str:
+    """Return a range of a joint in words."""
     return f"{number(ends[0])} to {number(ends[1])} {'m' if joint.type == 'prismatic' else 'rad'}"
 
 
@@ -115,60 +110,15 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
     """Joints that cannot be at zero and are said to be nowhere else."""
     placed = {name for pose in case.robot.poses for name in pose.positions}
     away = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
-    away = [joint for joint in away if (ends := _range(joint)) and not _reaches(ends, 0.0)]
+    away = [joint for joint in away if (ends := range_of(joint)) and not _reaches(ends, 0.0)]
     if not away:
         return
-    names = first_of([f'"{joint.name}" ({_span(_range(joint) or (0, 0), joint)})' for joint in away], SHOWN)
+    names = first_of([f'"{joint.name}" ({span_of(range_of(joint) or (0, 0), joint)})' for joint in away], SHOWN)
     message = f"zero, where simulations begin, is not within the limits of {names}"
-    first = _range(away[0]) or (0.0, 0.0)
+    first = range_of(away[0]) or (0.0, 0.0)
     place = case.joint(away[0], "limit", "lower" if first[0] > 0 else "upper")
     yield case.problem("zero-beyond-limit", message, place, "add a pose that places it", severity=NOTE)
 
 
 def _reaches(ends: tuple[float, float], position: float) -> bool:
     return ends[0] - HAIR <= position <= ends[1] + HAIR
-
-
-@rule(
-    "servo-range",
-    "A warning: a pulse turns a servo by many degrees, or all pulses together reach much more or much less than the "
-    "joint.",
-    "`rad_per_pulse` is the angle of one pulse, in radians: `${240*deg / 1000}`.",
-    POSES,
-)
-def servos(case: Case) -> Iterator[Diagnostic]:
-    """Scales of pulses that are in degrees, or were turned into radians twice."""
-    for group in case.robot.servos:
-        joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
-        reach = abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
-        told = _coarse(case, group, reach) if any(joint.type != "prismatic" for joint in joints) else None
-        told = told or next((found for joint in joints if (found := _other_range(case, group, joint, reach))), None)
-        if told is not None:
-            yield told
-
-
-def _coarse(case: Case, group: ServoGroup, reach: float) -> Diagnostic | None:
-    if abs(group.rad_per_pulse) < COARSE or reach < SEVERAL_TURNS:
-        return None
-    place: Path = ("servos", group.name, "rad_per_pulse")
-    message = (
-        f'a pulse turns the servos "{group.name}" by {number(group.rad_per_pulse)} rad{case.stands_in(place)}, and all'
-        f" of them by {number(reach)} rad, {number(round(reach / (2 * math.pi), 1))} turns: this looks like degrees"
-    )
-    help = "rad_per_pulse is in radians: ${240*deg / 1000} is 240 degrees over 1000 pulses"
-    return case.problem("servo-range", message, place, help, severity=WARNING)
-
-
-def _other_range(case: Case, group: ServoGroup, joint: Joint, reach: float) -> Diagnostic | None:
-    ends = _range(joint)
-    if ends is None or 1 / OTHER_RANGE <= reach / (ends[1] - ends[0]) <= OTHER_RANGE:
-        return None
-    place: Path = ("servos", group.name, "rad_per_pulse")
-    unit = "m" if joint.type == "prismatic" else "rad"
-    message = (
-        f'all pulses of the servos "{group.name}" together are {number(reach)} {unit}{case.stands_in(place)}, and joint'
-        f' "{joint.name}" goes from {_span(ends, joint)}{case.stands_in(case.joint(joint, "limit"))}'
-    )
-    related = [case.related("its limits", case.joint(joint, "limit"))]
-    help = "rad_per_pulse is the way of one pulse, in radians or metres"
-    return case.problem("servo-range", message, place, help, related=related, severity=WARNING)

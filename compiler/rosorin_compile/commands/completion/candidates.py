@@ -351,7 +351,7 @@ _KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
     "FOLDER": lambda _, current: map(Candidate, files(current, ())),
     "PATH": lambda _, current: map(Candidate, files(current, ())),
     "FRAME": _names("frames"),
-    "SERVO": _names("servos"),
+    "SERVO": _names("servos.joint"),
     "THING": _names("things"),
     "NODE": _names("nodes"),
     "ARTIFACT": _artifacts,

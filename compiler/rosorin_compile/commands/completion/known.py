@@ -38,7 +38,6 @@ _XACRO_ARG = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
 # What is asked for beside the entries of a section: the kinds of names that these are where a text alone can be read.
 _IN_TEXT = {
     "frames": ("link",),
-    "servos": ("joint",),
     THINGS: ("link", "joint", "sensor", USE),
     "nodes": ("publisher",),
 }
@@ -231,11 +230,6 @@ def _joints(robot: Robot) -> dict[str, str]:
     return {joint.name: _said(robot, joint) for joint in robot.joints}
 
 
-def _servos(robot: Robot) -> dict[str, str]:
-    joints = _joints(robot)
-    return {name: joints.get(name, "") for group in robot.servos for name in group.joints}
-
-
 def _things(robot: Robot) -> dict[str, str]:
     return {**_frames(robot), **_joints(robot), **{sensor.name: sensor.type for sensor in robot.sensors}}
 
@@ -251,7 +245,6 @@ def _nodes(robot: Robot) -> dict[str, str]:
 
 _OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {
     "frames": _frames,
-    "servos": _servos,
     THINGS: _things,
     "modes": _modes,
     "nodes": _nodes,
@@ -259,12 +252,21 @@ _OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {
 
 
 def _in_robot(robot: Robot, tree: Map, of: str) -> dict[str, str]:
-    """Return the names of one kind, or of the entries of a section: those of the model, which knows more, if any."""
+    """Return the names of one kind, or of the entries of a section: those of the model, which knows more, if any.
+
+    SECTION.joint are the joints that a section names.
+    """
     if of in _OF_ROBOT:
         from ...frontend.mentions import explained
 
         more = (str(path[1]) for path in explained(tree)) if of == THINGS else ()
         return _OF_ROBOT[of](robot) | dict.fromkeys(more, "")
+    section, _, kind = of.partition(".")
+    if kind:
+        from ...frontend.mentions import mentions
+
+        named, joints = sorted(mentions(tree, (kind,), section), key=lambda one: str(one.path[1])), _joints(robot)
+        return {one.name: joints.get(one.name, "") for one in named}
     if of not in {field.name for field in fields(robot)}:
         return dict.fromkeys(tree.get(of) or (), "")
     return {one.name: _said(robot, one) for one in getattr(robot, of)}
@@ -288,7 +290,8 @@ def _in_text(path: Path, of: str) -> dict[str, str]:
     if is_foreign(path):
         return {}
     kinds, sections = _text(path)
-    found = [name for kind in _IN_TEXT[of] for name in kinds.get(kind, ())] if of in _IN_TEXT else sections.get(of, ())
+    asked = _IN_TEXT.get(of) or of.split(".")[1:]
+    found = [name for kind in asked for name in kinds.get(kind, ())] if asked else sections.get(of, ())
     return dict.fromkeys(found, "")
 
 

@@ -6,8 +6,9 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
+from ...frontend.annotations import sections
 from ...frontend.mentions import mentions
-from ...frontend.schema import unit_at
+from ...frontend.schema import fragment_at, unit_at
 from ...frontend.tree import Path
 from ...model import (
     ROBOT_STATE_PUBLISHER,
@@ -224,20 +225,26 @@ def publisher_words(publisher: Publisher) -> str:
 
 
 _OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
-_OF_SERVO = ("rad_per_pulse", "zero_pulse", "pulse_range")
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def of_joint(frames: Frames, joint: Joint) -> Iterator[Number]:
-    """Yield the limits of a joint, whom it follows, what a simulation knows of it, and its servo."""
+    """Yield the limits of a joint, whom it follows, what a simulation knows of it, and what sections say of it."""
     path = frames.places["joint", joint.name]
     for key in () if path[0] in frames.robot.sections.said else _OF_JOINT:  # which has keys of its own
         yield from frames.numbers((*path, key), joint.type in ("prismatic", "planar"))
-    for group in frames.robot.servos:
-        if joint.name in group.joints:
-            for key in _OF_SERVO:
-                for number in frames.numbers(("servos", group.name, key)):
-                    yield number._replace(name=f"servo {number.name}")
+    for section, node in sections().items():
+        if isinstance(node.explained, str):
+            yield from _naming(frames, joint, section, node.explained)
+
+
+def _naming(frames: Frames, joint: Joint, section: str, word: str) -> Iterator[Number]:
+    """Yield the numbers of the entries of a section that name a joint, each behind a word."""
+    named = {one.path[1] for one in mentions(frames.origins.tree, ("joint",), section) if one.name == joint.name}
+    for name in sorted(map(str, named)):
+        for key in fragment_at((section, "*"))["properties"]:
+            for number in frames.numbers((section, name, key)):
+                yield number._replace(name=f"{word} {number.name}")
 
 
 def of_entry(frames: Frames, path: Path) -> Iterator[Number]:

@@ -19,7 +19,7 @@ from ..usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from ...diagnostics.console import Console
     from ...model import Joint, Robot
-    from ...model.robot import ServoGroup
+    from ...sections.servos.value import ServoGroup
     from ..parser import Parser
 
 _HOW = "rosorin-compile pulses ROBOT ..."
@@ -71,11 +71,11 @@ def run(options: argparse.Namespace) -> int:
     known = understood(run.given, _named("".join(names)), console)
     if known is None:
         return PROBLEMS
-    if not known.robot.servos:
+    if not _servos(known.robot):
         raise WrongUsage(f'the robot "{known.robot.name}" has no servos')
     if options.model is not None:
         return _same_model(known.robot, options, console)
-    from ...model.pulses import NoPulse, NoServo
+    from ...sections.servos.pulses import NoPulse, NoServo
     from .states import NoState
 
     try:
@@ -106,7 +106,7 @@ def _rows(robot: Robot, options: argparse.Namespace, values: list[str]) -> list[
     if options.pose:
         positions = pose_of(robot, options.pose)
         pulses = next(pose.pulses for pose in robot.poses if pose.name == options.pose)
-        for name in (name for group in robot.servos for name in group.joints if name in positions):
+        for name in (name for group in _servos(robot) for name in group.joints if name in positions):
             made[name] = _of_pulse(robot, name, pulses[name]) if name in pulses else _of(robot, name, positions[name])
         if not made:
             raise NoState(f'no joint of the pose "{options.pose}" has a servo')
@@ -117,7 +117,7 @@ def _rows(robot: Robot, options: argparse.Namespace, values: list[str]) -> list[
 
 
 def _of_text(robot: Robot, name: str, text: str, options: argparse.Namespace) -> Row:
-    from ...model.pulses import servo_of
+    from ...sections.servos.pulses import servo_of
     from .states import position, whole
 
     servo_of(robot, name)
@@ -140,14 +140,14 @@ def _is_number(text: str) -> bool:
 
 
 def _of_pulse(robot: Robot, name: str, pulse: int) -> Row:
-    from ...model.pulses import position_of, servo_of
+    from ...sections.servos.pulses import position_of, servo_of
 
     group = servo_of(robot, name)
     return Row(robot.joint[name], group, pulse, position_of(group, pulse, name))
 
 
 def _of(robot: Robot, name: str, asked: float) -> Row:
-    from ...model.pulses import nearest, servo_of
+    from ...sections.servos.pulses import nearest, servo_of
 
     group = servo_of(robot, name)
     found = nearest(group, asked, name)
@@ -162,7 +162,7 @@ def _show(known: Known, rows: list[Row], options: argparse.Namespace, console: C
     state = {row.joint.name: row.position for row in rows}
     found = list(beyond(known.robot, state))
     if options.pose:
-        served = {name for group in known.robot.servos for name in group.joints}
+        served = {name for group in _servos(known.robot) for name in group.joints}
         pose = next(pose for pose in known.robot.poses if pose.name == options.pose)
         without = [name for name in pose.positions if name not in served]
         if without:
@@ -170,7 +170,7 @@ def _show(known: Known, rows: list[Row], options: argparse.Namespace, console: C
     console.show([beyond_limit(known, one_beyond, ERROR if options.strict else WARNING) for one_beyond in found])
     if found and options.strict:
         return PROBLEMS
-    servos = [_servo_object(group) for group in known.robot.servos]
+    servos = [_servo_object(group) for group in _servos(known.robot)]
     made = {"servos": servos, "joints": [_object(row) for row in rows]}
     heads = _HEADS if any(row.asked is not None for row in rows) else _HEADS[:4]
     give_result(
@@ -192,13 +192,19 @@ def _cells(row: Row) -> tuple[str, ...]:
     return (*cells, f"{exact(row.asked)} {unit}", f"{off:+.3g} {unit}" if off else f"0 {unit}")
 
 
+def _servos(robot: Robot) -> tuple[ServoGroup, ...]:
+    from ...sections.servos import SERVOS
+
+    return robot.sections[SERVOS]
+
+
 def _calibration(robot: Robot) -> list[str]:
     """Return the servo groups: the formula of each, and what every joint can be sent."""
-    from ...model.pulses import travel, within
     from ...numbers import exact
+    from ...sections.servos.pulses import travel, within
 
     lines, rows = [], []
-    for group in robot.servos:
+    for group in _servos(robot):
         difference = f"{group.zero_pulse} - pulse" if group.flipped else f"pulse - {group.zero_pulse}"
         lines.append(f"{group.name}: position = ({difference}) * {exact(group.rad_per_pulse)}")
         first, last = group.pulse_range
@@ -235,7 +241,7 @@ def _table(heads: tuple[str, ...], rows: Any) -> list[str]:
 
 
 def _object(row: Row) -> dict[str, Any]:
-    from ...model.pulses import within
+    from ...sections.servos.pulses import within
 
     slides = row.joint.type == "prismatic"
     return {
@@ -264,7 +270,7 @@ def _servo_object(group: ServoGroup) -> dict[str, Any]:
 
 def _same_model(robot: Robot, options: argparse.Namespace, console: Console) -> int:
     """Say whether the driver's model gives the positions that the description gives, pulse by pulse."""
-    from ...model.pulses import NoModel, against_model
+    from ...sections.servos.pulses import NoModel, against_model
 
     name = options.model
     path = Path(name)
@@ -275,7 +281,7 @@ def _same_model(robot: Robot, options: argparse.Namespace, console: Console) -> 
     except NoModel as problem:
         console.warn(f"{name}: {problem}")
         return PROBLEMS
-    servos = [_servo_object(group) for group in robot.servos]
+    servos = [_servo_object(group) for group in _servos(robot)]
     made = {"servos": servos, "joints": [], "model": {"file": name, "differences": list(compared.differences)}}
     for line in compared.differences:
         console.warn(f"{name}: {line}")

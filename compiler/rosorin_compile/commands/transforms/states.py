@@ -13,8 +13,8 @@ from ...diagnostics.registry import ASKING, Rule
 from ...frontend.expression import ExpressionError, evaluate
 from ...model import Joint, Robot
 from ...model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
-from ...model.pulses import NoPulse, NoServo, to_radians
 from ...numbers import exact
+from ...sections.servos.pulses import NoPulse, NoServo, to_radians
 from ...units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of, unknown_unit
 from ..understanding import Known
 from ..usage import WrongUsage

@@ -115,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
     known = understood(run.given, _robot(robot), console)
     if known is None:
         return PROBLEMS
-    from ...model.pulses import NoPulse
+    from ...sections.servos.pulses import NoPulse
 
     try:
         asked = _asked(known, options)
@@ -144,7 +144,7 @@ def _has_frames(given: Given, robot: str, frames: list[str]) -> bool:
 
 def _asked(known: Known, options: argparse.Namespace) -> Asked:
     """Return the states that the options ask for. Raises WrongUsage, NoPulse."""
-    from ...model.pulses import NoServo
+    from ...sections.servos.pulses import NoServo
     from .states import NoState, given, states, sweep_of
 
     try:

@@ -12,9 +12,11 @@ from typing import Any
 from ...model import Box, Capsule, Cylinder, Ellipsoid, Inertial, Joint, Link, Mesh, Pose, Robot, Sensor, Shape, Sphere
 from ...model.frame_tree import Row, publishers
 from ...model.joint import MOVING_TYPES
-from ...model.robot import JointPose, ServoGroup
+from ...model.robot import JointPose
 from ...model.seen import numbers, placed, seen_by
 from ...model.shape import Rgba
+from ...sections.servos import SERVOS
+from ...sections.servos.value import ServoGroup
 from ..drawing.letters import colours
 from ..drawing.situations import Situation, TooMany, situations
 from ..static_tf import describe
@@ -134,7 +136,7 @@ def _joint(robot: Robot, joint: Joint) -> Data:
     if joint.mimic is not None:
         mimic = joint.mimic
         made["mimic"] = {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset}
-    servo = next((group for group in robot.servos if joint.name in group.joints), None)
+    servo = next((group for group in robot.sections[SERVOS] if joint.name in group.joints), None)
     if servo is not None:
         made["servo"] = _servo(servo)
     if describe(joint.source):

@@ -16,8 +16,9 @@ from ...diagnostics.registry import FORMATS, Rule
 from ...model import Box, HeightMap, Joint, Output, Pose, Robot, Shape, Vector
 from ...model.geometry import IDENTITY
 from ...model.joint import SEVERAL_COORDINATES
-from ...model.robot import ServoGroup
 from ...rules.case import Case
+from ...sections.servos import SERVOS
+from ...sections.servos.value import ServoGroup
 from ...startup.remembering import remembered
 from ..format import Facts, Format, Opened, Value
 
@@ -97,7 +98,7 @@ def _asked(robot: Robot, output: Output) -> Iterable[str]:
 
 def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> list[Diagnostic]:
     """Return an error for each name in the options that the robot does not have."""
-    servos = {group.name for group in robot.servos}
+    servos = {group.name for group in robot.sections[SERVOS]}
     asked: list[tuple[str, Iterable[str], Iterable[str]]] = [
         ("joint", options.get("joints", ()), robot.joint),
         ("link", options.get("rename", {}), robot.link),
@@ -139,13 +140,14 @@ def _same_names(links: list[str], rename: Mapping[str, str]) -> list[Diagnostic]
 
 
 def _servos(robot: Robot, options: Mapping[str, Any], diagnostics: list[Diagnostic]) -> ServoGroup | None:
+    servos = robot.sections[SERVOS]
     if "servos" in options:
-        return next((group for group in robot.servos if group.name == options["servos"]), None)
-    if len(robot.servos) > 1:
-        names = ", ".join(group.name for group in robot.servos)
+        return next((group for group in servos if group.name == options["servos"]), None)
+    if len(servos) > 1:
+        names = ", ".join(group.name for group in servos)
         message = f"pulse_to_rad has room for one servo group, the robot has {names}"
         diagnostics.append(error("robot-model-servos", message, None, "say which one with servos: NAME"))
-    return robot.servos[0] if robot.servos else None
+    return servos[0] if servos else None
 
 
 def _pulse_to_rad(servos: ServoGroup) -> dict[str, Any]:
@@ -329,7 +331,7 @@ def _vector(quantities: Iterable[str], numbers: Iterable[float], unit: str) -> d
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find a servo group that does not exist."""
-    group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
+    group, groups = output.options.get("servos"), {group.name for group in case.robot.sections[SERVOS]}
     if group is not None and group not in groups:
         message = f'there is no servo group "{group}", asked for by output "{output.name}"'
         help = did_you_mean(group, groups, "name a group")
@@ -398,6 +400,7 @@ FORMAT = Format(
     schema="robot_model",
     solids=_solids,
     names=names,
+    says=(SERVOS.name,),
     lacks=frozenset(
         {
             "mass",

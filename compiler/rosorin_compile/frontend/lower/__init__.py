@@ -54,7 +54,6 @@ from .entries import (
     node_of,
     pose_of_joints,
     safety_of,
-    servo_group_of,
     source_of,
     texts_of,
     values_of,
@@ -183,11 +182,11 @@ class _Lowering:
             sensors.append(sensor)
             joints += mounts
         links += self.frames_of_sensors(sensors)
-        servos = tuple(servo_group_of(name, entry, self.problem) for name, entry in entries_of(tree, "servos"))
+        sections = lower_sections(tree, self.problem, self.broken)
         source = source_of(tree.get("source"))
         # Simulators begin at the first one.
         entries = self.section("poses").items() if source.status == "imported" else entries_of(tree, "poses")
-        poses = [pose_of_joints(name, entry, servos, tree, self.problem) for name, entry in entries]
+        poses = [pose_of_joints(name, entry, sections, tree, self.problem) for name, entry in entries]
         return Robot(
             name=tree["robot"],
             links=tuple(links),
@@ -195,7 +194,6 @@ class _Lowering:
             sensors=tuple(sensors),
             edges=tuple(self.edges),
             publishers=tuple(self.nodes.values()),
-            servos=servos,
             poses=tuple(poses),
             outputs=tuple(self.output(name, entry) for name, entry in entries_of(tree, "outputs")),
             modes=tuple(name for name, _ in entries_of(tree, "modes")),
@@ -208,7 +206,7 @@ class _Lowering:
             simulation=lower_simulation(tree),
             drive=self.drive(),
             controllers=self.controllers(),
-            sections=lower_sections(tree, self.problem, self.broken),
+            sections=sections,
         )
 
     def controllers(self) -> tuple[Controller, ...]:

@@ -1,17 +1,18 @@
-"""Entries of a description that become one value each: vectors, poses, what a joint has, servos, publishers."""
+"""Entries of a description that become one value each: vectors, poses, what a joint has, publishers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...diagnostics.registry import JOINTS, POSES, Rule
+from ...diagnostics.registry import JOINTS, Rule
 from ...diagnostics.wording import listed
 from ...model import Limit, Publisher
 from ...model.drive import ROLES, Drive
 from ...model.joint import NODE, Calibration, Dynamics, Mimic, SafetyController
 from ...model.link import NO_SOURCE, Source
-from ...model.robot import JointPose, ServoGroup
+from ...model.robot import JointPose
+from ...model.sections import Sections
 from ...model.shape import Material, Rgba
 from ...model.simulated import Attribute
 from ...model.simulation import Actuator
@@ -21,18 +22,11 @@ from .plainly import pose_of_entry, record_of
 
 RULES = (
     Rule(
-        "unknown-servo",
-        "No servo group has this joint, or there is no such group.",
-        "Correct the name, or add it to a group.",
-        POSES,
-    ),
-    Rule(
         "drive-kind",
         "A drive says no kind of base, or several.",
         "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
         JOINTS,
     ),
-    Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
 
 # Takes the rule, the message, the path and the way out of a problem, and whether it is at a key.
@@ -125,45 +119,22 @@ def node_of(name: str, entry: Mapping[str, Any] | None) -> Publisher:
     return record_of(Publisher, entry, kind=NODE, name=(entry or {}).get("node", name))
 
 
-def servo_group_of(name: str, entry: Mapping[str, Any], problem: Problem) -> ServoGroup:
-    """Return a group of servos; ``problem`` takes what is wrong with it."""
-    low, high = entry["pulse_range"]
-    if not low < high:
-        message = f"the pulse range goes from {low} to {high}"
-        problem("pulse-range", message, ("servos", name, "pulse_range"), "give the smaller pulse first")
-    elif not low <= entry["zero_pulse"] <= high:
-        message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
-        problem("pulse-range", message, ("servos", name, "zero_pulse"), "correct one of the two")
-    if float(entry["rad_per_pulse"]) == 0:
-        message = "a pulse of no angle moves nothing"
-        problem("pulse-range", message, ("servos", name, "rad_per_pulse"), "give the angle of one pulse")
-    return record_of(ServoGroup, entry, name=name, flipped=entry.get("flipped", False))
+def pose_of_joints(name: str, entry: Mapping[str, Any], sections: Sections, tree: Map, problem: Problem) -> JointPose:
+    """Return a named pose of a tree; its pulses are positions by the servos of ``sections``.
 
-
-def pose_of_joints(
-    name: str, entry: Mapping[str, Any], servos: Sequence[ServoGroup], tree: Map, problem: Problem
-) -> JointPose:
-    """Return a named pose of a tree, pulses as positions; ``problem`` takes what is wrong with it."""
+    ``problem`` takes what is wrong with it.
+    """
     positions = {joint: float(value) for joint, value in sorted(entry.get("positions", {}).items())}
     pulses = dict(sorted(entry.get("pulses", {}).items()))
-    for joint, pulse in pulses.items():
-        path: Path = ("poses", name, "pulses", joint)
-        group = next((group for group in servos if joint in group.joints), None)
-        if group is None:
-            known = [joint for group in servos for joint in group.joints]
-            if joint in (tree.get("joints") or ()) and not {*known} <= tree["joints"].keys():
-                continue  # a servo group names it wrongly, which is told
-            message = f'no servo group has the joint "{joint}"'
-            from ..misnamed import name_meant
+    if pulses:
+        from ...sections.servos import SERVOS
+        from ...sections.servos.lowering import positions_of
 
-            problem("unknown-servo", message, path, name_meant(tree, path, joint, known), key=True)
-            continue
-        low, high = group.pulse_range
-        if not low <= pulse <= high:
-            problem("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
-        if joint in positions:
+        given = positions_of(name, pulses, sections[SERVOS], tree, problem)
+        for joint in (joint for joint in given if joint in positions):
+            path: Path = ("poses", name, "pulses", joint)
             problem("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
-        positions[joint] = group.radians(pulse)
+        positions |= given
     base = pose_of_entry(entry["base"]) if "base" in entry else None
     controls = {actuator: float(value) for actuator, value in sorted(entry.get("controls", {}).items())}
     more = values_of(entry.get("mjcf"))

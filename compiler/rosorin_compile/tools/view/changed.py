@@ -197,11 +197,12 @@ def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
         sensor = next((one for one in robot.sensors if one.name == name), None)
         if kind == "sensor" and sensor is not None:
             return sensor.frame
-        servos = next((one for one in robot.servos if one.name == name), None)
-        if kind == "servo" and servos is not None and servos.joints[0] in robot.joint:
-            return robot.joint[servos.joints[0]].child
         if plain in robot.link:
             return plain
+        said = (one for value in robot.sections.values.values() if isinstance(value, tuple) for one in value)
+        joints = next((one.joints for one in said if getattr(one, "name", "") == name and hasattr(one, "joints")), ())
+        if joints and joints[0] in robot.joint:
+            return robot.joint[joints[0]].child
     return ""
 
 

@@ -13,10 +13,11 @@ from collections.abc import Mapping
 from numbers import Integral
 from typing import NamedTuple
 
-from ..diagnostics import did_you_mean
-from ..diagnostics.bounded import json_of
-from . import Limit, Robot
-from .robot import ServoGroup
+from ...diagnostics import did_you_mean
+from ...diagnostics.bounded import json_of
+from ...model import Limit, Robot
+from . import SERVOS
+from .value import ServoGroup
 
 # Of a pulse: a limit that was computed from a pulse is at that pulse.
 ROUNDING = 1e-6
@@ -40,10 +41,10 @@ class Nearest(NamedTuple):
 
 def servo_of(robot: Robot, joint: str) -> ServoGroup:
     """Return the servo group of a joint. Raises NoServo."""
-    for group in robot.servos:
+    for group in robot.sections[SERVOS]:
         if joint in group.joints:
             return group
-    with_servo = [name for group in robot.servos for name in group.joints]
+    with_servo = [name for group in robot.sections[SERVOS] for name in group.joints]
     if joint in robot.joint:
         have = f"these have one: {', '.join(with_servo)}" if with_servo else "the robot has none at all"
         raise NoServo(f'joint "{joint}" has no servo; {have}')

@@ -14,7 +14,6 @@ from ..frontend.mentions import Mention, mentions
 from ..frontend.schema import TEMPLATE
 from ..frontend.tree import Map, Path, at, exists, follow
 from ..model import Joint, Output, Robot
-from ..sections.moveit import MOVEIT
 from .remarkable import Remarkable
 
 if TYPE_CHECKING:
@@ -44,11 +43,10 @@ class Case:
         return feeding(self.robot, publisher, self.formats)
 
     def mentions(self, *kinds: str) -> Iterator[Mention]:
-        """Yield what names something of some kinds, but for the virtual joint, which is none of the robot."""
-        moveit = self.robot.sections[MOVEIT]
-        virtual = moveit.virtual_joint.name if moveit is not None and moveit.virtual_joint is not None else ""
+        """Yield what names something of some kinds, but for what a section has for itself (``own_names``)."""
+        own = {section: getattr(value, "own_names", {}) for section, value in self.robot.sections.values.items()}
         for one in mentions(self.tree, kinds):
-            if not (one.kind == "joint" and one.path[0] == "moveit" and one.name == virtual):
+            if one.name not in own.get(str(one.path[0]), {}).get(one.kind, ()):
                 yield one
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:

@@ -5,7 +5,7 @@ Which joints a group has is a question about one URDF: ``formats.srdf.planning``
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
@@ -150,6 +150,11 @@ class Moveit:
     joint_properties: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     search: CollisionSearch = CollisionSearch()
     matrix: CollisionMatrix | None = None
+
+    @property
+    def own_names(self) -> Mapping[str, Collection[str]]:
+        """What may be named here, and is nothing of the robot, by kind: the virtual joint."""
+        return {"joint": (self.virtual_joint.name,)} if self.virtual_joint is not None else {}
 
     def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> Moveit:
         """Return it with other names of links and joints."""

@@ -20,4 +20,9 @@ SHIPPED = (
 )
 
 # The sections of the language that stand in folders of their own: where the record of each is.
-SECTIONS = ("sections.servos:SERVOS", "sections.control:CONTROL", "sections.moveit:MOVEIT")
+SECTIONS = (
+    "sections.servos:SERVOS",
+    "sections.control:CONTROL",
+    "sections.moveit:MOVEIT",
+    "sections.disabled_contacts:DISABLED_CONTACTS",
+)

@@ -52,7 +52,7 @@ def test_what_a_urdf_has_no_word_for_is_not_held_against_it() -> None:
     posed, driven, measured, otherwise = (
         replace(plain, **more)
         for more in (
-            {"poses": (pose,), "modes": ("docked",), "disabled_contacts": (("a", "b"),)},
+            {"poses": (pose,), "modes": ("docked",), "sections": Sections({"disabled_contacts": (("a", "b"),)})},
             {"sections": Sections({"moveit": Moveit()}), "sensors": (Sensor("s", "imu", "a", "j"),)},
             {"sections": Sections({"control": (gauge,)})},
             {"sections": Sections({"control": (other,)})},

@@ -1,4 +1,4 @@
-"""Others: publishers, transforms of other nodes, named poses, sensors, contacts and elements for URDF.
+"""Others: publishers, transforms of other nodes, named poses, sensors and elements for URDF.
 
 Then mass, centre of mass and inertia: of links, and of whole bodies where links share them out otherwise.
 """
@@ -28,7 +28,7 @@ from .rest import compare_drives, compare_rest, compare_sensors
 from .simulation import compare_simulation
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
 from .values import text_of
-from .wording import centre_change, contacts_change, inertia_change, number_change, row, several, value_change
+from .wording import centre_change, inertia_change, number_change, row, several, value_change
 
 _MOST = 50
 
@@ -43,7 +43,6 @@ _COMPARED: Mapping[str, Compare] = {
     "sensor": lambda pairing, _: compare_sensors(pairing.a.robot, pairing.b.robot),
     "drive": lambda pairing, _: compare_drives(pairing),
     "rest": compare_rest,
-    "contact": lambda pairing, _: _contacts(pairing.a.robot, pairing.b.robot),
     "urdf_elements": lambda pairing, _: _elements(pairing),
 }
 
@@ -129,13 +128,6 @@ def _poses(pairing: Pairing) -> Iterator[Item]:
                 unit = unit_of(joint, joint.name)
                 text = str(number_change(Fact("pose", name, joint.name).about, *values, unit))
                 yield Item(OTHER, name, f"pose {joint.name}", text, *values, unit)
-
-
-def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
-    old, new = ({" - ".join(sorted(pair)) for pair in robot.disabled_contacts} for robot in (a, b))
-    if old != new:
-        text = contacts_change(sorted(new - old), sorted(old - new)).text
-        yield Item(OTHER, "contacts", "contacts", text, ", ".join(sorted(old)), ", ".join(sorted(new)))
 
 
 def _elements(pairing: Pairing) -> Iterator[Item]:

@@ -1,7 +1,7 @@
 """Renaming: a robot under other names of links and joints, at each place that names one, as the schema says.
 
-A record of the model has the keys of the entry that it was made of as fields, and its key as ``name``. What has another
-form in the model is renamed by a function of its own.
+A record of the model has the keys of the entry that it was made of as fields, and its key as ``name``; a tuple in its
+place is the one list of names that the entry has. What has another form is renamed by a function of its own.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
     walk = _Walk(lambda name: links.get(name, name), lambda name: joints.get(name, name))
     link, joint = walk.of["link"], walk.of["joint"]
     found: dict[str, Any] = {
-        "disabled_contacts": tuple((link(one), link(other)) for one, other in robot.disabled_contacts),
         "simulation": robot.simulation.renamed(link, joint),
         "sections": walk.through(robot.sections),
     }
@@ -61,7 +60,9 @@ class _Walk:
         if isinstance(value, Mapping):
             return {self._name(node.keys, key): self.at(node.at(key), one) for key, one in value.items()}
         if isinstance(value, tuple):
-            return tuple(self.at(node.items, one) if node.keys is None else self._entry(node, one) for one in value)
+            lists = (one.items for one in node.properties.values() if one is not None and one.items is not None)
+            items = node.items or next(lists, None)
+            return tuple(self.at(items, one) if node.keys is None else self._entry(node, one) for one in value)
         return self._record(node, value) if is_dataclass(value) else value
 
     def _name(self, node: Node | None, name: str) -> str:

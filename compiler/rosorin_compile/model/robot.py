@@ -178,7 +178,6 @@ class Robot:
     poses: tuple[JointPose, ...] = ()
     outputs: tuple[Output, ...] = ()
     modes: tuple[str, ...] = ()
-    disabled_contacts: tuple[tuple[str, str], ...] = ()
     source: Source = NO_SOURCE
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()

@@ -26,6 +26,7 @@ from rosorin_compile.formats.mjcf.contacts import contacts
 from rosorin_compile.formats.mjcf.masks import Masks
 from rosorin_compile.formats.mjcf.robot import read_mjcf
 from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
+from rosorin_compile.sections.disabled_contacts import DISABLED_CONTACTS
 from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
 from support.paths import DATA, OUTPUTS, ROOT
 from support.robots import compiled
@@ -100,8 +101,8 @@ def test_our_own_mjcf_comes_back() -> None:
     back = {frozenset(pair) for pair in contacts(case.robot).excluded}
     assert back == {frozenset((one.get("body1"), one.get("body2"))) for one in excluded}
     masks = Masks(case.robot, True)  # of hubs and rollers the bits of their shapes say it
-    assert not [pair for pair in robot.disabled_contacts if frozenset(pair) not in back and masks.meet(*pair)]
-    assert not case.robot.disabled_contacts
+    assert not [pair for pair in robot.sections[DISABLED_CONTACTS] if frozenset(pair) not in back and masks.meet(*pair)]
+    assert not case.robot.sections[DISABLED_CONTACTS]
     for name, link in robot.link.items():
         solids = [solid for shape in link.collision for solid in shape.solids("merged")]
         assert len(case.robot.link[name].collision) == len(solids)

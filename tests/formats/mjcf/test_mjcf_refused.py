@@ -13,6 +13,7 @@ from rosorin_compile.formats.mjcf import facts as mjcf_facts  # noqa: E402
 from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
+from rosorin_compile.sections.disabled_contacts import DISABLED_CONTACTS  # noqa: E402
 from support.machines import BODY, chain, machine  # noqa: E402
 from support.simulator import BASES, load  # noqa: E402
 
@@ -109,7 +110,7 @@ def test_a_link_called_world_has_a_body_of_another_name():
         Joint("turn", "continuous", "world", "world_link", Pose((0.0, 0.0, 1.0))),
         Joint("weld", "fixed", "world_link", "arm", Pose((0.0, 0.0, 2.0))),
     )
-    robot = Robot("stand", links, joints, disabled_contacts=(("world", "arm"),))
+    robot = Robot("stand", links, joints).having(DISABLED_CONTACTS, (("world", "arm"),))
     text, said = emitted(robot)
     assert said == ["note mjcf-cannot-say"]
     model, data = load(text)

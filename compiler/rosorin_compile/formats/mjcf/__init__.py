@@ -289,6 +289,7 @@ FORMAT = Format(
         {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
         | {"urdf_elements", "drive", "simulation"}
     ),
+    says=("disabled_contacts",),
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
     folder="mjcf",

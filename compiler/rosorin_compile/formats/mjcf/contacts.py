@@ -31,6 +31,7 @@ from ...model.motion import motion, plane_axes
 from ...model.robot import of_robot
 from ...model.shape import MERGED
 from ...model.touching import NEAR, Solid, Touching, around
+from ...sections.disabled_contacts import DISABLED_CONTACTS
 from .bodies import body_name, weld_groups
 from .height_fields import solids
 from .masks import Masks
@@ -88,7 +89,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     places = cache(partial(_places, robot))
     geoms = cache(lambda name: _geoms(robot.link[name], form))
     meshes = {link.name for link in robot.links for one in link.collision if isinstance(one.geometry, Mesh)}
-    named = {frozenset(pair) for pair in robot.disabled_contacts}
+    named = {frozenset(pair) for pair in robot.sections[DISABLED_CONTACTS]}
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs: list[Meeting] = []
     left: list[tuple[str, str]] = []
@@ -112,7 +113,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
                 left.append(links)
             elif frozenset(links) not in named:
                 pairs += [pair for pair in meeting if masks.pair(*pair)]
-    for pair in robot.disabled_contacts:
+    for pair in robot.sections[DISABLED_CONTACTS]:
         if masks.rolling.isdisjoint(pair):  # else the bits say it, of a hundred rollers at once
             excluded.setdefault(frozenset(pair), pair)
     bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]

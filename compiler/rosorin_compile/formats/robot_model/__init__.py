@@ -400,7 +400,7 @@ FORMAT = Format(
     schema="robot_model",
     solids=_solids,
     names=names,
-    says=(SERVOS.name,),
+    says=("servos",),
     lacks=frozenset(
         {
             "mass",

@@ -145,6 +145,7 @@ FORMAT = Format(
     write=_write,
     join=_join,
     joins=("moveit",),
+    says=("moveit", "disabled_contacts"),
     is_other=_is_other,
     facts=_facts,
     syntax=_syntax,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from ...model import Joint, Output, Robot, Shape
 from ...model.drive import SLIDING
 from ...model.robot import JointPose, of_robot
+from ...sections.disabled_contacts import DISABLED_CONTACTS
 from ...sections.moveit import MOVEIT
 from ...sections.moveit.value import FIXED, FLOATING, PLANAR, DisabledCollision, Group, Moveit, Pair, VirtualJoint
 from ..urdf.masses import joints_of, links_of
@@ -196,7 +197,7 @@ class Planning:
         checked = {ordered(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
         matrix = self.said.matrix.pairs if current and self.said.matrix is not None else ()
-        own = (DisabledCollision(pair) for pair in self.robot.disabled_contacts)
+        own = (DisabledCollision(pair) for pair in self.robot.sections[DISABLED_CONTACTS])
         for one in (*matrix, *self.said.disabled, *own):
             pair = ordered(one.links)
             if pair not in checked and self.links.issuperset(pair):

@@ -14,6 +14,7 @@ from ...diagnostics.wording import counted, first_of
 from ...model import Output, Pose, Robot
 from ...model.robot import JointPose
 from ...numbers import NumberFormat, number_format, vector
+from ...sections.disabled_contacts import DISABLED_CONTACTS
 from ...sections.moveit.value import FIXED, PLANAR, Ball, DisabledCollision, Group
 from ...xml.escaping import Markup
 from ..templating import Templates, attributes, comment
@@ -151,7 +152,7 @@ def _of_meshes(names: Sequence[str]) -> Iterator[Diagnostic]:
 def _left_out(planning: Planning) -> Iterator[Diagnostic]:
     """Yield a note on pairs that are not to collide, of links that the URDF does not have, and not just simulations."""
     simulated = {joint.child for joint in planning.robot.joints if joint.publisher.simulated}
-    said = (pair for pair in planning.robot.disabled_contacts if simulated.isdisjoint(pair))
+    said = (pair for pair in planning.robot.sections[DISABLED_CONTACTS] if simulated.isdisjoint(pair))
     pairs = [pair for pair in said if not planning.links.issuperset(pair)]
     if pairs:
         names = first_of([" and ".join(pair) for pair in pairs], 3)

@@ -197,9 +197,6 @@ class _Lowering:
             poses=tuple(poses),
             outputs=tuple(self.output(name, entry) for name, entry in entries_of(tree, "outputs")),
             modes=tuple(name for name, _ in entries_of(tree, "modes")),
-            disabled_contacts=tuple(
-                (pair["links"][0], pair["links"][1]) for pair in tree.get("disabled_contacts") or ()
-            ),
             source=source,
             materials=tuple(material_of(name, entry) for name, entry in entries_of(tree, "materials")),
             urdf_elements=self.top_elements(),

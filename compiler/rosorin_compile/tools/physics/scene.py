@@ -27,7 +27,6 @@ from rosorin_compile.model import (
     Transform,
 )
 
-from ...sections.disabled_contacts import DISABLED_CONTACTS
 from .files import Hull, Loaded, Meshes
 
 if TYPE_CHECKING:
@@ -106,7 +105,7 @@ class Scene:
         self.of_link: dict[str, list[Solid]] = {}
         for solid in self.solids:
             self.of_link.setdefault(solid.link, []).append(solid)
-        self.apart = {frozenset(pair) for pair in robot.sections[DISABLED_CONTACTS]}
+        self.apart = {frozenset(pair) for pair in robot.sections.values.get("disabled_contacts", ())}
         self.mujoco: Any = import_module("mujoco")
         self.model, self.data = self._made()
         self._points: dict[str, Floats] = {}

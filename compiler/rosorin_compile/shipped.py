@@ -23,6 +23,7 @@ SHIPPED = (
 SECTIONS = (
     "sections.servos:SERVOS",
     "sections.control:CONTROL",
+    "sections.controllers:CONTROLLERS",
     "sections.moveit:MOVEIT",
     "sections.disabled_contacts:DISABLED_CONTACTS",
 )

@@ -26,7 +26,7 @@ MAKERS |= {"_error", "_make", "_problem"}
 
 # The order in which the modules of rules are asked: the later ones look away from what the earlier ones tell.
 ORDER = "kinematics frames joints mimic drive inertia bodies sizes lacking ranges servos signs conditions publishers"
-ORDER += " tf_tree stamps poses outputs control moveit section_names values materials xml_elements simulated_names"
+ORDER += " tf_tree stamps poses outputs control controllers moveit values materials xml_elements simulated_names"
 ORDER += " simulated"
 ORDER += " simulated_values mjcf_elements simulated_marks two_words stand_ins names sight"
 

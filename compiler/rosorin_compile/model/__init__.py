@@ -9,7 +9,6 @@ have), ``frame_tree``.
 from typing import TYPE_CHECKING
 
 from ..startup.lazily import lazily
-from .control import Controller
 from .drive import Drive
 from .geometry import Pose, Transform, Vector
 from .joint import (
@@ -24,6 +23,7 @@ from .robot import Edge, Output, Robot, Sensor
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 if TYPE_CHECKING:
+    from ..sections.controllers.value import Controller
     from ..sections.moveit.value import DisabledCollision
     from .driving import Twist
 
@@ -105,7 +105,11 @@ _BEFORE = {
 }
 
 # What few ask for.
-_HOMES = {"DisabledCollision": "sections.moveit.value", "Twist": "model.driving"}
+_HOMES = {
+    "Controller": "sections.controllers.value",
+    "DisabledCollision": "sections.moveit.value",
+    "Twist": "model.driving",
+}
 
 __getattr__ = lazily(__name__, {**_HOMES, **_BEFORE}, globals())
 

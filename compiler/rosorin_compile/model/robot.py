@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from .control import Controller
     from .driving import Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
@@ -183,7 +182,6 @@ class Robot:
     urdf_elements: tuple[str, ...] = ()
     simulation: Simulation = NO_SIMULATION
     drive: Drive | None = None
-    controllers: tuple[Controller, ...] = ()
     sections: Sections = NO_SECTIONS
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)

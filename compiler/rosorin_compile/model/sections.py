@@ -180,10 +180,11 @@ class Sections:
     def __getitem__(self, section: Section[Any] | str) -> Any:
         """Return the value of a section, or of the one of a name; of one that the robot does not have, an empty one.
 
-        Raises KeyError for a name that no section of the robot has.
+        Raises KeyError for a name that no section has: none of the robot, and none of the tool itself.
         """
         if isinstance(section, str):
-            return self.values[section]
+            own = own_sections().get(section)
+            return self.values[section] if own is None else self[own]
         return self.values.get(section.name, section.empty())
 
     def having(self, section: Section[T], value: T) -> Sections:

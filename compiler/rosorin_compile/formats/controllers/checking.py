@@ -15,6 +15,7 @@ from ...diagnostics.wording import listed, quoted
 from ...model import Robot
 from ...sections.control import CONTROL
 from ...sections.control.value import JOINT_WORDS, POSITION, VELOCITY
+from ...sections.controllers import CONTROLLERS
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind
 from .known import COMMANDS, Known
@@ -108,7 +109,7 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
     if "." in key or not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
         return
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
-    controllers = {controller.name for controller in robot.controllers}
+    controllers = {controller.name for controller in robot.sections[CONTROLLERS]}
     for one in _texts(value):
         before, slash, joint = one.rpartition("/")
         if slash and joint in moving and (before in controllers or not controllers):

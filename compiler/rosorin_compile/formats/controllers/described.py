@@ -15,6 +15,7 @@ from ...rules.case import Case
 from ...rules.tf_tree import is_tree
 from ...sections.control import CONTROL
 from ...sections.control.value import POSITION, VELOCITY
+from ...sections.controllers import CONTROLLERS
 from ..distributions import known, title
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
@@ -63,7 +64,7 @@ _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what is wrong with the controllers of a description in the distribution that an output is for."""
     distribution = known(asked(output))
-    if not case.robot.controllers:
+    if not case.robot.sections[CONTROLLERS]:
         message = f'output "{output.name}" is for controllers, and the description has none'
         help = "name them: controllers: {NAME: {type: diff_drive}}"
         yield case.problem("controllers-none", message, ("outputs", output.name), help, severity=WARNING, key=True)
@@ -115,12 +116,12 @@ def _second_claim(case: Case, name: str, taken: list[tuple[str, str, str, str]])
 
 def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield that nobody publishes the states that the hardware has; said once, of the first output for controllers."""
-    robot = case.robot
+    robot, types = case.robot, [one.type for one in case.robot.sections[CONTROLLERS]]
     first = next(one for one in robot.outputs if one.backend == output.backend)
     states = [(block, joint) for block in robot.sections[CONTROL] for joint in block.joints if joint.state]
-    if not robot.controllers or not states or first.name != output.name:
+    if not types or not states or first.name != output.name:
         return
-    if any("joint_state_broadcaster" in one.type or one.type.endswith(_BROADCASTER) for one in robot.controllers):
+    if any("joint_state_broadcaster" in one or one.endswith(_BROADCASTER) for one in types):
         return
     block, joint = states[0]
     message = (

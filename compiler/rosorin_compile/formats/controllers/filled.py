@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import ROS2_CONTROL, Rule
-from ...frontend.lower.control import flat
 from ...model import Output, Robot
-from ...model.control import Controller
+from ...sections.controllers import CONTROLLERS
+from ...sections.controllers.value import Controller, flat
 from ..distributions import HUMBLE, JAZZY, title
 from ..distributions import known as known_distribution
 from ..parameters import files
@@ -56,7 +56,7 @@ class Filled(NamedTuple):
 def filled(robot: Robot, distribution: str) -> list[Filled]:
     """Return the controllers of a robot with all that is known of their parameters, for humble or jazzy."""
     made = []
-    for one in robot.controllers:
+    for one in robot.sections[CONTROLLERS]:
         kind = full(one.type)
         found, knows = controller(kind, distribution), known(robot, one, kind)
         values = {key: value for key, value in knows.values.items() if found is not None and key in found}

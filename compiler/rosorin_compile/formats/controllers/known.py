@@ -12,11 +12,12 @@ from itertools import takewhile
 from typing import Any, NamedTuple
 
 from ...model import Edge, Robot
-from ...model.control import Controller
 from ...model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
 from ...model.driving import Driving, Wheel, driving_of
 from ...sections.control import CONTROL
 from ...sections.control.value import EFFORT, JOINT_WORDS, POSITION, VELOCITY
+from ...sections.controllers import CONTROLLERS
+from ...sections.controllers.value import Controller
 from ..parameters import tables
 from .types import SHORT, full
 
@@ -84,7 +85,7 @@ def owned(robot: Robot, controller: Controller) -> list[Edge]:
 
     One that the description calls otherwise is known by its package, if it is the only one that drives.
     """
-    driving = [one for one in robot.controllers if full(one.type) in _KINDS]
+    driving = [one for one in robot.sections[CONTROLLERS] if full(one.type) in _KINDS]
     kind = tables.controller(full(controller.type), "") if driving == [controller] else None
     return [edge for edge in robot.edges if tables.is_of(controller.name, kind, edge.publisher, robot.publishers)]
 

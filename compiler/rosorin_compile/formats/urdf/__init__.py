@@ -203,7 +203,7 @@ FORMAT = Format(
             "mode",
         )
     ),
-    says=("control",),
+    says=("control", "controllers"),  # it has no controllers: neither has what is read of one
     links=_links,
     leaves_out=_leaves_out,
     brings=_brings,

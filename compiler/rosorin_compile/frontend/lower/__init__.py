@@ -21,7 +21,6 @@ from ...diagnostics.wording import listed
 from ...model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
-    Controller,
     Edge,
     Joint,
     Link,
@@ -202,17 +201,8 @@ class _Lowering:
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree),
             drive=self.drive(),
-            controllers=self.controllers(),
             sections=sections,
         )
-
-    def controllers(self) -> tuple[Controller, ...]:
-        """Return the controllers of the robot; most have none."""
-        if "controllers" not in self.tree:
-            return ()
-        from .control import lower_controllers
-
-        return lower_controllers(self.tree)
 
     def drive(self) -> Drive | None:
         """Return what moves the base."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ...model.control import Controller
-from .entries import entries_of
-from .plainly import record_of
+from ...frontend.lower.entries import Problem, entries_of
+from ...frontend.lower.plainly import record_of
+from .value import Controller, flat
 
 
-def lower_controllers(tree: Mapping[str, Any]) -> tuple[Controller, ...]:
+def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...]:
     """Return the controllers of a description."""
     return tuple(
         record_of(
@@ -21,21 +21,6 @@ def lower_controllers(tree: Mapping[str, Any]) -> tuple[Controller, ...]:
         )
         for name, entry in entries_of(tree, "controllers")
     )
-
-
-def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Return nested parameters by their full keys.
-
-    >>> flat({"a": {"b": 1, "c.d": 2}})
-    {'a.b': 1, 'a.c.d': 2}
-    """
-    found: dict[str, Any] = {}
-    for key, value in params.items():
-        if isinstance(value, Mapping):
-            found |= flat(value, f"{above}{key}.")
-        else:
-            found[f"{above}{key}"] = value
-    return found
 
 
 def _plain(value: Any) -> Any:

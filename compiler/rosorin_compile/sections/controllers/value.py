@@ -1,4 +1,4 @@
-"""Controllers of ros2_control."""
+"""Controllers: what each of ros2_control is, and its parameters by their full keys."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from .link import NO_SOURCE, Source
+from ...model.link import NO_SOURCE, Source
 
 
 @dataclass(frozen=True)
@@ -24,3 +24,18 @@ class Controller:
     sensor: str = ""
     inactive: bool = False
     source: Source = NO_SOURCE
+
+
+def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return nested parameters by their full keys.
+
+    >>> flat({"a": {"b": 1, "c.d": 2}})
+    {'a.b': 1, 'a.c.d': 2}
+    """
+    found: dict[str, Any] = {}
+    for key, value in params.items():
+        if isinstance(value, Mapping):
+            found |= flat(value, f"{above}{key}.")
+        else:
+            found[f"{above}{key}"] = value
+    return found

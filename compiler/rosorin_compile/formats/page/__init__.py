@@ -270,6 +270,7 @@ FORMAT = Format(
     data=data_of,
     differ=differ,
     shown=False,
+    says=("servos",),
     disagreements=disagreements,
     folder="doc",
     embeds=True,

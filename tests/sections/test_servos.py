@@ -1,0 +1,81 @@
+"""What the core makes of servos by the schema and the place of their modules alone, without their name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import parser
+from rosorin_compile.commands.completion.candidates import CommandLine, candidates
+from rosorin_compile.commands.explain.answer import explain
+from rosorin_compile.commands.explain.explanation import Explanation
+from rosorin_compile.commands.registry import commands
+from rosorin_compile.meaning.entities import Change
+from rosorin_compile.meaning.others import _compared
+from rosorin_compile.meaning.wording import Row
+from rosorin_compile.pipeline import understand
+from rosorin_compile.tools.view.changed import change_data
+
+LINE = CommandLine({name: one.help for name, one in commands().items()}, parser)
+TWO = """\
+robot: arm
+links: {base_link: {}, upper: {}, tool: {}}
+joints:
+  swing: {type: revolute, parent: base_link, child: upper, limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
+  turn: {type: revolute, parent: upper, child: tool, limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
+servos:
+  small: {pulse_range: [0, 900], zero_pulse: 450, rad_per_pulse: 0.002, joints: [turn]}
+  big: {joints: [swing], rad_per_pulse: 0.004, zero_pulse: 500, pulse_range: [0, 1000], flipped: true}
+"""
+PROJECT = {"descriptions/arm/robot.yaml": TWO}
+
+
+def words(line: str) -> list[tuple[str, str]]:
+    *before, current = line.split(" ")
+    return [(one.word, one.help) for one in candidates(before, current, LINE)]
+
+
+@pytest.mark.usefixtures("project")
+def test_explain_shows_the_numbers_of_the_entries_that_name_a_joint() -> None:
+    expanded, lowered, _, _ = understand(Path("descriptions/arm/robot.yaml"), {})
+    assert lowered is not None
+    (upper, tool) = explain(expanded, lowered, {}, ("upper", "tool"))
+    assert isinstance(upper, Explanation)
+    assert isinstance(tool, Explanation)
+    numbers = [(one.name, one.value, one.unit) for one in tool.joint if one.name.startswith("servo")]
+    assert [(one.name, one.value) for one in upper.joint if one.name.startswith("servo")] == [
+        ("servo rad_per_pulse", 0.004),
+        ("servo zero_pulse", 500),
+        ("servo pulse_range[0]", 0),
+        ("servo pulse_range[1]", 1000),
+    ]
+    assert numbers == [
+        ("servo rad_per_pulse", 0.002, "rad"),
+        ("servo zero_pulse", 450, ""),
+        ("servo pulse_range[0]", 0, ""),
+        ("servo pulse_range[1]", 900, ""),
+    ]
+
+
+def test_a_shell_has_the_joints_with_a_servo(project: Path) -> None:
+    with_servo = [("swing=", "revolute, base_link -> upper"), ("turn=", "revolute, upper -> tool")]
+    assert words("pulses arm ") == with_servo
+    (project / "descriptions" / "arm" / "robot.yaml").write_text(f"{TWO}let: [", "utf-8")
+    assert words("pulses arm ") == [("swing=", ""), ("turn=", "")]  # as they stand in the text
+
+
+@pytest.mark.usefixtures("project")
+def test_a_page_shows_a_change_of_servos_at_their_first_joint() -> None:
+    _, lowered, _, _ = understand(Path("descriptions/arm/robot.yaml"), {})
+    assert lowered is not None
+    assert lowered.robot is not None
+    change = Change("servo", "small", "zero", "zero 450 -> 451", "", Row("small", "zero", "450", "451"), ("model",))
+    assert change_data(change, [lowered.robot])["frame"] == "tool"
+
+
+def test_sections_are_told_where_they_ask_to_be() -> None:
+    order = list(_compared())
+    assert order.index("servo") == order.index("pose") + 1
+    assert order.index("planning") == order.index("drive") + 1
+    assert order.index("contact") == order.index("rest") + 1

@@ -73,6 +73,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--tier", metavar="NAME", help="run the tests of a tier of .ci/full, and no others")
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """Give each worker tests that stand beside each other, so that what a module prepares is prepared once."""
+    from xdist.scheduler import WorkStealingScheduling
+
+    return WorkStealingScheduling(config, log)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark as slow what tries many inputs; leave out what belongs to a tier, or all else where one is asked for."""

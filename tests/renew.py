@@ -22,7 +22,7 @@ WRITERS = {
     "from-xacro": "support/xacro_page.py",
     "imported": "tools/importer/test_import_golden.py",
     "translated": "tools/importer/test_translated.py",
-    "findings": "tools/verify/test_verify_faults.py",
+    "findings": "verify/test_verify_faults.py",
     "upgrade": "support/upgrade.py",
     "pictures": "tools/picture/test_picture_committed.py",
 }

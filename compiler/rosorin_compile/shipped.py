@@ -3,20 +3,22 @@
 Packages of others say theirs by entry points (``plugins``).
 """
 
+from pathlib import Path
+
 SHIPPED = (
-    "commands.records",
-    "tools.importer.records",
-    "tools.extract.records",
-    "tools.parameters.records",
-    "tools.package.records",
-    "tools.verify.records",
-    "tools.physics.records",
-    "tools.simulate.records",
-    "tools.collisions.records",
-    "tools.view.records",
-    "tools.picture.records",
-    "tools.sweep.records",
-    "tools.fleet.records",
+    "rosorin_compile.commands.records",
+    "rosorin_compile.tools.importer.records",
+    "rosorin_compile.tools.extract.records",
+    "rosorin_compile.tools.parameters.records",
+    "rosorin_compile.tools.package.records",
+    "rosorin_compile_verify.records",
+    "rosorin_compile.tools.physics.records",
+    "rosorin_compile.tools.simulate.records",
+    "rosorin_compile.tools.collisions.records",
+    "rosorin_compile.tools.view.records",
+    "rosorin_compile.tools.picture.records",
+    "rosorin_compile.tools.sweep.records",
+    "rosorin_compile.tools.fleet.records",
 )
 
 # The sections of the language that stand in folders of their own: where the record of each is.
@@ -27,3 +29,9 @@ SECTIONS = (
     "sections.moveit:MOVEIT",
     "sections.disabled_contacts:DISABLED_CONTACTS",
 )
+
+
+def folders() -> dict[str, Path]:
+    """Return the folders of the packages that are the program, by name; they stand beside each other."""
+    here = Path(__file__).parent
+    return {name: here.parent / name for name in dict.fromkeys(one.partition(".")[0] for one in SHIPPED)}

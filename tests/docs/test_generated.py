@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from support.generated import GENERATED, generated, schemas_of_answers
-from support.paths import DOCS, PACKAGE, ROOT, SCHEMAS
+from support.paths import COMPILER, DOCS, ROOT, SCHEMAS
 
 GENERATORS = DOCS / "make"
 
@@ -45,5 +45,5 @@ def test_every_generator_makes_something_or_is_imported_by_one_that_does() -> No
 
 
 def test_nothing_that_is_shipped_knows_a_generator() -> None:
-    shipped = "".join(path.read_text("utf-8") for path in PACKAGE.rglob("*.py"))
+    shipped = "".join(path.read_text("utf-8") for path in COMPILER.rglob("*.py"))
     assert not [name for name in GENERATED.values() if f"import {name}" in shipped or f"docs/make/{name}" in shipped]

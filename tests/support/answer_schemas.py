@@ -12,12 +12,11 @@ import types
 import typing
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from pathlib import Path
 from typing import Any, Literal
 
-import rosorin_compile
 from rosorin_compile.commands.answer import name_of
 from rosorin_compile.diagnostics.answers import Said
+from support.paths import COMPILER, PACKAGES
 
 _PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number", type(None): "null"}
 _ABOUT = {
@@ -86,11 +85,10 @@ class Schema:
 
 def answers() -> dict[str, Any]:
     """Return the type of the result of each command that has one of its own, by the words that call it."""
-    package = Path(rosorin_compile.__file__).parent
     found: dict[str, Any] = {}
-    for path in sorted(package.glob("**/answers.py")):
-        name = ".".join(path.relative_to(package).with_suffix("").parts)
-        found |= import_module(f"rosorin_compile.{name}").ANSWERS
+    for path in (path for package in PACKAGES for path in sorted(package.rglob("answers.py"))):
+        name = ".".join(path.relative_to(COMPILER).with_suffix("").parts)
+        found |= import_module(name).ANSWERS
     return dict(sorted(found.items()))
 
 

@@ -19,9 +19,9 @@ from rosbags.typesys import Stores, get_typestore
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
 from rosorin_compile.pipeline import Compiled
-from rosorin_compile.tools.verify.expected import Options
-from rosorin_compile.tools.verify.judge import Verdict
-from rosorin_compile.tools.verify.sources import verify
+from rosorin_compile_verify.expected import Options
+from rosorin_compile_verify.judge import Verdict
+from rosorin_compile_verify.sources import verify
 from support.robots import compiled, texts
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)

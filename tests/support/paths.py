@@ -7,7 +7,10 @@ from pathlib import Path
 TESTS = Path(__file__).resolve().parents[1]
 ROOT = TESTS.parent
 
-PACKAGE = ROOT / "compiler" / "rosorin_compile"
+COMPILER = ROOT / "compiler"
+PACKAGE = COMPILER / "rosorin_compile"
+# The core, and the packages beside it.
+PACKAGES = sorted(path for path in COMPILER.glob("rosorin_compile*") if (path / "__init__.py").exists())
 SCHEMAS = ROOT / "schemas"
 DOCS = ROOT / "docs"
 ROSORIN = ROOT / "descriptions" / "rosorin" / "robot.yaml"

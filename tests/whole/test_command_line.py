@@ -21,10 +21,10 @@ from rosorin_compile.commands.parser import Parser
 from rosorin_compile.commands.registry import GROUPS, commands
 from rosorin_compile.commands.schema import names
 from rosorin_compile.frontend.schema import own_schema
-from support.paths import DATA, DOCS, IMPORTED, PACKAGE, ROOT, SCHEMAS
+from support.paths import COMPILER, DATA, DOCS, IMPORTED, PACKAGE, PACKAGES, ROOT, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
-FOLDERS = (PACKAGE / "commands", PACKAGE / "tools")
+FOLDERS = (PACKAGE / "commands", PACKAGE / "tools", *(one for one in PACKAGES if one != PACKAGE))
 COMMANDS = commands()
 # Options whose value is another one in another command, and why.
 OTHER_VALUES = {
@@ -80,8 +80,8 @@ def test_every_module_of_a_command_has_a_record() -> None:
     sources = (path for path in every if "\ndef options(" in path.read_text("utf-8"))
     found = [*filter(None, map(registry.command, COMMANDS)), *registry.own_checks().values()]
     functions = [one.function(name) for one in found for name in (one.record.options, one.record.run)]
-    modules = {function.__module__.removeprefix(f"{PACKAGE.name}.") for function in functions}
-    assert modules == {".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sources}
+    modules = {function.__module__ for function in functions}
+    assert modules == {".".join(path.relative_to(COMPILER).with_suffix("").parts) for path in sources}
     assert len(functions) == 2 * (len(COMMANDS) + len(registry.checks()))
 
 

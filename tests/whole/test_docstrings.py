@@ -7,12 +7,11 @@ import importlib
 
 import pytest
 
-from support.paths import ROOT
+from support.paths import COMPILER, PACKAGES
 
-PACKAGE = ROOT / "compiler"
 WITH_EXAMPLES = [
-    ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
-    for path in sorted((PACKAGE / "rosorin_compile").rglob("*.py"))
+    ".".join(path.relative_to(COMPILER).with_suffix("").parts)
+    for path in sorted(path for package in PACKAGES for path in package.rglob("*.py"))
     if ">>>" in path.read_text("utf-8")
 ]
 

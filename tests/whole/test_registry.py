@@ -13,11 +13,10 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import ERROR, Diagnostic, registry, report
-from rosorin_compile.diagnostics.registry import NUMBERS, Rule, checks_of, declared_in, every_rule, find, rule
+from rosorin_compile.diagnostics.registry import NUMBERS, Rule, checks_of, declared_in, every_rule, rule
 from rosorin_compile.diagnostics.report import FORMATS
 from rosorin_compile.rules import acceptable, checks, is_id
-
-PACKAGE = Path(__file__).resolve().parent.parent / "compiler" / "rosorin_compile"
+from support.paths import COMPILER, PACKAGES
 
 # What the id of a rule looks like in the source, and the functions that take one as their first argument.
 RULE = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
@@ -52,7 +51,7 @@ def rule_values(node: ast.AST) -> list[ast.expr]:
         return node.args[:1] if name in MAKERS else []
     if isinstance(node, ast.Assign):
         target, value = node.targets[0], node.value
-        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple) and len(target.elts) == len(value.elts):
             named = zip(target.elts, value.elts, strict=True)
             return [v for t, v in named if isinstance(t, ast.Name) and t.id == "rule"]
         if isinstance(target, ast.Name) and target.id in ("rule", "_RULE"):
@@ -60,7 +59,8 @@ def rule_values(node: ast.AST) -> list[ast.expr]:
     return []
 
 
-DECLARED = {path: declared_in(path.read_text("utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
+SOURCES = [path for package in PACKAGES for path in sorted(package.rglob("*.py"))]
+DECLARED = {path: declared_in(path.read_text("utf-8")) for path in SOURCES}
 RAISED = {path: rule_ids(path.read_text("utf-8")) for path in DECLARED}
 
 
@@ -71,27 +71,36 @@ def test_every_id_that_is_raised_is_declared_once():
     assert raised - declared.keys() == set()
     patterns = [pattern for _, more in RAISED.values() for pattern in more]
     never = [id for id in declared.keys() - raised if not any(re.fullmatch(pattern, id) for pattern in patterns)]
-    assert never == []
+    texts = "".join(path.read_text("utf-8") for path in SOURCES)
+    assert [id for id in never if texts.count(f'"{id}"') == 1] == []
+
+
+def test_there_are_sources() -> None:
+    assert sum(map(len, DECLARED.values())) > 400
 
 
 @pytest.mark.parametrize("path", [path for path in DECLARED if DECLARED[path]], ids=lambda path: path.stem)
 def test_an_id_is_declared_where_it_is_raised(path: Path):
-    ids, patterns = RAISED[path]
-    ids |= {id for id in find([r.id for r in DECLARED[path]]) if any(re.fullmatch(p, id) for p in patterns)}
+    """In the same module, in one beside it, or in a folder below."""
     text = path.read_text("utf-8")
+    beside = [other for other in SOURCES if other != path and other.is_relative_to(path.parent)]
+    texts = "".join(other.read_text("utf-8") for other in beside)
+    ids, patterns = RAISED[path]
     for one in DECLARED[path]:
-        assert one.id in ids or text.count(f'"{one.id}"') > 1, one.id
+        known = one.id in ids or any(re.fullmatch(pattern, one.id) for pattern in patterns)
+        assert known or text.count(f'"{one.id}"') > 1 or f'"{one.id}"' in texts, one.id
 
 
 @pytest.mark.parametrize("path", [path for path in DECLARED if DECLARED[path]], ids=lambda path: path.stem)
 def test_what_is_read_from_the_source_is_what_the_module_has(path: Path):
-    if "verify" in path.parts:
+    if "rosorin_compile_verify" in path.parts:
         pytest.importorskip("numpy")
-    name = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+    name = ".".join(path.relative_to(COMPILER).with_suffix("").parts).removesuffix(".__init__")
     module = import_module(name)
     made = list(getattr(module, "RULES", ()))
     made += [rule for check in checks_of(module) for rule in check.rules]
-    assert sorted(made) == sorted(DECLARED[path])
+    assert {rule.id: rule for rule in made} == {rule.id: rule for rule in DECLARED[path]}
+    assert len(made) == len(DECLARED[path])
 
 
 def test_an_id_that_is_declared_twice_overrides_nothing(monkeypatch: pytest.MonkeyPatch):

@@ -15,8 +15,8 @@ from types import ModuleType
 
 import pytest
 
-from support.door import DOOR, past_the_door
-from support.paths import DOCS, PACKAGE
+from support.door import DOOR, breaches, past_the_door
+from support.paths import DOCS, PACKAGE, PACKAGES
 
 MOST = 150
 PAGE = DOCS / "python.md"
@@ -42,6 +42,41 @@ def test_tools_take_the_public_names_alone() -> None:
     new = [str(taken) for taken in past_the_door(PACKAGE, public()) if (taken.package, taken.name) not in listed]
     assert not new, "\n".join(new)
     assert not listed - still(), "nobody takes these any more: take them off the list"
+
+
+@pytest.mark.parametrize("package", [one for one in PACKAGES if one != PACKAGE], ids=lambda path: path.name)
+def test_a_package_beside_the_core_takes_the_public_names_alone(package: Path) -> None:
+    wrong = breaches(package, PACKAGE.name, public())
+    assert not wrong, "\n".join(wrong)
+
+
+def test_the_core_names_no_package_beside_it_but_in_one_place() -> None:
+    beside = [one.name for one in PACKAGES if one != PACKAGE]
+    found = {path for path in PACKAGE.rglob("*.py") if any(one in path.read_text("utf-8") for one in beside)}
+    assert found == {PACKAGE / "shipped.py"}
+
+
+@pytest.mark.parametrize(
+    ("line", "breach"),
+    [
+        ("from rosorin_compile.pipeline import compile_robot", "compile_robot of rosorin_compile.pipeline"),
+        ("from rosorin_compile.model import of_robot", "of_robot of rosorin_compile.model"),
+        ("def f():\n    from rosorin_compile.world import read", "read of rosorin_compile.world"),
+        ("import rosorin_compile.formats", "rosorin_compile.formats"),
+        ("from rosorin_compile_other import thing", "thing of rosorin_compile_other"),
+        ("import_module('rosorin_compile.xml.markup')", "rosorin_compile.xml.markup"),
+        ("from rosorin_compile.model import Robot", ""),
+        ("from rosorin_compile_own.lines import summary", ""),
+        ("from .lines import summary", ""),
+        ('"""See rosorin_compile."""', ""),
+    ],
+)
+def test_a_breach_of_the_wall_is_told(line: str, breach: str, tmp_path: Path) -> None:
+    package = tmp_path / "rosorin_compile_own"
+    package.mkdir()
+    (package / "__init__.py").write_text(f"{line}\n", "utf-8")
+    told = [one.partition(": ")[2] for one in breaches(package, PACKAGE.name, public())]
+    assert told == ([breach] if breach else [])
 
 
 def test_the_list_only_becomes_shorter() -> None:

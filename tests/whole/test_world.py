@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from support.imports import modules
-from support.paths import PACKAGE
+from support.imports import Module, modules
+from support.paths import PACKAGE, PACKAGES
 
 # Whose work it is to speak with the system, and why.
 LISTED = {
@@ -26,8 +27,8 @@ LISTED = {
     "tools.importer.translating.proving": "sets variables of the environment for what it compares",
     "tools.sweep.folder": "writes the folder of a sweep, and keeps what several processes write apart",
     "tools.sweep.remote": "writes into a store by fsspec, whose methods are called as those of paths",
-    "tools.verify.bags": "rosbags opens recordings, which are read in pieces: such a run is spoiled",
-    "tools.verify.sources": "reads what is pasted by a pipe, once: such a run is spoiled",
+    "rosorin_compile_verify.bags": "rosbags opens recordings, which are read in pieces: such a run is spoiled",
+    "rosorin_compile_verify.sources": "reads what is pasted by a pipe, once: such a run is spoiled",
 }
 
 BANNED = frozenset(
@@ -87,7 +88,14 @@ def _harmless(name: str, call: ast.Call) -> bool:
 
 
 def asking() -> dict[str, list[str]]:
-    return {name: found for name, module in modules(PACKAGE).items() if (found := list(asks(module.text)))}
+    known = {name: module for package in PACKAGES for name, module in named(package)}
+    return {name: found for name, module in known.items() if (found := list(asks(module.text)))}
+
+
+def named(package: Path) -> Iterator[tuple[str, Module]]:
+    """Yield the modules of a package, those of the core by their names within it."""
+    before = "" if package == PACKAGE else f"{package.name}."
+    yield from ((f"{before}{name}", module) for name, module in modules(package).items())
 
 
 def test_nothing_asks_the_system_but_what_is_listed() -> None:

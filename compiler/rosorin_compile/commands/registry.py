@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 GROUPS = ("describe and compile", "bring in", "ask", "build with it", "run on the robot", "set up")
 
 Kind = TypeVar("Kind", bound="Command | Check")
-_TOP = __package__.rpartition(".")[0]
 
 
 class Registered(Generic[Kind]):
@@ -90,7 +89,7 @@ def _function(name: str, home: str) -> Callable[..., Any]:
 
 
 def _modules() -> Iterator[ModuleType]:
-    return (import_module(f"{_TOP}.{name}") for name in SHIPPED)
+    return (import_module(name) for name in SHIPPED)
 
 
 def _own(group: str) -> Iterator[tuple[Any, str]]:

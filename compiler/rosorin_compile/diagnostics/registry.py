@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .. import world
+from ..shipped import folders
 
 if TYPE_CHECKING:
     import ast
@@ -183,8 +184,8 @@ def every_rule() -> dict[str, Rule]:
 
 
 def _declaring() -> Iterator[tuple[Path, bytes]]:
-    """Yield the sources of the package in which rules may be declared, with their texts."""
-    for path in world.matching(Path(__file__).parent.parent, "**/*.py"):
+    """Yield the sources of the program in which rules may be declared, with their texts."""
+    for path in (path for folder in folders().values() for path in world.matching(folder, "**/*.py")):
         text = world.read(path)
         if any(mark in text for mark in _MARKS):
             yield path, text

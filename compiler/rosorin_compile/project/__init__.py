@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 from .. import world
+from ..shipped import folders
 from ..startup import cache
 
 ROOT_FILE = "robot.yaml"
@@ -313,6 +314,5 @@ def data_folder(name: str) -> Path:
 
 
 def tool_folders() -> dict[str, Path]:
-    """Return the folders of the tool by name: that of its modules, then those of what ships with it."""
-    own = Path(__file__).parent.parent
-    return {own.name: own, **{name: data_folder(name) for name in _DATA}}
+    """Return the folders of the tool by name: those of its packages, then those of what ships with it."""
+    return {**folders(), **{name: data_folder(name) for name in _DATA}}

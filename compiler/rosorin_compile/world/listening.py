@@ -11,6 +11,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
+from ..shipped import folders
 from ..startup.cache import private_folder
 from .asking import environment, names, read
 from .notes import Notes, are_open, note_heard, noting
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _SPOILING = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "socket.connect")
-_OURS = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
+_OURS = tuple(os.path.abspath(folder) + os.sep for folder in folders().values())
 _PYTHON = os.path.dirname(os.path.abspath(os.__file__)) + os.sep
 _SITE = ("site-packages", "dist-packages")
 _listening: list[bool] = []

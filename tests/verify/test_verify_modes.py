@@ -10,11 +10,11 @@ import pytest
 from rosorin_compile.commands.foreign import compile_foreign
 from rosorin_compile.model import Pose, Robot, Transform
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.tools.verify.expected import Description, Options
-from rosorin_compile.tools.verify.joints import JointLog
-from rosorin_compile.tools.verify.judge import Verdict
-from rosorin_compile.tools.verify.lines import summary
-from rosorin_compile.tools.verify.sources import verify
+from rosorin_compile_verify.expected import Description, Options
+from rosorin_compile_verify.joints import JointLog
+from rosorin_compile_verify.judge import Verdict
+from rosorin_compile_verify.lines import summary
+from rosorin_compile_verify.sources import verify
 from support import bags
 from support.bags import Message, edge, judged, ns, rules
 

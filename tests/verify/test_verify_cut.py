@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.tools.verify.metadata import Unreadable
+from rosorin_compile_verify.metadata import Unreadable
 from support import bags
 from support.bags import Scene, judged, part, rules
 
@@ -64,7 +64,7 @@ def test_of_a_chunk_that_is_cut_the_blocks_before_are_read(compression: str) -> 
         from lz4.frame import compress
     else:
         from backports.zstd import compress
-    from rosorin_compile.tools.verify.cut_bags import _unpacked
+    from rosorin_compile_verify.cut_bags import _unpacked
 
     data = bytes(range(256)) * 4096
     packed = compress(data)

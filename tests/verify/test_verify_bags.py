@@ -13,8 +13,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from rosorin_compile.cli import main
 from rosorin_compile.model import Pose
-from rosorin_compile.tools.verify.lines import summary, table
-from rosorin_compile.tools.verify.metadata import Unreadable
+from rosorin_compile_verify.lines import summary, table
+from rosorin_compile_verify.metadata import Unreadable
 from support import bags
 from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
 from support.paths import ROOT

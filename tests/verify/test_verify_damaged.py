@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.tools.verify.metadata import Unreadable
+from rosorin_compile_verify.metadata import Unreadable
 from support import bags
 from support.bags import Scene, judged, part, rules
 from support.paths import ROOT

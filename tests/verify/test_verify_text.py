@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from rosorin_compile.cli import main
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.verify.expected import Choice, Options
-from rosorin_compile.tools.verify.judge import Verdict
-from rosorin_compile.tools.verify.lines import summary
-from rosorin_compile.tools.verify.sources import verify
+from rosorin_compile_verify.expected import Choice, Options
+from rosorin_compile_verify.judge import Verdict
+from rosorin_compile_verify.lines import summary
+from rosorin_compile_verify.sources import verify
 from support import bags
 from support.bags import rules
 from support.paths import DATA, ROOT

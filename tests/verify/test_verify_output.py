@@ -23,10 +23,10 @@ from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import progress
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.model import Transform
-from rosorin_compile.tools.verify import bags as reading
-from rosorin_compile.tools.verify.lines import table
-from rosorin_compile.tools.verify.machine import as_junit, as_object
-from rosorin_compile.tools.verify.picture import as_svg
+from rosorin_compile_verify import bags as reading
+from rosorin_compile_verify.lines import table
+from rosorin_compile_verify.machine import as_junit, as_object
+from rosorin_compile_verify.picture import as_svg
 from support import bags
 from support.bags import START, TYPES, Message, judged, ns
 from support.paths import DATA, IMPORTED, ROOT

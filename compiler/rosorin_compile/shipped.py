@@ -24,6 +24,7 @@ SHIPPED = (
 # The sections of the language that stand in folders of their own: where the record of each is.
 SECTIONS = (
     "sections.servos:SERVOS",
+    "sections.drive:DRIVE",
     "sections.control:CONTROL",
     "sections.controllers:CONTROLLERS",
     "sections.moveit:MOVEIT",

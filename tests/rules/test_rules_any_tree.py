@@ -14,8 +14,8 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.validate import validate
-from rosorin_compile.model.driving import Twist, driving_of
 from rosorin_compile.rules import check
+from rosorin_compile.sections.drive.driving import Twist, driving_of
 from support.robots import rules
 
 

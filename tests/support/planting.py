@@ -229,7 +229,7 @@ def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[
     new = changed(old, chance)
     name = getattr(at(robot, _owner(path)), rule.owner) if rule.owner else kind.partition(".")[0]
     word = rule.word if rule.word not in ("colour", "shape") else f"{rule.word} {path[3]}"
-    name = {"drive": "drive", "moveit": "MoveIt"}.get(str(name), name)
+    name = {"moveit": "MoveIt"}.get(str(name), name)
     return Planted(put(robot, path, new), (name, word or str(path)), name, ((old, new),))
 
 

@@ -68,7 +68,7 @@ class _Camera(NamedTuple):
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the scene of a robot. Option: ``of``, the output of MJCF that is in it."""
-    from ..model.standing import stands_free
+    from ..sections.drive.standing import stands_free
     from .templating import comment
 
     of, problem = _included(robot, output)
@@ -125,7 +125,8 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     Where the size of one is not known, it is the box around what else is there, and all frames.
     """
     from ..model.bounds import Bounds
-    from ..model.standing import home_of, reach, stands_at, stands_free
+    from ..model.standing import home_of, reach, stands_at
+    from ..sections.drive.standing import stands_free
     from .mesh_vertices import clouds_of
 
     home, clouds = home_of(robot), clouds_of(robot)

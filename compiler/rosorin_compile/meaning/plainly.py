@@ -6,11 +6,66 @@ What a section is for does not matter here: an entry is a record of the model or
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 from ..frontend.annotations import ENTRIES, Node, sections
-from .difference import OTHER, Item
+from ..model import HeightMap, Robot
+from ..model.sections import own_sections
+from .difference import OTHER, Item, Side
+from .pairing import Pairing
 from .values import changed_entry, differing
+
+# Shapes in two lists of one length are known by their numbers, their names and what they look like are compared.
+_PURPOSES = ("collision", "visual")
+
+
+def compare_rest(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
+    """Yield what differs in what no other comparison reads; that something is new or gone is told where it is named."""
+    if sides[0].format is not sides[1].format:
+        return
+    a, b = pairing.a.robot, pairing.b.robot
+    yield from changed_entry("the robot", {"modes": a.modes}, {"modes": b.modes})
+    yield from compare_plainly(_plain(a), _plain(b))
+    yield from compare_entries("publisher of", _own_publishers(a), _own_publishers(b))
+    yield from compare_entries("sensor", _simulated(a), _simulated(b))
+    yield from compare_entries("", _shapes(a, b), _shapes(b, a))
+
+
+def _plain(robot: Robot) -> dict[str, Any]:
+    """Return the sections that are compared value by value."""
+    of_model = (field.name for field in fields(robot) if field.name in sections() and sections()[field.name].compared)
+    own = (name for name in own_sections() if sections()[name].compared and name in robot.sections.values)
+    named = {**{name: getattr(robot, name) for name in of_model}, **{name: robot.sections[name] for name in own}}
+    return {**robot.sections.said, **named}
+
+
+def _own_publishers(robot: Robot) -> dict[str, Any]:
+    """Return what is said of who publishes a frame where that is no node of the list, by the frame."""
+    named = {one.name for one in robot.publishers}
+    owners = {joint.child: joint.publisher for joint in robot.joints if joint.publisher.name not in named}
+    return {child: {"about": one.about, "package": one.package} for child, one in owners.items()}
+
+
+def _simulated(robot: Robot) -> dict[str, Any]:
+    return {one.name: {"stamps": one.stamps, "simulated": one.simulated, "gazebo": one.gazebo} for one in robot.sensors}
+
+
+def _shapes(robot: Robot, other: Robot) -> dict[str, Any]:
+    """Return what is said of shapes beside their numbers and colours."""
+    found: dict[str, Any] = {}
+    for link in robot.links:
+        twin = other.link.get(link.name)
+        for purpose in _PURPOSES:
+            shapes = getattr(link, purpose)
+            if twin is None or len(shapes) != len(getattr(twin, purpose)):
+                continue
+            for place, shape in enumerate(shapes, 1):
+                said = {"name": shape.name, "material": shape.material, "texture": robot.texture(shape)}
+                if isinstance(shape.geometry, HeightMap):
+                    said["method"] = shape.geometry.method
+                found[f"{purpose} shape {place} of {link.name}"] = said
+    return found
 
 
 def compare_plainly(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Item]:

@@ -12,7 +12,6 @@ from typing import Any
 
 from ..frontend.annotations import GIVES, Node, sections
 from ..model import Link, Robot, Sensor
-from ..model.drive import Drive
 from ..model.sections import Sections
 from ..model.simulation import Renames
 
@@ -36,7 +35,7 @@ class _Walk:
 
     def __init__(self, link: Rename, joint: Rename) -> None:
         self.of = {"link": link, "joint": joint}
-        self.own: Mapping[type, Callable[[Any], Any]] = {Link: self._link, Sensor: self._sensor, Drive: self._drive}
+        self.own: Mapping[type, Callable[[Any], Any]] = {Link: self._link, Sensor: self._sensor}
 
     def through(self, found: Sections) -> Sections:
         """Return what sections of packages say, under other names."""
@@ -85,9 +84,6 @@ class _Walk:
     def _link(self, one: Link) -> Link:
         names = Renames(self.of["link"], self.of["link"])
         return replace(one, marked=tuple(replace(mark, values=names.values(mark.values)) for mark in one.marked))
-
-    def _drive(self, one: Drive) -> Drive:
-        return replace(one, joints={role: tuple(map(self.of["joint"], names)) for role, names in one.joints.items()})
 
     def _sensor(self, one: Sensor) -> Sensor:
         link, joint = self.of["link"], self.of["joint"]

@@ -12,7 +12,8 @@ from ..model.looks import shows_collision
 from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference, Item, Side
 from .frames import compare_frames, furthest
 from .joints import compare_joints
-from .others import compare_masses, compare_others
+from .masses import compare_masses
+from .others import compare_others
 from .pairing import Pairing, compare_names, pair
 from .renaming import renamed
 from .shapes import compare_shapes

@@ -2,14 +2,12 @@
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
 and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``bounds``,
-``touching``, ``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (what else only simulations
-have), ``frame_tree``.
+``touching``, ``simulated`` (sensors), ``simulation`` (what else only simulations have), ``frame_tree``.
 """
 
 from typing import TYPE_CHECKING
 
 from ..startup.lazily import lazily
-from .drive import Drive
 from .geometry import Pose, Transform, Vector
 from .joint import (
     ROBOT_STATE_PUBLISHER,
@@ -24,8 +22,9 @@ from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh,
 
 if TYPE_CHECKING:
     from ..sections.controllers.value import Controller
+    from ..sections.drive.driving import Twist
+    from ..sections.drive.value import Drive
     from ..sections.moveit.value import DisabledCollision
-    from .driving import Twist
 
 __all__ = [
     "ROBOT_STATE_PUBLISHER",
@@ -108,7 +107,8 @@ _BEFORE = {
 _HOMES = {
     "Controller": "sections.controllers.value",
     "DisabledCollision": "sections.moveit.value",
-    "Twist": "model.driving",
+    "Drive": "sections.drive.value",
+    "Twist": "sections.drive.driving",
 }
 
 __getattr__ = lazily(__name__, {**_HOMES, **_BEFORE}, globals())

@@ -8,7 +8,6 @@ from functools import cached_property, update_wrapper
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, NoReturn, ParamSpec, TypeVar
 
-from .drive import Drive
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from .driving import Driving
+    from ..sections.drive.driving import Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
 
@@ -181,7 +180,6 @@ class Robot:
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
     simulation: Simulation = NO_SIMULATION
-    drive: Drive | None = None
     sections: Sections = NO_SECTIONS
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
@@ -212,8 +210,8 @@ class Robot:
                 raise AttributeError(f"'Robot' object has no attribute '{name}'")
             return self.sections[section]
 
-    def having(self, section: Section[Said], value: Said) -> Robot:
-        """Return the robot with another value of a section."""
+    def having(self, section: Section[Said] | str, value: Said) -> Robot:
+        """Return the robot with another value of a section, or of the one of a name."""
         return replace(self, sections=self.sections.having(section, value))
 
     def __getstate__(self) -> dict[str, Any]:
@@ -385,9 +383,8 @@ class Robot:
     @property
     def driving(self) -> Driving:
         """What its wheels turn at for a velocity of the base, and back. Raises ValueError where there is no drive."""
-        from .driving import driving_of
-
-        return driving_of(self)
+        made: Driving = own_sections()["drive"].function("driving:driving_of")(self)
+        return made
 
     @property
     def own_colours(self) -> Mapping[str, Rgba]:

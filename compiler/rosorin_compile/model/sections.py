@@ -187,9 +187,10 @@ class Sections:
             return self.values[section] if own is None else self[own]
         return self.values.get(section.name, section.empty())
 
-    def having(self, section: Section[T], value: T) -> Sections:
-        """Return them with another value of a section."""
-        return replace(self, values={**self.values, section.name: value})
+    def having(self, section: Section[T] | str, value: T) -> Sections:
+        """Return them with another value of a section, or of the one of a name."""
+        name = section if isinstance(section, str) else section.name
+        return replace(self, values={**self.values, name: value})
 
     def taking(self, names: Collection[str], other: Sections) -> Sections:
         """Return them with the values of some names as another one has them, or has none."""

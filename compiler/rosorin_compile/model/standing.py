@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from .bounds import Bounds
 from .geometry import IDENTITY, Pose, Transform, Vector, dot
-from .robot import JointPose, Output, Robot
+from .robot import JointPose, Robot
 from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 HOME = "home"
@@ -40,12 +40,6 @@ class Reach(NamedTuple):
 def unknown(mesh: Mesh) -> Cloud | None:  # noqa: ARG001 - whoever has read no mesh
     """Say of no mesh where its vertices are."""
     return None
-
-
-def stands_free(robot: Robot, output: Output) -> bool:
-    """Say whether the base is free to move in a simulation: as the output says, else that of a robot with a drive."""
-    usual = "fixed" if robot.drive is None else "free"
-    return output.options.get("base", usual) == "free" and not robot.simulation.root.world
 
 
 def home_of(robot: Robot) -> JointPose:

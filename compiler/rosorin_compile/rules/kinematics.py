@@ -13,7 +13,6 @@ from ..frontend.lower import owner_of_frame
 from ..frontend.mentions import Mention
 from ..frontend.tree import Path
 from ..model import Joint, Robot
-from ..model.drive import MECANUM, TRICYCLE, Drive
 from .case import Case
 
 AFTER = ""
@@ -50,12 +49,6 @@ def _mentions(case: Case, kind: str) -> Iterator[Mention]:
                 yield Mention(kind, name, (*path, name), True, f'renamed in output "{output.name}"', "")
             else:
                 yield Mention(kind, name, (*path, index), False, f'asked for by output "{output.name}"', "")
-
-
-def place_in_drive(drive: Drive, role: str, index: int) -> Path:
-    """Return the path of a joint of the drive: a role is one name, or a list of names."""
-    single = drive.kind == MECANUM or (drive.kind == TRICYCLE and role == "steering")
-    return ("drive", drive.kind, role) if single else ("drive", drive.kind, role, index)
 
 
 def _unknown(case: Case, kind: str, known: set[str]) -> Iterator[Diagnostic]:

@@ -19,7 +19,7 @@ from ..frontend.tree import Path
 from ..model import Robot
 from ..model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
 from ..model.simulation import NO_SIMULATION
-from ..model.standing import stands_free
+from ..sections.drive.standing import stands_free
 from ..xml import mujoco
 from ..xml.elements import found_in
 from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON

@@ -16,6 +16,7 @@ from ...rules.tf_tree import is_tree
 from ...sections.control import CONTROL
 from ...sections.control.value import POSITION, VELOCITY
 from ...sections.controllers import CONTROLLERS
+from ...sections.drive import DRIVE
 from ..distributions import known, title
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
@@ -73,7 +74,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield _placed(case, found, ("outputs", output.name), ("manager",))
     yield from _joint_states(case, output)
     yield from _apart(case, output, distribution)
-    drive = case.robot.drive
+    drive = case.robot.sections[DRIVE]
     if not is_tree(case) or not all(name in case.robot.joint for name in _of_drive(case.robot)):
         return  # which has rules of its own
     if drive is not None and drive.frame and drive.frame not in case.robot.link:
@@ -146,7 +147,7 @@ def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic
 
 
 def _of_drive(robot: Robot) -> Iterator[str]:
-    drive = robot.drive
+    drive = robot.sections[DRIVE]
     if drive is not None:
         yield from (name for names in drive.joints.values() for name in names)
 

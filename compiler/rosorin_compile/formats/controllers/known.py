@@ -1,7 +1,7 @@
 """What a robot knows of the parameters of its controllers: joints, sizes of its drive, frames, limits.
 
 Who drives on the ground is asked by ``drive``: joints by their roles, radius and places of the wheels
-(``model.driving``). Names of parameters: ``formats.parameters``.
+(``sections.drive.driving``). Names of parameters: ``formats.parameters``.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ from itertools import takewhile
 from typing import Any, NamedTuple
 
 from ...model import Edge, Robot
-from ...model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
-from ...model.driving import Driving, Wheel, driving_of
 from ...sections.control import CONTROL
 from ...sections.control.value import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from ...sections.controllers import CONTROLLERS
 from ...sections.controllers.value import Controller
+from ...sections.drive import DRIVE
+from ...sections.drive.driving import Driving, Wheel, driving_of
+from ...sections.drive.value import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
 from ..parameters import tables
 from .types import SHORT, full
 
@@ -62,7 +63,7 @@ def known(robot: Robot, controller: Controller, kind: str) -> Known:
 
 
 def _of_drive(robot: Robot, controller: Controller, kind: str) -> Known:
-    drive = robot.drive
+    drive = robot.sections[DRIVE]
     if drive is None:
         return Known({}, "the description has no drive")
     if drive.kind not in _KINDS[kind]:
@@ -122,7 +123,8 @@ def _base(robot: Robot, frame: str) -> str:
 
 
 def _mecanum(robot: Robot, driving: Driving) -> dict[str, Any]:
-    joints = robot.drive.joints if robot.drive else {}
+    drive = robot.sections[DRIVE]
+    joints = drive.joints if drive else {}
     values: dict[str, Any] = {f"{role}_wheel_command_joint_name": names[0] for role, names in joints.items()}
     if _navigates(robot):
         values["reference_timeout"] = _TIMEOUT
@@ -137,7 +139,8 @@ def _mecanum(robot: Robot, driving: Driving) -> dict[str, Any]:
 
 
 def _differential(robot: Robot, driving: Driving) -> dict[str, Any]:
-    joints = robot.drive.joints if robot.drive else {}
+    drive = robot.sections[DRIVE]
+    joints = drive.joints if drive else {}
     values: dict[str, Any] = {f"{side}_wheel_names": list(joints[side]) for side in ("left", "right")}
     values |= {"wheels_per_side": len(joints["left"]), "wheel_separation": driving.track}
     values["wheel_radius"] = _radius(driving)

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...model import Robot
+from ...sections.drive import DRIVE
 from ..distributions import known
 from ..parameters.files import asked
 from .filled import Filled, filled
@@ -67,7 +68,7 @@ def drivers(robot: Robot) -> list[Driver]:
 
 def _is_whole(robot: Robot) -> bool:
     """Say whether the drive names what is there; rules tell where it does not."""
-    drive = robot.drive
+    drive = robot.sections[DRIVE]
     if drive is None:
         return True
     names = [name for names in drive.joints.values() for name in names]

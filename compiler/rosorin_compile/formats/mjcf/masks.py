@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from ...model import Robot, Shape
 from ...model.robot import of_robot
 from ...model.simulation import SHARED_LAYER
+from ...sections.drive import DRIVE
 
 if TYPE_CHECKING:
     from .contacts import Geom
@@ -83,7 +84,7 @@ def rolling(robot: Robot) -> frozenset[str]:
 
     Behind a joint that steers it is what turns there. Who says layers of contacts, says of all links what they meet.
     """
-    drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
+    drive, contacts = robot.sections[DRIVE], (shape.contact for link in robot.links for shape in link.collision)
     if drive is None or any(one and (one.layers is not None or one.touches is not None) for one in contacts):
         return frozenset()
     wheels = {robot.joint[name].child for names in drive.joints.values() for name in names if name in robot.joint}

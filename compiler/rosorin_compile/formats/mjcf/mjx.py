@@ -13,8 +13,8 @@ from typing import NamedTuple
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import HeightMap, Mesh, Output, Robot, Shape
-from ...model.standing import stands_free
 from ...rules.case import Case
+from ...sections.drive.standing import stands_free
 from .bodies import body_name, weld_groups
 from .contacts import Contacts, contacts
 from .height_fields import HFIELD, form_of, solids

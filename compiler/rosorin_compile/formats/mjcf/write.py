@@ -59,8 +59,10 @@ from ...model.looks import colours_of
 from ...model.mass import principal_moments
 from ...model.shape import Material
 from ...model.simulated import Attribute
-from ...model.standing import home_of, stands_at, stands_free
+from ...model.standing import home_of, stands_at
 from ...numbers import NumberFormat, number_format, numbers, vector
+from ...sections.drive import DRIVE
+from ...sections.drive.standing import stands_free
 from ...startup.remembering import remembered
 from ...xml.elements import indented
 from ...xml.escaping import Markup
@@ -468,11 +470,11 @@ def _option(robot: Robot, output: Output, free: bool, number: NumberFormat) -> t
 
     What an import says is all that its source has: nothing is added.
     """
-    said = output.options.get("option", {})
+    said, drive = output.options.get("option", {}), robot.sections[DRIVE]
     whole = bool(said) and robot.source.status == "imported"
     stands: Mapping[str, object] = {}
-    if (free or robot.drive) and not whole:
-        stands = STANDING if robot.drive is None or robot.drive.slides else PLAIN_WHEELS
+    if (free or drive) and not whole:
+        stands = STANDING if drive is None or drive.slides else PLAIN_WHEELS
     values = {**OPTION, **stands, **said}
     flags = values.pop("flag", {})
     texts = {word: _setting(value, number) for word, value in values.items()}

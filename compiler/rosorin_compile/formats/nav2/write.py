@@ -18,6 +18,7 @@ from ...model.footprint import outside as reaching_out
 from ...model.standing import Cloud, Clouds
 from ...model.tucked import left_out
 from ...rules.case import Case
+from ...sections.drive import DRIVE
 from ..controllers.known import owned
 from ..controllers.topics import Driver, drivers
 from ..distributions import HUMBLE, JAZZY, title
@@ -389,8 +390,8 @@ def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node
     owns = {kind: any(frames.owned(one) for one in mine) for kind, mine in there.items()}
     values: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
     values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
-    if robot.drive is not None:
-        values["robot_model_type"] = _MOTION[robot.drive.slides]
+    if (drive := robot.sections[DRIVE]) is not None:
+        values["robot_model_type"] = _MOTION[drive.slides]
     yield Node(AMCL, AMCL, values | scan_topic(robot, output))
     if there[SLAM]:
         silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}

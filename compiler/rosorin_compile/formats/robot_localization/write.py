@@ -13,8 +13,9 @@ from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error, swaps
 from ...diagnostics.registry import NAVIGATION, Rule
 from ...diagnostics.wording import listed, quoted
 from ...model import Output, Robot
-from ...model.driving import driving_of
 from ...rules.case import Case
+from ...sections.drive import DRIVE
+from ...sections.drive.driving import driving_of
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..parameters.files import Node, asked, text
@@ -169,7 +170,7 @@ def _uses(robot: Robot, name: str, kind: str, one: Mapping[str, Any], base: str)
         )
     if "uses" not in one and not usual(robot, kind, base):
         message = f'nobody says what of "{name}" is used'
-        message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
+        message += ", and the robot has no drive" if robot.sections[DRIVE] is None and kind != "pose" else ""
         usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
         yield Found("filter-input", message, path, f"such as uses: [{usually}]", key=True)
 
@@ -180,11 +181,12 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
     Wheels give velocities. A base that cannot go sideways has a speed of 0 there, which is worth as much as one that
     was measured; but at the axle alone: where the frame ``base`` is elsewhere, it goes sideways as the base turns.
     """
-    if robot.drive is None or kind == "pose":
+    drive = robot.sections[DRIVE]
+    if drive is None or kind == "pose":
         return ()
     if kind == "imu":
         return ("vyaw",)
-    return ("vx", "vy", "vyaw") if robot.drive.slides or _at_axle(robot, base) else ("vx", "vyaw")
+    return ("vx", "vy", "vyaw") if drive.slides or _at_axle(robot, base) else ("vx", "vyaw")
 
 
 def _at_axle(robot: Robot, base: str) -> bool:
@@ -237,7 +239,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 def _values(robot: Robot, output: Output, frames: Frames, own: Filter) -> Iterator[tuple[str, Any]]:
     if "frequency" in output.options:
         yield "frequency", output.options["frequency"]
-    if "two_d_mode" in output.options or robot.drive is not None:
+    if "two_d_mode" in output.options or robot.sections[DRIVE] is not None:
         yield "two_d_mode", output.options.get("two_d_mode", True)
     yield "publish_tf", bool(own.child)
     if frames.map:

@@ -12,9 +12,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from ...model import Joint, Output, Robot, Shape
-from ...model.drive import SLIDING
 from ...model.robot import JointPose, of_robot
 from ...sections.disabled_contacts import DISABLED_CONTACTS
+from ...sections.drive import DRIVE
+from ...sections.drive.value import SLIDING
 from ...sections.moveit import MOVEIT
 from ...sections.moveit.value import FIXED, FLOATING, PLANAR, DisabledCollision, Group, Moveit, Pair, VirtualJoint
 from ..urdf.masses import joints_of, links_of
@@ -156,7 +157,8 @@ class Planning:
         if said is None:
             return None
         edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
-        base = PLANAR if self.robot.drive is not None else FLOATING if edge is not None or self._floats() else FIXED
+        drives = self.robot.sections[DRIVE] is not None
+        base = PLANAR if drives else FLOATING if edge is not None or self._floats() else FIXED
         parent = ODOM if base == PLANAR else WORLD
         return VirtualJoint(said.type or base, said.parent or (edge.parent if edge else parent), said.name)
 
@@ -168,7 +170,7 @@ class Planning:
     @property
     def turns_to_go_sideways(self) -> bool:
         """Whether the base moves on a plane, and not sideways."""
-        drive = self.robot.drive
+        drive = self.robot.sections[DRIVE]
         return (
             self.virtual is not None and self.virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING
         )

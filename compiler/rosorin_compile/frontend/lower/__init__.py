@@ -44,7 +44,6 @@ from .entries import (
     actuator_of,
     attribute_of,
     calibration_of,
-    drive_of,
     dynamics_of,
     entries_of,
     limit_of,
@@ -65,8 +64,6 @@ from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import lower_simulation, marked_of
 
 if TYPE_CHECKING:
-    from ...model.drive import Drive
-
     T = TypeVar("T")
 
 RULES = (
@@ -200,15 +197,8 @@ class _Lowering:
             materials=tuple(material_of(name, entry) for name, entry in entries_of(tree, "materials")),
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree),
-            drive=self.drive(),
             sections=sections,
         )
-
-    def drive(self) -> Drive | None:
-        """Return what moves the base."""
-        if self.tree.get("drive") is None:
-            return None
-        return drive_of(self.tree["drive"], self.problem)
 
     def top_elements(self) -> tuple[str, ...]:
         """Return the elements of XML at the top of the robot, those of its sensors behind its own."""

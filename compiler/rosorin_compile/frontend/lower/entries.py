@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...diagnostics.registry import JOINTS, Rule
-from ...diagnostics.wording import listed
 from ...model import Limit, Publisher
-from ...model.drive import ROLES, Drive
 from ...model.joint import NODE, Calibration, Dynamics, Mimic, SafetyController
 from ...model.link import NO_SOURCE, Source
 from ...model.robot import JointPose
@@ -19,15 +16,6 @@ from ...model.simulation import Actuator
 from ..schema import fragment_at
 from ..tree import Map, Path
 from .plainly import pose_of_entry, record_of
-
-RULES = (
-    Rule(
-        "drive-kind",
-        "A drive says no kind of base, or several.",
-        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
-        JOINTS,
-    ),
-)
 
 # Takes the rule, the message, the path and the way out of a problem, and whether it is at a key.
 Problem = Callable[..., None]
@@ -139,22 +127,3 @@ def pose_of_joints(name: str, entry: Mapping[str, Any], sections: Sections, tree
     controls = {actuator: float(value) for actuator, value in sorted(entry.get("controls", {}).items())}
     more = values_of(entry.get("mjcf"))
     return JointPose(name, positions, pulses, source_of(entry.get("source")), base, controls, more)
-
-
-def drive_of(entry: Mapping[str, Any] | None, problem: Problem) -> Drive | None:
-    """Return what drives a robot; ``problem`` takes what is wrong with it."""
-    if entry is None:
-        return None
-    kinds = [kind for kind in ROLES if kind in entry]
-    if len(kinds) != 1:
-        message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
-        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
-        return None
-    said = entry[kinds[0]]
-    joints = {role: _names(said[role]) for role in ROLES[kinds[0]] if role in said}
-    radius = float(entry["radius"]) if "radius" in entry else None
-    return Drive(kinds[0], joints, entry.get("frame", ""), radius, source_of(entry.get("source")))
-
-
-def _names(said: Any) -> tuple[str, ...]:
-    return (str(said),) if isinstance(said, str) else tuple(map(str, said))

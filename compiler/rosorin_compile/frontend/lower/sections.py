@@ -31,7 +31,8 @@ def lower_sections(tree: Mapping[str, Any], problem: Problem, tell: Tell) -> Sec
     name of that; it has no value then.
     """
     own = own_sections().values()
-    values = {one.name: one.function(one.lowers)(tree, problem) for one in own if tree.get(one.name)}
+    made = {one.name: one.function(one.lowers)(tree, problem) for one in own if tree.get(one.name) is not None}
+    values = {name: value for name, value in made.items() if value}
     there = [name for name in _without_fields() if tree.get(name) is not None]
     if not there and not values:
         return NO_SECTIONS

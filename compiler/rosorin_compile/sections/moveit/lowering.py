@@ -20,9 +20,11 @@ from .value import (
 )
 
 
-def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit:
+def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
     """Return what a description says for MoveIt; all that can be wrong with it is told by rules."""
     entry = tree["moveit"]
+    if not entry:
+        return None
     matrix = entry.get("collision_matrix")
     return Moveit(
         urdf=entry.get("urdf", ""),

@@ -117,7 +117,7 @@ def _simulate(run: Run, case: Case, description: Description, limits: dict[str, 
     from .world import FIXED, FREE, Refused, quiet
 
     options, console = run.options, run.console
-    base = options.base or (FREE if case.robot.drive else FIXED)
+    base = options.base or (FREE if case.robot.sections["drive"] else FIXED)
     with quiet() as mujoco:
         try:
             world = _world(mujoco, case, description, run.given, base)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rosorin_compile import Case
 from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, Rule, and_more, counted
 from rosorin_compile.extending import Path
-from rosorin_compile.model import Joint
+from rosorin_compile.model import Drive, Joint
 
 from .moved import first_to_go, moved
 from .trials import Driven, Held, Stop, Swept, Swung, Trials
@@ -200,7 +200,8 @@ class Judge:
 
     def _cause(self, driven: Driven, home: Held) -> tuple[list[str], str]:
         """Return what keeps a robot from driving as it is told, as far as that is seen, and the way out."""
-        drive, robot = self.case.robot.drive, self.case.robot
+        robot = self.case.robot
+        drive: Drive | None = robot.sections["drive"]
         names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ())) if drive else ()
         wheels = set().union(*(robot.below(robot.joint[name].child) for name in names))
         others = [name for name in home.stands_on if name not in wheels]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile import Templates
 from rosorin_compile.diagnostics import Diagnostic, has_errors
 from rosorin_compile.extending import FORMATS
-from rosorin_compile.model import Joint, Link, Mesh, Output, Robot
+from rosorin_compile.model import Drive, Joint, Link, Mesh, Output, Robot
 
 from ...formats.mjcf.bodies import body_name
 from ...formats.mjcf.engine import reason
@@ -179,7 +179,8 @@ class World:
 
     def _drive(self, spec: Any) -> tuple[str, ...]:
         """Give a servo to each joint of the drive that has none; return them."""
-        drive, made = self.robot.drive, []
+        drive: Drive | None = self.robot.sections["drive"]
+        made = []
         if drive is None or self.base != FREE:
             return ()
         known = self._actuators()
@@ -344,7 +345,7 @@ class World:
 
     def above_floor(self) -> dict[str, float]:
         """Return the wheels of the drive that do not touch the floor, by joint, and how far they are above it (m)."""
-        drive = self.robot.drive
+        drive: Drive | None = self.robot.sections["drive"]
         joints = drive.wheels if drive is not None and self.base == FREE else ()
         down = {name: set(self.robot.below(self.robot.joint[name].child)) for name in joints}
         high = {

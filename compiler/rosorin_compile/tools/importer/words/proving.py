@@ -58,11 +58,10 @@ def without_words(robot: Robot, source: Robot) -> Robot:
         robot,
         urdf_elements=source.urdf_elements,
         sensors=source.sensors,
-        drive=source.drive,
         edges=source.edges,
         publishers=source.publishers,
         modes=source.modes,
-        sections=robot.sections.taking((CONTROL,), source.sections),
+        sections=robot.sections.taking((CONTROL, "drive"), source.sections),
     )
 
 

@@ -6,16 +6,16 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import JOINTS, rule
-from ..frontend.tree import Path
-from ..model import Joint, Vector
-from ..model.drive import DIFFERENTIAL, MECANUM, OMNI, STEERED, Drive
-from ..model.geometry import norm
-from .case import Case, number
-from .kinematics import place_in_drive
-from .mimic import circles
-from .tf_tree import is_tree
+from ...diagnostics import WARNING, Diagnostic
+from ...diagnostics.registry import JOINTS, rule
+from ...frontend.tree import Path
+from ...model import Joint, Vector
+from ...model.geometry import norm
+from ...rules.case import Case, number
+from ...rules.mimic import circles
+from ...rules.tf_tree import is_tree
+from . import DRIVE
+from .value import DIFFERENTIAL, MECANUM, OMNI, STEERED, TRICYCLE, Drive
 
 AFTER = "mimic"
 
@@ -24,6 +24,12 @@ RADIUS_APART = 0.05  # of a radius that is given: more is another number, such a
 UNEVEN = 0.001  # m
 LEAST = 1e-4  # m between wheels that are to be apart
 _TURNING = ("revolute", "continuous")
+
+
+def _place(drive: Drive, role: str, index: int) -> Path:
+    """Return the path of a joint of the drive: a role is one name, or a list of names."""
+    single = drive.kind == MECANUM or (drive.kind == TRICYCLE and role == "steering")
+    return ("drive", drive.kind, role) if single else ("drive", drive.kind, role, index)
 
 
 class _Named(NamedTuple):
@@ -36,7 +42,7 @@ class _Named(NamedTuple):
 
 def _named(case: Case, drive: Drive) -> list[_Named]:
     return [
-        _Named(role, case.robot.joint[name], place_in_drive(drive, role, index))
+        _Named(role, case.robot.joint[name], _place(drive, role, index))
         for role, names in drive.joints.items()
         for index, name in enumerate(names)
         if name in case.robot.joint
@@ -52,7 +58,7 @@ def _named(case: Case, drive: Drive) -> list[_Named]:
 )
 def joints(case: Case) -> Iterator[Diagnostic]:
     """Joints of the drive that cannot be what they are named."""
-    drive = case.robot.drive
+    drive = case.robot.sections[DRIVE]
     if drive is None:
         return
     seen: dict[str, Path] = {}
@@ -100,10 +106,10 @@ def _is_sound(case: Case, drive: Drive) -> bool:
 )
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Axes of wheels that do not lie, and of steering that does not stand."""
-    drive = case.robot.drive
+    drive = case.robot.sections[DRIVE]
     if drive is None or not _is_sound(case, drive):
         return
-    from ..model.driving import axis_in_base
+    from .driving import axis_in_base
 
     base = drive.frame or case.robot.root
     for role, joint, path in _named(case, drive):
@@ -144,10 +150,10 @@ def _direction(axis: Vector) -> str:
 )
 def places(case: Case) -> Iterator[Diagnostic]:
     """Wheels that stand elsewhere than their names say, or cannot drive."""
-    drive = case.robot.drive
+    drive = case.robot.sections[DRIVE]
     if drive is None or not _is_sound(case, drive):
         return
-    from ..model.driving import place_in_base
+    from .driving import place_in_base
 
     at = {name: place_in_base(case.robot, drive, name) for names in drive.joints.values() for name in names}
     found = list(_misplaced(case, drive, at))
@@ -183,8 +189,8 @@ def _misplaced(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[D
             message = (
                 f'wheel "{one}" is named {first.replace("_", " ")}, but is not {how} "{other}": {numbers} in "{base}"'
             )
-            path = place_in_drive(drive, first, index)
-            related = [case.related("the other one", place_in_drive(drive, second, drive.joints[second].index(other)))]
+            path = _place(drive, first, index)
+            related = [case.related("the other one", _place(drive, second, drive.joints[second].index(other)))]
             help = "correct the names, the poses of the joints, or frame: x points forward, y left"
             yield case.problem("drive-places", message, path, help, related=related)
             return
@@ -192,7 +198,7 @@ def _misplaced(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[D
 
 def _axle(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[Diagnostic]:
     """Yield what is wrong with the axle that is not steered."""
-    from ..model.driving import steering_of
+    from .driving import steering_of
 
     rolling = drive.joints.get("rolling", ())
     fixed = rolling or tuple(name for name in drive.wheels if not steering_of(case.robot, drive, name))
@@ -205,13 +211,13 @@ def _axle(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[Diagno
     for index, name in enumerate(drive.steering):
         if abs(at[name][0] - axle) < LEAST:
             message = f'the steering joint "{name}" is on the axle that it is to steer about: no wheelbase'
-            path = place_in_drive(drive, "steering", index)
+            path = _place(drive, "steering", index)
             yield case.problem("drive-places", message, path, "correct the poses of the joints")
 
 
 def _moves(case: Case) -> bool:
     """Say whether the speeds of the wheels say how the base moves."""
-    from ..model.driving import driving_of
+    from .driving import driving_of
 
     try:
         driving_of(case.robot).velocity({})
@@ -234,12 +240,12 @@ def _uneven(case: Case, drive: Drive, at: Mapping[str, Vector]) -> Iterator[Diag
         )
         role, index = next((r, names.index(high)) for r, names in drive.joints.items() if high in names)
         help = "correct the pose of one, or its radius"
-        yield case.problem("drive-places", message, place_in_drive(drive, role, index), help, severity=WARNING)
+        yield case.problem("drive-places", message, _place(drive, role, index), help, severity=WARNING)
 
 
 def _radii(case: Case, drive: Drive) -> dict[str, float] | None:
     """Return the radii of the wheels (m); None where one is not known."""
-    from ..model.driving import rolling_radius
+    from .driving import rolling_radius
 
     found = {name: drive.radius or rolling_radius(case.robot, name) for name in drive.wheels}
     known = {name: radius for name, radius in found.items() if radius}
@@ -255,14 +261,14 @@ def _radii(case: Case, drive: Drive) -> dict[str, float] | None:
 )
 def radii(case: Case) -> Iterator[Diagnostic]:
     """Wheels whose radius nobody says, or two say differently."""
-    drive = case.robot.drive
+    drive = case.robot.sections[DRIVE]
     if drive is None or not _is_sound(case, drive):
         return
     if drive.radius is not None and drive.radius <= 0:
         message = f"the radius of the wheels is {number(drive.radius)} m"
         yield case.problem("drive-radius", message, ("drive", "radius"), "write a positive length")
         return
-    from ..model.driving import rolling_radius
+    from .driving import rolling_radius
 
     for _, joint, path in _named(case, drive):
         if joint.name not in drive.wheels:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from .link import NO_SOURCE, Source
+from ...model.link import NO_SOURCE, Source
 
 MECANUM, DIFFERENTIAL, OMNI, TRICYCLE, ACKERMANN = "mecanum", "differential", "omni", "tricycle", "ackermann"
 
@@ -56,3 +56,8 @@ class Drive:
     def slides(self) -> bool:
         """Whether the base goes sideways."""
         return self.kind in SLIDING
+
+    def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> Drive:
+        """Return it with other names of links and joints."""
+        joints = {role: tuple(map(joint, names)) for role, names in self.joints.items()}
+        return replace(self, joints=joints, frame=link(self.frame))

@@ -25,10 +25,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from .drive import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
-from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
-from .robot import Robot, of_robot
-from .shape import Capsule, Cylinder, Shape, Sphere
+from ...model.geometry import Transform, Vector, angle_between, dot, minus, norm, unit
+from ...model.robot import Robot, of_robot
+from ...model.shape import Capsule, Cylinder, Shape, Sphere
+from . import DRIVE
+from .value import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
 
 # Along which the ground holds a mecanum wheel: parts along x and y, in the X layout (from above, the axes of the upper
 # rollers point at the middle, so those below lie across).
@@ -188,7 +189,7 @@ def driving_of(robot: Robot) -> Driving:
 
     The rules about drives have told what is wrong with one before.
     """
-    drive = robot.drive
+    drive = robot.sections[DRIVE]
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')
     base = drive.frame or robot.root

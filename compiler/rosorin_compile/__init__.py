@@ -31,7 +31,6 @@ if TYPE_CHECKING:
         read,
     )
     from .rules.case import Case
-    from .tools.sweep.library import sweep
 
 # Each public name and the module that has it.
 _HOMES = {
@@ -65,7 +64,7 @@ _HOMES = {
     "read": "pipeline",
     "rule": "diagnostics.registry",
     "schema": "commands.verbs",
-    "sweep": "tools.sweep.library",
+    "sweep": "commands.verbs",
     "write": "commands.verbs",
 }
 

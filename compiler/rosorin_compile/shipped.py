@@ -17,8 +17,8 @@ SHIPPED = (
     "rosorin_compile.tools.collisions.records",
     "rosorin_compile.tools.view.records",
     "rosorin_compile.tools.picture.records",
-    "rosorin_compile.tools.sweep.records",
-    "rosorin_compile.tools.fleet.records",
+    "rosorin_compile_fleet.sweep.records",
+    "rosorin_compile_fleet.check.records",
 )
 
 # The sections of the language that stand in folders of their own: where the record of each is.

@@ -22,7 +22,6 @@ PACKAGES: Mapping[str, Sequence[str]] = {
     ),
     "import": ("tools.importer", "tools.extract"),
     "view": ("tools.view", "tools.picture", "formats.page", "formats.drawing"),
-    "fleet": ("tools.sweep", "tools.fleet"),
 }
 
 

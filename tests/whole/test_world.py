@@ -25,8 +25,8 @@ LISTED = {
     "output.staging": "writes beside what is there, and moves it into place",
     "tools.collisions.search": "reads what its own processes hand back, by a pipe",
     "tools.importer.translating.proving": "sets variables of the environment for what it compares",
-    "tools.sweep.folder": "writes the folder of a sweep, and keeps what several processes write apart",
-    "tools.sweep.remote": "writes into a store by fsspec, whose methods are called as those of paths",
+    "rosorin_compile_fleet.sweep.folder": "writes the folder of a sweep, and keeps what several processes write apart",
+    "rosorin_compile_fleet.sweep.remote": "writes into a store by fsspec, whose methods are called as those of paths",
     "rosorin_compile_verify.bags": "rosbags opens recordings, which are read in pieces: such a run is spoiled",
     "rosorin_compile_verify.sources": "reads what is pasted by a pipe, once: such a run is spoiled",
 }

@@ -7,7 +7,7 @@ robot's files is no exception: it is among the diagnostics.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,8 +16,11 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics import Diagnostic, has_errors
 from ..project import Description
 from .given import Given
+from .registry import service
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from ..pipeline import Compiled, Understood
     from .explain.explanation import Answer, Explanation
 
@@ -167,6 +170,28 @@ def explain(
     if found.lowered is None or found.lowered.robot is None or has_errors(found.diagnostics):
         return Explained((), tuple(found.diagnostics))
     return Explained.of(found, values, names, pose)
+
+
+def sweep(
+    path: str | os.PathLike[str],
+    variants: str | os.PathLike[str] | Mapping[str, Any] | Iterable[Any],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
+    client: Client | None = None,
+) -> Iterator[Compiled]:
+    """Yield what becomes of a description with the arguments of each variant; nothing is written.
+
+    ``variants`` is what ``rosorin-compile sweep --over`` takes, a CSV or YAML file or a folder; or arguments by name;
+    or pairs of a name and arguments, or tables with ``name`` among the arguments, also from a generator. ``arguments``
+    hold for all, where a variant has none of its own; they and ``packages`` are those of ``compile``. Each ``Compiled``
+    has its ``variant``. With ``client``, one of ``dask.distributed``, they are made on its cluster, and come in the
+    order in which they are done; else one after the other, here.
+
+    What is wrong with a variant is among its diagnostics; what is wrong with all, such as the list itself, is a single
+    ``Compiled`` without a variant.
+    """
+    made: Iterator[Compiled] = service("many variants")(path, variants, arguments, packages, client)
+    return made
 
 
 def schema(name: str = "authoring") -> dict[str, Any]:

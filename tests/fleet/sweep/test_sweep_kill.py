@@ -46,7 +46,7 @@ from pathlib import Path
 from rosorin_compile.cli import main
 from rosorin_compile import pipeline
 from rosorin_compile.meaning import agreement
-from rosorin_compile.tools.sweep import command
+from rosorin_compile_fleet.sweep import command
 
 def sweep(over, out, *words):
     return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])
@@ -90,7 +90,7 @@ print(killed)
 import os, signal, sys
 from pathlib import Path
 from rosorin_compile.cli import main
-from rosorin_compile.tools.sweep.making import Maker
+from rosorin_compile_fleet.sweep.making import Maker
 
 make = Maker.make
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from rosorin_compile import Command
 
+SERVICES = {"many variants": "library:sweep"}
+
 COMMANDS = (
     Command(
         name="sweep",

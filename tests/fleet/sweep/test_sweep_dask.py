@@ -15,9 +15,9 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile.tools.sweep import cluster, worker
-from rosorin_compile.tools.sweep.folder import VariantsFolder
 from rosorin_compile.world.asking import BYTES
+from rosorin_compile_fleet.sweep import cluster, worker
+from rosorin_compile_fleet.sweep.folder import VariantsFolder
 from support.commands import Shown
 
 pytest.importorskip("distributed")
@@ -182,7 +182,7 @@ def test_a_bundle_has_what_a_description_is_made_of() -> None:
 def asked() -> tuple[worker.Bundle, worker.Batch]:
     """Return what a worker is given: the bundle, and the last four variants."""
     from rosorin_compile.pipeline import compile_robot
-    from rosorin_compile.tools.sweep.variants import Variants
+    from rosorin_compile_fleet.sweep.variants import Variants
 
     first = Path("descriptions/mast/robot.yaml")
     made = cluster.bundle(first, compile_robot(first, {}), {})

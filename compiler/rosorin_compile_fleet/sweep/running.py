@@ -11,10 +11,9 @@ from collections import deque
 from collections.abc import Callable, Container, Iterable, Iterator
 from typing import NamedTuple
 
-from rosorin_compile import Variant
+from rosorin_compile import Variant, __version__
 from rosorin_compile.diagnostics import Diagnostic, Progress
 
-from ... import __version__
 from .engines import Engine
 from .folder import Index
 from .making import ERROR, MADE, UNCHANGED, Folder, Made

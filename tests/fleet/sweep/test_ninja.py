@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.tools.sweep.ninja import escaped, shell
+from rosorin_compile_fleet.sweep.ninja import escaped, shell
 from support.commands import Shown, ask, edit, touch, write_files
 
 ROBOT = """\

@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.formats.page import data_of
-from rosorin_compile.tools.fleet import columns as columns_module
+from rosorin_compile_fleet.check import columns as columns_module
 from support.answers import hold
 from support.commands import Shown
 from support.fleets import BOT, Rows, calibrated, lines_of, rewrite, swept
@@ -368,7 +368,7 @@ def test_quiet(home: Path, capsys: Shown) -> None:
 
 
 def test_a_terminal_without_blocks_gets_letters(home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    from rosorin_compile.tools.fleet import telling
+    from rosorin_compile_fleet.check import telling
 
     file = swept(home, calibrated(9))
     monkeypatch.setattr(telling, "_can_print", lambda _: False)

@@ -8,7 +8,7 @@ import pytest
 
 from rosorin_compile.diagnostics import report
 from rosorin_compile.frontend.load import LoadError
-from rosorin_compile.tools.sweep.variants import Names, Variants
+from rosorin_compile_fleet.sweep.variants import Names, Variants
 
 ARGUMENTS = ["mast", "label", "calibration"]
 

@@ -21,9 +21,9 @@ from rosorin_compile import Variant
 from rosorin_compile.cli import main
 from rosorin_compile.frontend.expand import files as reading
 from rosorin_compile.startup.remembering import forget
-from rosorin_compile.tools.sweep import folder as output
-from rosorin_compile.tools.sweep.making import Made, Maker
 from rosorin_compile.world import now
+from rosorin_compile_fleet.sweep import folder as output
+from rosorin_compile_fleet.sweep.making import Made, Maker
 from support.commands import Shown, edit
 
 ROBOT = """\

@@ -26,17 +26,7 @@ def sweep(
     packages: Mapping[str, str | os.PathLike[str]] | None = None,
     client: Client | None = None,
 ) -> Iterator[Compiled]:
-    """Yield what becomes of a description with the arguments of each variant; nothing is written.
-
-    ``variants`` is what ``rosorin-compile sweep --over`` takes, a CSV or YAML file or a folder; or arguments by name;
-    or pairs of a name and arguments, or tables with ``name`` among the arguments, also from a generator. ``arguments``
-    hold for all, where a variant has none of its own; they and ``packages`` are those of ``compile``. Each ``Compiled``
-    has its ``variant``. With ``client``, one of ``dask.distributed``, they are made on its cluster, and come in the
-    order in which they are done; else one after the other, here.
-
-    What is wrong with a variant is among its diagnostics; what is wrong with all, such as the list itself, is a single
-    ``Compiled`` without a variant.
-    """
+    """Yield what becomes of a description with the arguments of each variant: what the public verb says."""
     description, asked, wrong = Given.asked(path, arguments, packages)
     if description is None:
         yield Compiled(None, (), wrong, ())

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.tools.fleet.spread import FEWEST, spread_of, straight, typo
+from rosorin_compile_fleet.check.spread import FEWEST, spread_of, straight, typo
 
 
 def far(values: list[float], unit: str = "") -> list[int]:

@@ -15,7 +15,7 @@ from types import ModuleType
 
 import pytest
 
-from support.door import DOOR, breaches, past_the_door
+from support.door import DOOR, breaches, owner, past_the_door
 from support.paths import DOCS, PACKAGE, PACKAGES
 
 MOST = 150
@@ -173,7 +173,7 @@ def test_a_name_past_the_door_is_found(tmp_path: Path, file: str, line: str, nam
         (tmp_path / "house" / each).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "house" / each).write_text(text, "utf-8")
     (taken,) = past_the_door(tmp_path / "house", {"model": ["Robot"]})
-    assert (taken.package, taken.name) == (file.partition("/")[0], name)
+    assert (taken.package, taken.name) == (owner(f"tools.{file.partition('/')[0]}"), name)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ from .frontend.validate import validate
 from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
+from .sections.simulation import MJCF_ELEMENTS
 
 if TYPE_CHECKING:
     from .formats.imported import Imported
@@ -418,7 +419,7 @@ def _outputs(robot: Robot, wanted: Sequence[str]) -> tuple[Output, ...]:
 
 def _has_files(robot: Robot) -> bool:
     """Say whether a robot has meshes or textures, or elements of MJCF that may name files."""
-    texts = (robot.simulation.elements, *(link.mjcf_elements for link in robot.links))
+    texts = (robot.sections[MJCF_ELEMENTS], *(link.mjcf_elements for link in robot.links))
     return (
         any(map(_has_file, robot.links))
         or any(one.texture for one in robot.materials)

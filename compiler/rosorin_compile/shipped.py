@@ -29,6 +29,13 @@ SECTIONS = (
     "sections.controllers:CONTROLLERS",
     "sections.moveit:MOVEIT",
     "sections.disabled_contacts:DISABLED_CONTACTS",
+    "sections.simulation:ACTUATORS",
+    "sections.simulation:TENDONS",
+    "sections.simulation:CONSTRAINTS",
+    "sections.simulation:MJCF_SENSORS",
+    "sections.simulation:CONTACT_LAYERS",
+    "sections.simulation:CONTACT_PAIRS",
+    "sections.simulation:MJCF_ELEMENTS",
 )
 
 

@@ -29,7 +29,7 @@ def emit(robot: Robot, base: str = "fixed", number_format: str = "exact", **more
 
 def at_origin(robot: Robot) -> Robot:
     """Return a robot whose root is at the origin of the world, where it would stand on a floor if it is free."""
-    return replace(robot, simulation=replace(robot.simulation, root=Root(placed=True)))
+    return replace(robot, root_in_world=Root(placed=True))
 
 
 @contextmanager

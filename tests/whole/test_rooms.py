@@ -48,6 +48,7 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
         "formats",
         "rules",
         "frontend",
+        "sections",
         "model",
         "diagnostics",
         "plugins",

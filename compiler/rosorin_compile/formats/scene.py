@@ -24,6 +24,7 @@ from ..model import Link, Mesh, Output, Pose, Robot, Vector
 from ..model.geometry import unit
 from ..numbers import six, vector
 from ..rules.case import Case
+from ..sections.simulation import MJCF_ELEMENTS
 from ..world import head
 from .format import Format
 
@@ -130,7 +131,7 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     from .mesh_vertices import clouds_of
 
     home, clouds = home_of(robot), clouds_of(robot)
-    at: Pose = stands_at(robot, home, clouds) if stands_free(robot, of) else robot.simulation.root.pose
+    at: Pose = stands_at(robot, home, clouds) if stands_free(robot, of) else robot.root_in_world.pose
     solid = reach(robot, home.positions, "collision", at, clouds)
     seen = reach(robot, home.positions, "visual", at)
     boxes = [one.bounds for one in (solid, seen) if one.bounds is not None]
@@ -174,7 +175,7 @@ def _free(name: str, robot: Robot) -> str:
     taken = {mark.name for link in robot.links for mark in link.marked}
     taken |= {shape.name for link in robot.links for shape in (*link.collision, *link.visual)}
     taken |= {part.name for sensor in robot.sensors for part in sensor.simulated}
-    texts = [*robot.simulation.elements, *(text for link in robot.links for text in link.mjcf_elements)]
+    texts = [*robot.sections[MJCF_ELEMENTS], *(text for link in robot.links for text in link.mjcf_elements)]
     taken |= {found for text in texts for found in _NAMED.findall(text)}
     while name in taken:
         name += "_"

@@ -162,6 +162,12 @@ def named_as(kind: str) -> tuple[str, ...]:
 
 
 @cache
+def of_topic(topic: str) -> tuple[str, ...]:
+    """Return the sections of a topic."""
+    return tuple(key for key, node in sections().items() if node.topic == topic)
+
+
+@cache
 def of_parts() -> tuple[str, ...]:
     """Return the sections that may stand in a part."""
     return tuple(key for key, node in sections().items() if node.in_parts)

@@ -21,13 +21,9 @@ Rename = Callable[[str], str]
 def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -> Robot:
     """Return a robot under other names; links and joints that are not mentioned keep theirs."""
     walk = _Walk(lambda name: links.get(name, name), lambda name: joints.get(name, name))
-    link, joint = walk.of["link"], walk.of["joint"]
-    found: dict[str, Any] = {
-        "simulation": robot.simulation.renamed(link, joint),
-        "sections": walk.through(robot.sections),
-    }
-    walked = (field.name for field in fields(robot) if field.name in sections() and field.name not in found)
-    return replace(robot, **found, **{name: walk.at(sections()[name], getattr(robot, name)) for name in walked})
+    known = (field.name for field in fields(robot) if field.name in sections())
+    found = {name: walk.at(sections()[name], getattr(robot, name)) for name in known}
+    return replace(robot, sections=walk.through(robot.sections), **found)
 
 
 class _Walk:
@@ -46,7 +42,9 @@ class _Walk:
         return replace(found, values=values, said=said)
 
     def _value(self, node: Node, value: Any) -> Any:
-        """Return the value of a section: it may know by itself how it is renamed."""
+        """Return the value of a section: it, or each of its entries, may know by itself how it is renamed."""
+        if isinstance(value, tuple) and any(hasattr(one, "renamed") for one in value):
+            return tuple(self._value(node, one) for one in value)
         rename = getattr(value, "renamed", None)
         return rename(self.of["link"], self.of["joint"]) if callable(rename) else self.at(node, value)
 

@@ -25,7 +25,7 @@ from .wording import number_pair
 _NOT_COMPARED = ("source", "outputs", "stand_in")
 # What links, joints and shapes have that a URDF does not say.
 _NOT_IN_URDF = (
-    *("publisher", "actuator", "simulation", "contact", "mjcf", "marked", "gravity_compensation", "mjcf_elements"),
+    *("publisher", "actuator", "root_in_world", "contact", "mjcf", "marked", "gravity_compensation", "mjcf_elements"),
 )
 _NAMED = (Link, Joint, Material)
 

@@ -9,7 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
+from ..frontend.annotations import sections
 from ..model import Joint, Link, Robot, Shape
+from ..model.sections import own_sections
+from ..sections.simulation import MJCF_ELEMENTS
 from ..xml.elements import fragments
 from .difference import OTHER, Item
 from .values import Said, changed_values, text_of
@@ -17,7 +20,8 @@ from .values import Said, changed_values, text_of
 
 def count_of(robot: Robot) -> int:
     """Return how many things a robot has for a simulation alone."""
-    return len(_things(robot)) + len(robot.simulation.elements) + sum(len(one.mjcf_elements) for one in robot.links)
+    elements = (robot.sections[MJCF_ELEMENTS], *(one.mjcf_elements for one in robot.links))
+    return len(_things(robot)) + sum(map(len, elements))
 
 
 def compare_simulation(a: Robot, b: Robot) -> Iterator[Item]:
@@ -32,7 +36,8 @@ def compare_simulation(a: Robot, b: Robot) -> Iterator[Item]:
 
 
 def _kept(a: Robot, b: Robot) -> Iterator[tuple[str, Sequence[str], Sequence[str]]]:
-    yield "the robot", a.simulation.elements, b.simulation.elements
+    one, other = a.sections[MJCF_ELEMENTS], b.sections[MJCF_ELEMENTS]
+    yield "the robot", one, other
     for name in a.link:
         if name in b.link:
             yield name, a.link[name].mjcf_elements, b.link[name].mjcf_elements
@@ -46,38 +51,43 @@ def _short(text: str) -> str:
 
 
 def _things(robot: Robot) -> dict[str, Said]:
-    """Return all that a robot has for a simulation, by what it is called, each as words with values."""
+    """Return all that a robot has for a simulation, by what it is called, each as words with values.
+
+    Entries of sections stand behind links and joints; what is said of the robot as a whole comes last.
+    """
     things: dict[str, Said] = {}
-    simulation = robot.simulation
     for link in robot.links:
         things |= _of_link(link)
     for joint in robot.joints:
         things |= _of_joint(joint)
-    for kind, entries in (("actuator", simulation.actuators), ("tendon", simulation.tendons)):
-        things |= {f"{kind} {entry.name}": _said(entry) for entry in entries}
-    things |= {f"constraint {one.name}": {"type": one.tag, **_said(one)} for one in simulation.constraints}
-    things |= {f"simulated sensor {one.name}": {"kind": one.tag, **_said(one)} for one in simulation.sensors}
-    for index, pair in enumerate(simulation.contact_pairs, start=1):
-        things[f"contact pair {pair.name or index}"] = _said(pair)
+    things |= _of_sections(robot, whole=False)
     for material in robot.materials:
-        things |= {f"material {material.name}": _said(material.mjcf)} if material.mjcf else {}
+        things |= {f"material {material.name}": said(material.mjcf)} if material.mjcf else {}
     for pose in robot.poses:
         values = {"base": pose.base, **pose.controls, **pose.mjcf}
-        things |= {f"pose {pose.name} in simulation": _said(values)} if _said(values) else {}
-    if simulation.contact_layers:
-        things["contact layers"] = {"order": simulation.contact_layers}
-    root = _said(simulation.root)
+        things |= {f"pose {pose.name} in simulation": said(values)} if said(values) else {}
+    things |= _of_sections(robot, whole=True)
+    root = said(robot.root_in_world)
     return things | ({"root": root} if root else {})
 
 
+def _of_sections(robot: Robot, whole: bool) -> dict[str, Said]:
+    """Return what sections for a simulation tell: those of entries, or those that are said of the robot as a whole."""
+    things: dict[str, Said] = {}
+    for one in own_sections().values():
+        if one.tells and sections()[one.name].whole == whole:
+            things |= one.function(one.tells)(robot.sections[one])
+    return things
+
+
 def _of_link(link: Link) -> dict[str, Said]:
-    things: dict[str, Said] = {f"{mark.tag} {mark.name}": {"link": link.name, **_said(mark)} for mark in link.marked}
+    things: dict[str, Said] = {f"{mark.tag} {mark.name}": {"link": link.name, **said(mark)} for mark in link.marked}
     own = {"gravity_compensation": link.gravity_compensation or None, **link.mjcf}
-    things |= {f"link {link.name} in simulation": _said(own)} if _said(own) else {}
+    things |= {f"link {link.name} in simulation": said(own)} if said(own) else {}
     for purpose in ("collision", "visual"):
         shapes: Sequence[Shape] = getattr(link, purpose)
         for index, shape in enumerate(shapes, start=1):
-            values = {**_said(shape.contact), **_said(shape.mjcf)} if shape.contact or shape.mjcf else {}
+            values = {**said(shape.contact), **said(shape.mjcf)} if shape.contact or shape.mjcf else {}
             things |= {f"{purpose} shape {index} of {link.name} in simulation": values} if values else {}
     return things
 
@@ -86,19 +96,19 @@ def _of_joint(joint: Joint) -> dict[str, Said]:
     things: dict[str, Said] = {}
     if joint.actuator is not None:  # its gains are compared as those of the joint
         others = ("kp", "kv", "damping", "joint")
-        values = {word: value for word, value in _said(joint.actuator).items() if word not in others}
+        values = {word: value for word, value in said(joint.actuator).items() if word not in others}
         values |= {"name": joint.actuator.name} if joint.actuator.name else {}
         things |= {f"actuator of {joint.name}": values} if values else {}
     if joint.mimic is not None:
-        values = {word: value for word, value in _said(joint.mimic).items() if word in ("solref", "solimp")}
+        values = {word: value for word, value in said(joint.mimic).items() if word in ("solref", "solimp")}
         values |= {"name": joint.mimic.name} if joint.mimic.name else {}
         things |= {f"mimic of {joint.name} in simulation": values} if values else {}
     if joint.mjcf:
-        things[f"joint {joint.name} in simulation"] = _said(joint.mjcf)
+        things[f"joint {joint.name} in simulation"] = said(joint.mjcf)
     return things
 
 
-def _said(value: Any) -> dict[str, Any]:
+def said(value: Any) -> dict[str, Any]:
     """Return the words of an entry and their values; what is as it is by default is left out."""
     if isinstance(value, Mapping):
         return {word: one for word, one in value.items() if text_of(one)}
@@ -108,7 +118,7 @@ def _said(value: Any) -> dict[str, Any]:
         if field.name in ("name", "tag") or inner == field.default:
             continue
         if isinstance(inner, Mapping):
-            words |= _said(inner)
+            words |= said(inner)
         elif text_of(inner):
             words[field.name] = inner
     return words

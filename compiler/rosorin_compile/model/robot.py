@@ -13,10 +13,10 @@ from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Join
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .motion import motion
-from .sections import NO_SECTIONS, Section, Sections, own_sections
+from .sections import NO_SECTIONS, Section, Sections, own_families, own_sections
 from .shape import ROWS, Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
-from .simulation import NO_SIMULATION, Simulation, Values
+from .simulation import AT_ORIGIN, Root, Values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -164,7 +164,8 @@ class Robot:
 
     ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
     of each that is, and of each image. ``mesh_contents`` are the bytes of those that artifacts open, as they open them,
-    each with the ending of its name. ``sections`` has what the sections say that have no field here.
+    each with the ending of its name. ``root_in_world`` is how the root link stands in a simulation. ``sections`` has
+    what the sections say that have no field here.
     """
 
     name: str
@@ -179,7 +180,7 @@ class Robot:
     source: Source = NO_SOURCE
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
-    simulation: Simulation = NO_SIMULATION
+    root_in_world: Root = AT_ORIGIN
     sections: Sections = NO_SECTIONS
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
@@ -204,11 +205,15 @@ class Robot:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Return what a section of the tool itself says, by its name: ``robot.drive``, as templates ask for it."""
-            section = own_sections().get(name)
-            if section is None:
-                raise AttributeError(f"'Robot' object has no attribute '{name}'")
-            return self.sections[section]
+            """Return what a section of the tool itself says, by its name: ``robot.drive``, as templates ask for it.
+
+            Sections that share a folder are gathered under the name of that.
+            """
+            if name in own_sections():
+                return self.sections[own_sections()[name]]
+            if name in own_families():
+                return own_families()[name](self)
+            raise AttributeError(f"'Robot' object has no attribute '{name}'")
 
     def having(self, section: Section[Said] | str, value: Said) -> Robot:
         """Return the robot with another value of a section, or of the one of a name."""

@@ -117,25 +117,40 @@ class OwnSection(Section[T]):
 
     ``nothing`` is its value where a robot does not have it, ``after`` the section that it stands behind in the schema.
     What needs a function is in a module of the folder, and named as text: ``lowers`` makes the value of the tree,
-    ``compares`` yields what differs between two robots (``meaning.others``), ``rules`` is the module of its rules.
+    ``compares`` yields what differs between two robots (``meaning.others``), or ``tells`` returns what is said, by what
+    it is called, for the comparison of its topic (``meaning.simulation``); ``rules`` is the module of its rules.
     """
 
     nothing: Any = None
     after: str = ""
     lowers: str = ""
     compares: str = ""
+    tells: str = ""
     rules: str = ""
     package: str = ""
 
     @classmethod
     def in_folder(
-        cls, package: str, folder: str, nothing: T, *, after: str, lowers: str, compares: str = "", rules: str = ""
+        cls,
+        package: str,
+        folder: str,
+        nothing: T,
+        *,
+        after: str,
+        lowers: str,
+        compares: str = "",
+        tells: str = "",
+        rules: str = "",
+        name: str = "",
     ) -> OwnSection[T]:
-        """Return the section whose folder is a package; it is called as that, and has its piece of the schema there."""
-        name = package.rpartition(".")[2]
-        schema: Mapping[str, Any] = json.loads(text(Path(folder) / "schema.json"))
+        """Return the section whose folder is a package; it is called as that, and has its piece of the schema there.
+
+        One of several that share a folder says its ``name``, and has its piece in NAME.json.
+        """
+        schema: Mapping[str, Any] = json.loads(text(Path(folder) / f"{name or 'schema'}.json"))
+        name = name or package.rpartition(".")[2]
         made: OwnSection[T] = OwnSection(name, object, schema, _form_of(schema), nothing=nothing, after=after)
-        return replace(made, lowers=lowers, compares=compares, rules=rules, package=package)
+        return replace(made, lowers=lowers, compares=compares, tells=tells, rules=rules, package=package)
 
     def empty(self) -> Any:
         """Return the value of a section that is not there."""
@@ -157,6 +172,13 @@ def own_sections() -> Mapping[str, OwnSection[Any]]:
     found = (name.partition(":") for name in SECTIONS)
     records = (getattr(import_module(f"{package}.{module}"), record) for module, _, record in found)
     return {one.name: one for one in records}
+
+
+@cache
+def own_families() -> Mapping[str, Callable[[Robot], Any]]:
+    """Return what gathers the values of sections that share a folder, by the name of the folder."""
+    packages = {one.package: import_module(one.package) for one in own_sections().values()}
+    return {name.rpartition(".")[2]: one.gathered for name, one in packages.items() if hasattr(one, "gathered")}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What only a simulation has: actuators, contact, tendons, constraints, sites, cameras, lights, and how a base stands.
+"""What only a simulation has of links, joints, shapes and the base: actuators, contact, marks, and how the root stands.
 
 Attributes that the language has no word for are kept under the names that MuJoCo gives them, in SI units (``Values``).
 """
@@ -14,6 +14,7 @@ from .geometry import IDENTITY, Pose
 from .simulated import Attribute
 
 Values = Mapping[str, Attribute]
+Rename = Callable[[str], str]
 
 # Attributes whose value is the name of a link or of the frame of one, of a joint, of a shape.
 _LINKS = frozenset(("body", "body1", "body2", "target", "site", "site1", "site2", "refsite", "sidesite"))
@@ -53,6 +54,10 @@ class Actuator:
     force: tuple[float, float] | None = None
     mjcf: Values = field(default_factory=dict, hash=False)
 
+    def renamed(self, link: Rename, joint: Rename) -> Actuator:
+        """Return it with other names of links and joints."""
+        return replace(self, targets=Renames(link, joint).values(self.targets))
+
     @property
     def holds_position(self) -> bool:
         """Whether it is asked for a position, and holds it."""
@@ -79,43 +84,6 @@ class Marked:
 
 
 @dataclass(frozen=True)
-class Stop:
-    """A stop of a tendon: the element of MuJoCo (site, geom, pulley) with its attributes."""
-
-    tag: str
-    values: Values
-
-
-@dataclass(frozen=True)
-class Tendon:
-    """A tendon: factors of joints, or a path; ``values`` are its attributes in MuJoCo's words."""
-
-    name: str
-    joints: Mapping[str, float] = field(default_factory=dict, hash=False)
-    path: tuple[Stop, ...] = ()
-    values: Values = field(default_factory=dict, hash=False)
-
-
-@dataclass(frozen=True)
-class Entry:
-    """An entry of a list of MuJoCo's: its element, its name, its attributes; ``links`` are the names of bodies."""
-
-    tag: str
-    name: str
-    values: Values = field(default_factory=dict, hash=False)
-
-
-@dataclass(frozen=True)
-class ContactPair:
-    """Two links, or two shapes by the names of their geoms, that touch whatever their layers say."""
-
-    name: str = ""
-    links: tuple[str, str] | None = None
-    shapes: tuple[str, str] | None = None
-    values: Values = field(default_factory=dict, hash=False)
-
-
-@dataclass(frozen=True)
 class Root:
     """How the root link stands in the world, and what a free joint there is called and does.
 
@@ -130,53 +98,13 @@ class Root:
     world: bool = False
 
 
-_AT_ORIGIN = Root()
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """What a robot has for a simulation beside its links and joints, each in the order of the description."""
-
-    root: Root = _AT_ORIGIN
-    actuators: tuple[Actuator, ...] = ()
-    tendons: tuple[Tendon, ...] = ()
-    constraints: tuple[Entry, ...] = ()
-    sensors: tuple[Entry, ...] = ()
-    contact_layers: tuple[str, ...] = ()
-    contact_pairs: tuple[ContactPair, ...] = ()
-    elements: tuple[str, ...] = ()
-
-    def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> Simulation:
-        """Return it with other names of links and joints; elements are as they are written."""
-        names = Renames(link, joint)
-        return replace(
-            self,
-            actuators=tuple(replace(one, targets=names.values(one.targets)) for one in self.actuators),
-            tendons=tuple(
-                replace(
-                    one,
-                    joints={names.joint(name): factor for name, factor in one.joints.items()},
-                    path=tuple(replace(stop, values=names.values(stop.values)) for stop in one.path),
-                )
-                for one in self.tendons
-            ),
-            constraints=tuple(replace(one, values=names.values(one.values)) for one in self.constraints),
-            sensors=tuple(replace(one, values=names.values(one.values)) for one in self.sensors),
-            contact_pairs=tuple(
-                replace(
-                    one,
-                    links=one.links and (link(one.links[0]), link(one.links[1])),
-                    shapes=one.shapes and (names.shape(one.shapes[0]), names.shape(one.shapes[1])),
-                )
-                for one in self.contact_pairs
-            ),
-        )
+AT_ORIGIN = Root()
 
 
 class Renames:
     """Other names of links and joints in what a simulation has, also where they are part of a name."""
 
-    def __init__(self, link: Callable[[str], str], joint: Callable[[str], str]) -> None:
+    def __init__(self, link: Rename, joint: Rename) -> None:
         self.link = link
         self._joint = joint
 
@@ -197,9 +125,6 @@ class Renames:
         return made
 
 
-def _in_one(name: str, rename: Callable[[str], str], made: Any) -> str:
+def _in_one(name: str, rename: Rename, made: Any) -> str:
     found = None if rename(name) != name else made.fullmatch(name)
     return rename(found[1]) + found[2] if found else rename(name)
-
-
-NO_SIMULATION = Simulation()

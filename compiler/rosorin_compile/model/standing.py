@@ -65,7 +65,7 @@ def stands_at(robot: Robot, pose: JointPose, clouds: Clouds = unknown) -> Pose:
     """
     if pose.base is not None:
         return pose.base
-    root = robot.simulation.root
+    root = robot.root_in_world
     if root.placed:
         return root.pose
     bounds, meshes = reach(robot, pose.positions, clouds=clouds)

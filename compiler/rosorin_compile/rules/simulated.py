@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
 from ..diagnostics.wording import listed
-from ..frontend.lower.simulation import TARGETS
 from ..frontend.tree import Path
 from ..model import Cylinder, Joint, Sphere
 from ..model.simulation import Actuator
+from ..sections.simulation import ACTUATORS, TENDONS
+from ..sections.simulation.lowering import TARGETS
 from .case import Case, number
 from .simulated_names import BALL, several
 from .unfit import unfit
@@ -77,7 +78,7 @@ def drivers(case: Case) -> Iterator[Driver]:
     for joint in case.robot.joints:
         if joint.actuator is not None and joint.moves:
             yield Driver(joint.actuator, f'the actuator of joint "{joint.name}"', case.joint(joint, "actuator"), joint)
-    for actuator in case.robot.simulation.actuators:
+    for actuator in case.robot.sections[ACTUATORS]:
         yield Driver(actuator, f'actuator "{actuator.name}"', ("actuators", actuator.name), None)
 
 
@@ -89,7 +90,7 @@ def drivers(case: Case) -> Iterator[Driver]:
 )
 def targets(case: Case) -> Iterator[Diagnostic]:
     """Actuators of the section that do not act on one thing."""
-    for actuator in case.robot.simulation.actuators:
+    for actuator in case.robot.sections[ACTUATORS]:
         path: Path = ("actuators", actuator.name)
         wrong = _target(actuator, several(case))
         if wrong:
@@ -239,7 +240,7 @@ def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
     place = (*path, "mjcf", "inheritrange")
     kinds = set(actuator.targets) or {"joint"}
     other = "range" if actuator.range is not None else "actrange" if "actrange" in actuator.mjcf else ""
-    tendon = next((one for one in case.robot.simulation.tendons if one.name == actuator.targets.get("tendon")), None)
+    tendon = next((one for one in case.robot.sections[TENDONS] if one.name == actuator.targets.get("tendon")), None)
     target = joint or case.robot.joint.get(actuator.targets.get("joint", ""))
     limit = target.limit if target is not None and target.type != "continuous" else None
     has = limit is not None and limit.lower is not None and limit.upper is not None
@@ -262,7 +263,7 @@ def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
 def tendons(case: Case) -> Iterator[Diagnostic]:
     """Tendons that MuJoCo would not build."""
     section, turning = case.tree.get("tendons") or {}, several(case)
-    for tendon in case.robot.simulation.tendons:
+    for tendon in case.robot.sections[TENDONS]:
         path: Path = ("tendons", tendon.name)
         called = f'tendon "{tendon.name}"'
         if bool(tendon.joints) == bool(tendon.path):

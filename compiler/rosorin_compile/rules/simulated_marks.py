@@ -99,7 +99,7 @@ def _aimed(mark: Marked) -> Iterator[tuple[str, str, str]]:
 )
 def bodies(case: Case) -> Iterator[Diagnostic]:
     """Attributes of bodies that stand elsewhere than MuJoCo takes them."""
-    root = case.robot.simulation.root.values
+    root = case.robot.root_in_world.values
     if "align" in root and not set(root) <= {"align", "group"}:
         others = ", ".join(sorted(set(root) - {"align", "group"}))
         message = f"the root has align and {others}, which MuJoCo does not take together"
@@ -110,7 +110,7 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
             continue
         path = case.link(link.name, "mjcf")
         joint = case.robot.joint_to.get(link.name)
-        world = case.robot.simulation.root.world
+        world = case.robot.root_in_world.world
         is_root = joint is None or (world and joint.parent == case.robot.root)
         if link.mjcf.get("mocap") is True and (
             not is_root or (joint is not None and not joint.is_fixed) or ("free" in bases and not world)

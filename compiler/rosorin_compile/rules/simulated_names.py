@@ -12,14 +12,15 @@ from typing import NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATED, rule
-from ..frontend.annotations import DESCRIPTION, SIMULATION
+from ..frontend.annotations import DESCRIPTION, SIMULATION, of_topic
 from ..frontend.expand.naming import ENDS, KINDS, names_of
-from ..frontend.mentions import Mention, mentions
+from ..frontend.mentions import Mention, givers, mentions
 from ..frontend.tree import Path
 from ..model import Robot
 from ..model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
-from ..model.simulation import NO_SIMULATION
+from ..model.simulation import AT_ORIGIN
 from ..sections.drive.standing import stands_free
+from ..sections.simulation import MJCF_ELEMENTS
 from ..xml import mujoco
 from ..xml.elements import found_in
 from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON
@@ -31,6 +32,9 @@ BALL = "ball"  # a joint of several positions, as those of ENDS
 # How a kind is called here, and what MuJoCo calls what is called otherwise here.
 WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
+# What gets its name in a section for a simulation, by the word of the schema.
+_GIVEN = {"actuator": ACTUATOR, "tendon": TENDON, "constraint": EQUALITY}
+_GIVEN |= {"sensor of MuJoCo": SENSOR, "contact pair": "pair"}
 _MAX_RELATED = 3
 
 
@@ -45,7 +49,9 @@ class Named(NamedTuple):
 
 def simulates(robot: Robot) -> bool:
     """Say whether a robot has anything that names something for a simulation alone."""
-    if robot.simulation != NO_SIMULATION or any(pose.controls for pose in robot.poses):
+    if robot.root_in_world != AT_ORIGIN or any(pose.controls for pose in robot.poses):
+        return True
+    if any(section in robot.sections for section in of_topic("simulation")):
         return True
     return any(link.marked or link.mjcf_elements for link in robot.links)
 
@@ -60,7 +66,7 @@ def several(case: Case) -> Mapping[str, str]:
 def free_joint(robot: Robot) -> str:
     """Return the name of the joint of a base that moves."""
     root = next((link.name for link in robot.links if link.name not in robot.joint_to), "")
-    return robot.simulation.root.joint or f"{root}_free"
+    return robot.root_in_world.joint or f"{root}_free"
 
 
 class Names:
@@ -153,18 +159,10 @@ class Names:
                         yield Named(part.element, part.name + end, path)
 
     def _of_sections(self) -> Iterator[Named]:
-        simulation = self.robot.simulation
-        for kind, section, entries in (
-            (ACTUATOR, "actuators", simulation.actuators),
-            (TENDON, "tendons", simulation.tendons),
-            (EQUALITY, "constraints", simulation.constraints),
-            (SENSOR, "mjcf_sensors", simulation.sensors),
-        ):
-            for entry in entries:
-                yield Named(kind, entry.name, (section, entry.name))
-        for index, pair in enumerate(simulation.contact_pairs):
-            if pair.name:
-                yield Named("pair", pair.name, ("contact_pairs", index, "name"), key=False)
+        for section in of_topic("simulation"):
+            for kind, name, path in givers(self.case.tree, section):
+                if kind in _GIVEN:
+                    yield Named(_GIVEN[kind], name, path, key=len(path) == 2)
         for pose in self.robot.poses:
             yield Named(KEY, pose.name, ("poses", pose.name))
 
@@ -177,7 +175,8 @@ class Names:
 
 def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
     """Yield the elements of MJCF that a robot keeps, each with its path, and whether it is a section of the file."""
-    for index, text in enumerate(case.robot.simulation.elements):
+    texts = case.robot.sections[MJCF_ELEMENTS]
+    for index, text in enumerate(texts):
         yield ("mjcf_elements", index), text, True
     for link in case.robot.links:
         for index, text in enumerate(link.mjcf_elements):
@@ -262,9 +261,9 @@ def once(case: Case) -> Iterator[Diagnostic]:
         taken |= {(GEOM, name): path for name, path in _own_shapes(case).items()}
     for named in names.given:
         first = taken.setdefault((named.kind, named.name), named.path)
-        if first is not named.path and not (named.kind == ACTUATOR and named.path[0] == "actuators"):
+        if first is not named.path and not (named.kind == ACTUATOR and named.key):
             yield _twice(case, named, first)
-    root = case.robot.simulation.root.joint
+    root = case.robot.root_in_world.joint
     if root and root in case.robot.joint:
         yield _twice(case, Named(JOINT, root, ("root", "joint"), False), case.joint(case.robot.joint[root]))
 

@@ -11,6 +11,7 @@ from ..diagnostics.wording import counted
 from ..frontend.tree import Path, at
 from ..model.simulation import SHARED_LAYER
 from ..sections.moveit import MOVEIT
+from ..sections.simulation import CONTACT_LAYERS, MJCF_ELEMENTS
 from .case import Case, number
 from .simulated import drivers
 
@@ -130,7 +131,7 @@ def _contacts(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
 )
 def layers(case: Case) -> Iterator[Diagnostic]:
     """Layers of contacts that there are not, or too many of."""
-    listed = case.robot.simulation.contact_layers
+    listed = case.robot.sections[CONTACT_LAYERS]
     for index, name in enumerate(listed):
         if name in listed[:index]:
             message = f'the layer "{name}" is listed twice'
@@ -202,7 +203,7 @@ def keys(case: Case) -> Iterator[Diagnostic]:
     lengths["qvel"] = {moving + (_FREE if base == "free" else 0) for base in bases} or {moving, moving + _FREE}
     places = sum(_PLACES.get(joint.type, 1 if joint.moves else 0) for joint in case.robot.joints)
     lengths["qpos"] = {places + (_FREE + 1 if base == "free" else 0) for base in bases} or {places, places + _FREE + 1}
-    if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.simulation.elements:
+    if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.sections[MJCF_ELEMENTS]:
         lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
     for pose in case.robot.poses:
         for word, allowed in lengths.items():

@@ -22,6 +22,7 @@ from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, r
 from . import alike
 from .case import Case
 from .kinematics import WORLD_FRAMES
+from .simulated_names import kept as in_mjcf
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -43,7 +44,8 @@ _CLOSES = r"</(.+)> closes what is not open: <(.+)> is"
 )
 def well_formed(case: Case) -> Iterator[Diagnostic]:
     """Texts that would make an artifact unreadable, or would end the element that they stand in."""
-    for path, text in (*_kept(case), *_of_mjcf(case)):
+    of_mjcf = ((path, text) for path, text, _ in in_mjcf(case))
+    for path, text in (*_kept(case), *of_mjcf):
         wrong = damage(text)
         if wrong:
             yield _damaged(case, path, text, wrong)
@@ -113,14 +115,6 @@ def _with_elements(robot: Robot) -> tuple[list[Link], list[Joint]]:
     }
     links = [link for kind, link in zip(kinds.kinds, robot.links, strict=True) if link.urdf_elements or kind in shaped]
     return links, [joint for joint in robot.joints if joint.urdf_elements]
-
-
-def _of_mjcf(case: Case) -> Iterator[tuple[Path, str]]:
-    for index, text in enumerate(case.robot.simulation.elements):
-        yield ("mjcf_elements", index), text
-    for link in case.robot.links:
-        for index, text in enumerate(link.mjcf_elements):
-            yield case.link(link.name, "mjcf_elements", index), text
 
 
 def _listed(path: Path, texts: Sequence[str]) -> Iterator[tuple[Path, str]]:

@@ -56,8 +56,8 @@ def test_a_frame_stands_after_what_it_is_attached_to():
 
 def test_the_model_stands_where_the_root_does():
     robot = chain(child=BODY)
-    placed = replace(robot.simulation, root=Root(Pose((1.0, 2.0, 3.0)), placed=True))
-    assert "<pose>1 2 3 0 0 0</pose>\n    <link" in written(replace(robot, simulation=placed))
+    placed = Root(Pose((1.0, 2.0, 3.0)), placed=True)
+    assert "<pose>1 2 3 0 0 0</pose>\n    <link" in written(replace(robot, root_in_world=placed))
     assert "<pose>1 2 3" not in written(robot)
 
 

@@ -33,7 +33,7 @@ VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
 def body_name(robot: Robot, link: str) -> str:
     """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
-    if link == robot.root and robot.simulation.root.world:
+    if link == robot.root and robot.root_in_world.world:
         return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
     known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
@@ -63,7 +63,7 @@ def shifted(coefficients: Sequence[float], by: float) -> list[float]:
 
 def is_free(robot: Robot, joint: Joint) -> bool:
     """Say whether a floating joint is one of MuJoCo's: those stand in the world alone."""
-    return joint.type == "floating" and robot.simulation.root.world and joint.parent == robot.root
+    return joint.type == "floating" and robot.root_in_world.world and joint.parent == robot.root
 
 
 @of_robot

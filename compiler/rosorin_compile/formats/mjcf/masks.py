@@ -17,6 +17,7 @@ from ...model import Robot, Shape
 from ...model.robot import of_robot
 from ...model.simulation import SHARED_LAYER
 from ...sections.drive import DRIVE
+from ...sections.simulation import CONTACT_LAYERS
 
 if TYPE_CHECKING:
     from .contacts import Geom
@@ -101,8 +102,8 @@ def rolling(robot: Robot) -> frozenset[str]:
 
 def contact_layers(robot: Robot) -> tuple[str, ...]:
     """Return the layers of contacts, in the order of their bits; the first is that of shapes that name none."""
-    if robot.simulation.contact_layers:
-        return robot.simulation.contact_layers
+    if robot.sections[CONTACT_LAYERS]:
+        return robot.sections[CONTACT_LAYERS]
     named = {
         name
         for link in robot.links

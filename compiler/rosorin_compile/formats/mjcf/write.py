@@ -63,6 +63,7 @@ from ...model.standing import home_of, stands_at
 from ...numbers import NumberFormat, number_format, numbers, vector
 from ...sections.drive import DRIVE
 from ...sections.drive.standing import stands_free
+from ...sections.simulation import MJCF_ELEMENTS
 from ...startup.remembering import remembered
 from ...xml.elements import indented
 from ...xml.escaping import Markup
@@ -142,7 +143,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     drives = drives_of(robot, joints, output)
     shown = colours_of(robot) if _shows_collision(robot, output) else {}
     printer = _Printer(robot, number, elements.bodies, free, output, weightless(robot, free), shown)
-    kept = [*robot.simulation.elements, *(text for _, text in elements.sections)]
+    kept = [*robot.sections[MJCF_ELEMENTS], *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     simulated = printer.simulated.sections(printer.actuators(drives), lambda link: printer.geom_names.get(link, ()))
@@ -169,7 +170,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "numbers": printer.numbers,
         "pairs": lambda pairs: attributes(**dict(pairs)),
         "printed": printer.simulated.printed,
-        "kept": [indented(text, "  ") for text in robot.simulation.elements],
+        "kept": [indented(text, "  ") for text in robot.sections[MJCF_ELEMENTS]],
     }
     text = templates.own("robot.xml.jinja", values)
     told = [*refused(robot, free), *unsaid(robot, joints), *unpaired(touching.left), *elements.diagnostics]
@@ -232,11 +233,11 @@ class _Printer:
         self.names, self.simulated.own_names = _geom_names(robot, self.form)
         self.mesh_inertia = output.options.get("mesh_inertia", "shell")
         self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
-        self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
+        self.top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless)
-        stands = robot.simulation.root.placed or not free
+        stands = robot.root_in_world.placed or not free
         self.stands = partial(stands_at, robot, clouds=clouds_of(robot))
-        self.root = robot.simulation.root.pose if stands else self.stands(home_of(robot))
+        self.root = robot.root_in_world.pose if stands else self.stands(home_of(robot))
 
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
@@ -310,7 +311,7 @@ class _Printer:
 
     def free_joint(self) -> Markup:
         """Return the element of the joint of a floating base."""
-        root = self.robot.simulation.root
+        root = self.robot.root_in_world
         name = root.joint or free_joint(self.robot)
         if set(root.values) <= {"group", "align"}:
             return Markup(f"<freejoint{self.simulated.printed({'name': name, **root.values})}/>")

@@ -10,8 +10,10 @@ from typing import NamedTuple
 from ...model import Robot, Shape
 from ...model.shape import Material
 from ...model.simulated import Attribute
-from ...model.simulation import Contact, ContactPair, Entry, Marked, Tendon, Values
+from ...model.simulation import Contact, Marked, Values
 from ...numbers import NumberFormat
+from ...sections.simulation import CONSTRAINTS, CONTACT_PAIRS, MJCF_SENSORS, TENDONS
+from ...sections.simulation.value import ContactPair, Entry, Tendon
 from ...xml.escaping import Markup
 from ..templating import attributes
 from .bodies import body_name, reference, shifted
@@ -56,13 +58,13 @@ class SimulationPrinter:
 
     def sections(self, actuators: Sequence[Part], geoms: Callable[[str], Sequence[str]]) -> Simulated:
         """Return all sections; ``geoms`` returns the names of the geoms with which a link collides."""
-        simulation = self.robot.simulation
+        said = self.robot.sections
         return Simulated(
             actuators,
-            [self.tendon(tendon) for tendon in simulation.tendons],
-            [self.constraint(constraint) for constraint in simulation.constraints],
-            [self.entry(sensor) for sensor in simulation.sensors],
-            [part for pair in simulation.contact_pairs for part in self.pair(pair, geoms)],
+            [self.tendon(tendon) for tendon in said[TENDONS]],
+            [self.constraint(constraint) for constraint in said[CONSTRAINTS]],
+            [self.entry(sensor) for sensor in said[MJCF_SENSORS]],
+            [part for pair in said[CONTACT_PAIRS] for part in self.pair(pair, geoms)],
         )
 
     def actuator(self, drive: Drive) -> Named:

@@ -170,7 +170,7 @@ class _Writer:
 
     def stands(self) -> str:
         """Return the pose of the model: where the root is in the world, if the description says so."""
-        root = self.robot.simulation.root
+        root = self.robot.root_in_world
         return self.form.pose(root.pose) if root.placed and not self.world else ""
 
     def place(self, link: Link) -> tuple[Any, ...]:

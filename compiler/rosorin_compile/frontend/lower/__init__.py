@@ -61,7 +61,7 @@ from .sdf import Frames, lower_gazebo
 from .sections import lower_sections, with_sections
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
-from .simulation import lower_simulation, marked_of
+from .simulation import marked_of, root_of
 
 if TYPE_CHECKING:
     T = TypeVar("T")
@@ -196,7 +196,7 @@ class _Lowering:
             source=source,
             materials=tuple(material_of(name, entry) for name, entry in entries_of(tree, "materials")),
             urdf_elements=self.top_elements(),
-            simulation=lower_simulation(tree),
+            root_in_world=root_of(tree.get("root") or {}),
             sections=sections,
         )
 

@@ -1,0 +1,40 @@
+"""The sections that only a simulation has, beside what links, joints and shapes say of it.
+
+They share values, comparison and rules, and so a folder: each has its piece of the schema in a file of its name.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ...model.sections import OwnSection
+from ...model.simulation import Actuator
+from .value import ContactPair, Entry, Simulation, Tendon
+
+if TYPE_CHECKING:
+    from ...model import Robot
+
+
+def _in_folder(name: str, after: str, tells: str = "") -> OwnSection[Any]:
+    lowers = f"lowering:{name}_of"
+    return OwnSection.in_folder(__name__, __path__[0], (), name=name, after=after, lowers=lowers, tells=tells)
+
+
+ACTUATORS: OwnSection[tuple[Actuator, ...]] = _in_folder("actuators", "root", "comparison:actuators")
+TENDONS: OwnSection[tuple[Tendon, ...]] = _in_folder("tendons", "actuators", "comparison:tendons")
+CONSTRAINTS: OwnSection[tuple[Entry, ...]] = _in_folder("constraints", "tendons", "comparison:constraints")
+MJCF_SENSORS: OwnSection[tuple[Entry, ...]] = _in_folder("mjcf_sensors", "constraints", "comparison:mjcf_sensors")
+CONTACT_LAYERS: OwnSection[tuple[str, ...]] = _in_folder("contact_layers", "mjcf_sensors", "comparison:contact_layers")
+CONTACT_PAIRS: OwnSection[tuple[ContactPair, ...]] = _in_folder(
+    "contact_pairs", "contact_layers", "comparison:contact_pairs"
+)
+MJCF_ELEMENTS: OwnSection[tuple[str, ...]] = _in_folder("mjcf_elements", "contact_pairs")
+
+_ALL: tuple[OwnSection[Any], ...] = (
+    *(ACTUATORS, TENDONS, CONSTRAINTS, MJCF_SENSORS, CONTACT_LAYERS, CONTACT_PAIRS, MJCF_ELEMENTS),
+)
+
+
+def gathered(robot: Robot) -> Simulation:
+    """Return all of them of a robot, with how its root stands: ``robot.simulation`` for templates and users."""
+    return Simulation(robot.root_in_world, *(robot.sections[one] for one in _ALL))

@@ -24,10 +24,10 @@ from typing import Any
 from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.tools.importer.description import outputs, tree_of, write
-from rosorin_compile.tools.importer.repeats import with_parts
-from rosorin_compile.tools.importer.round_trip import check_round_trip
-from rosorin_compile.tools.importer.telling import repeated
+from rosorin_compile_import.description import outputs, tree_of, write
+from rosorin_compile_import.repeats import with_parts
+from rosorin_compile_import.round_trip import check_round_trip
+from rosorin_compile_import.telling import repeated
 
 NICE = 10
 ENDINGS = (".urdf", ".xml", ".mjcf")

@@ -28,7 +28,7 @@ from typing import Any
 from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.tools.importer.round_trip import check_round_trip
+from rosorin_compile_import.round_trip import check_round_trip
 
 NICE = 10
 

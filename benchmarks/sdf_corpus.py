@@ -28,7 +28,7 @@ from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.sameness import different
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
-from rosorin_compile.tools.importer.description import outputs, write
+from rosorin_compile_import.description import outputs, write
 
 NICE = 10
 TOLERANCE = 1e-9

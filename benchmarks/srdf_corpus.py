@@ -31,8 +31,8 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
-from rosorin_compile.tools.importer.description import outputs, write
-from rosorin_compile.tools.importer.round_trip import check_round_trip
+from rosorin_compile_import.description import outputs, write
+from rosorin_compile_import.round_trip import check_round_trip
 
 NICE = 10
 BALL = coal.Sphere(0.01)  # stands for the shape of each link: the names decide

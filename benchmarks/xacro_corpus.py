@@ -27,9 +27,9 @@ from typing import Any
 from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.tools.importer.description import tree_of
-from rosorin_compile.tools.importer.round_trip import check_round_trip
-from rosorin_compile.tools.importer.translating import Changed, translate
+from rosorin_compile_import.description import tree_of
+from rosorin_compile_import.round_trip import check_round_trip
+from rosorin_compile_import.translating import Changed, translate
 
 NICE = 10
 FOLDER = Path("descriptions/robot")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 SHIPPED = (
     "rosorin_compile.commands.records",
-    "rosorin_compile.tools.importer.records",
-    "rosorin_compile.tools.extract.records",
+    "rosorin_compile_import.records",
+    "rosorin_compile_import.extract.records",
     "rosorin_compile.tools.parameters.records",
     "rosorin_compile.tools.package.records",
     "rosorin_compile_verify.records",

@@ -20,7 +20,6 @@ PACKAGES: Mapping[str, Sequence[str]] = {
         *("tools.package", "tools.parameters", "formats.controllers", "formats.parameters", "formats.nav2"),
         *("formats.navigation", "formats.robot_localization", "formats.launching", "formats.srdf"),
     ),
-    "import": ("tools.importer", "tools.extract"),
     "view": ("tools.view", "tools.picture", "formats.page", "formats.drawing"),
 }
 

@@ -28,7 +28,7 @@ from rosorin_compile.frontend.validate import validate
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Sphere
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
-from rosorin_compile.tools.importer.description import write
+from rosorin_compile_import.description import write
 
 FREE, BALL = 0, 1
 Matrix = NDArray[np.float64]

@@ -12,7 +12,7 @@ from rosorin_compile.commands.init import start
 from rosorin_compile.formats.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError, write_outputs
 from rosorin_compile.output.one_file import write_file
-from rosorin_compile.tools.extract.writing import replace, save
+from rosorin_compile_import.extract.writing import replace, save
 from support.kills import at_each_step
 from support.paths import DATA
 

@@ -24,7 +24,7 @@ LISTED = {
     "output.placing": "writes into folders of others, and takes back what it began",
     "output.staging": "writes beside what is there, and moves it into place",
     "tools.collisions.search": "reads what its own processes hand back, by a pipe",
-    "tools.importer.translating.proving": "sets variables of the environment for what it compares",
+    "rosorin_compile_import.translating.proving": "sets variables of the environment for what it compares",
     "rosorin_compile_fleet.sweep.folder": "writes the folder of a sweep, and keeps what several processes write apart",
     "rosorin_compile_fleet.sweep.remote": "writes into a store by fsspec, whose methods are called as those of paths",
     "rosorin_compile_verify.bags": "rosbags opens recordings, which are read in pieces: such a run is spoiled",

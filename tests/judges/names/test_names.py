@@ -20,8 +20,8 @@ from rosorin_compile.meaning.difference import YAML, Side
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.model import Robot
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.description import write
-from rosorin_compile.tools.importer.repeats import with_parts
+from rosorin_compile_import.description import write
+from rosorin_compile_import.repeats import with_parts
 from support import naming
 from support.naming import FOLDER, Place, dumped, marked, places, plain, swapped, twice, with_name, with_words
 

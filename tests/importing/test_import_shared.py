@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.tools.importer.translating.uniting import united
+from rosorin_compile_import.translating.uniting import united
 
 from .test_import_into import (
     BOX,
@@ -250,7 +250,7 @@ def test_a_file_does_not_grow_under_a_robot_that_does_not_compile(
 def test_a_file_that_was_changed_while_a_robot_was_imported_stays(
     package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from rosorin_compile.tools.importer import into
+    from rosorin_compile_import import into
 
     robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
     brought(package, "two")

@@ -17,9 +17,9 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.tree import Map, Seq
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.description import named, write
-from rosorin_compile.tools.importer.layout import ROTATING
-from rosorin_compile.tools.importer.round_trip import check_round_trip
+from rosorin_compile_import.description import named, write
+from rosorin_compile_import.layout import ROTATING
+from rosorin_compile_import.round_trip import check_round_trip
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot
 from support.paths import IMPORTED

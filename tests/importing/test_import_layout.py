@@ -16,7 +16,7 @@ from rosorin_compile.frontend.expand.scope import Scope
 from rosorin_compile.frontend.load import parse_yaml, plain_scalar
 from rosorin_compile.frontend.tree import Place
 from rosorin_compile.frontend.yaml_text import scalar
-from rosorin_compile.tools.importer.layout import (
+from rosorin_compile_import.layout import (
     WIDTH,
     Expression,
     Remarks,

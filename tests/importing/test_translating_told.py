@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.tools.importer.translating import rendering
-from rosorin_compile.tools.importer.translating.differing import difference
-from rosorin_compile.tools.importer.translating.telling import told
 from rosorin_compile.xml.elements import tree_of
+from rosorin_compile_import.translating import rendering
+from rosorin_compile_import.translating.differing import difference
+from rosorin_compile_import.translating.telling import told
 
 from .test_translating_texts import of
 

@@ -10,7 +10,7 @@ from rosorin_compile.diagnostics import Span
 from rosorin_compile.extending import Map, Seq
 from rosorin_compile.model import Pose, Transform
 
-from ..importer.layout import number
+from ..layout import number
 from . import writing
 
 if TYPE_CHECKING:

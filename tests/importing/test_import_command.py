@@ -17,7 +17,7 @@ import pytest
 from rosorin_compile.cli import main
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer import round_trip
+from rosorin_compile_import import round_trip
 from support.paths import IMPORTED, ROOT
 
 pytestmark = pytest.mark.slow

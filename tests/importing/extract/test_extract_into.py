@@ -18,7 +18,7 @@ from rosorin_compile.formats.mesh_triangles import ExtractProblem
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.model import HeightMap
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.extract.into import changes, find_block, replaced
+from rosorin_compile_import.extract.into import changes, find_block, replaced
 from support.meshes import box
 from support.paths import ROSORIN
 

@@ -14,12 +14,12 @@ from rosorin_compile.frontend import annotations, schema
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.tree import Map
-from rosorin_compile.tools.importer import order
-from rosorin_compile.tools.importer.description import write
-from rosorin_compile.tools.importer.layout import angle_of
-from rosorin_compile.tools.importer.merging.three_way import merged
-from rosorin_compile.tools.importer.repeats.finding import _naming
-from rosorin_compile.tools.importer.telling import kept
+from rosorin_compile_import import order
+from rosorin_compile_import.description import write
+from rosorin_compile_import.layout import angle_of
+from rosorin_compile_import.merging.three_way import merged
+from rosorin_compile_import.repeats.finding import _naming
+from rosorin_compile_import.telling import kept
 
 # A section that no module knows: several by name, each on a link, with a key that is as usual and words of others.
 BATTERIES = {

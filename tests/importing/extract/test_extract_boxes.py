@@ -15,9 +15,9 @@ from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.lower.shapes import lower_shape
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape
 from rosorin_compile.model.geometry import IDENTITY
-from rosorin_compile.tools.extract import writing
-from rosorin_compile.tools.extract.fits import KINDS, Fit, fits, smallest_circle, smallest_rectangle
-from rosorin_compile.tools.extract.measure import Ruler, closed, solid
+from rosorin_compile_import.extract import writing
+from rosorin_compile_import.extract.fits import KINDS, Fit, fits, smallest_circle, smallest_rectangle
+from rosorin_compile_import.extract.measure import Ruler, closed, solid
 from support.meshes import box, dome, random_points
 
 BRICK = box((-0.1, -0.05, -0.03), (0.1, 0.05, 0.03))

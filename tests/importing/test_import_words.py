@@ -1,7 +1,7 @@
 """Elements beside links and joints become words where those written again mean the same; nothing is lost or said twice.
 
 ``data/words/NAME.urdf`` are robots, ``NAME.yaml`` the sections that their words stand in, to the byte, and what was
-said: ``python tests/tools/importer/test_import_words.py`` writes those anew. What comes out is held against the source
+said: ``python tests/importing/test_import_words.py`` writes those anew. What comes out is held against the source
 by ``flat``, which knows nothing of how the tool compares.
 """
 
@@ -21,9 +21,9 @@ from rosorin_compile.cli import main
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.round_trip import check_round_trip
-from rosorin_compile.tools.importer.words import worded
-from rosorin_compile.tools.importer.words.telling import told_words
+from rosorin_compile_import.round_trip import check_round_trip
+from rosorin_compile_import.words import worded
+from rosorin_compile_import.words.telling import told_words
 from support.paths import ROOT
 from support.unrounded import compile_unrounded
 

@@ -12,11 +12,11 @@ from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.tools.importer import round_trip
-from rosorin_compile.tools.importer.repeats import finding, with_parts
-from rosorin_compile.tools.importer.repeats.forms import Form, flat, mirrored, nodes_of
-from rosorin_compile.tools.importer.repeats.names import split
-from rosorin_compile.tools.importer.round_trip import RoundTrip, check_round_trip
+from rosorin_compile_import import round_trip
+from rosorin_compile_import.repeats import finding, with_parts
+from rosorin_compile_import.repeats.forms import Form, flat, mirrored, nodes_of
+from rosorin_compile_import.repeats.names import split
+from rosorin_compile_import.round_trip import RoundTrip, check_round_trip
 from support.paths import DOCS, IMPORTED, ROOT
 from support.robots import compiled
 from support.unrounded import compile_unrounded

@@ -14,7 +14,7 @@ from rosorin_compile.diagnostics import Heading, Rule
 from rosorin_compile.extending import ExtractProblem, Holding, OutputError, Scalar, exact, world
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
 
-from ..importer.layout import escaped
+from ..layout import escaped
 
 RULES = (
     Rule(

@@ -315,7 +315,7 @@ def test_help_of_all_three(capsys: Said) -> None:
 def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
     """Run extract on a terminal of its own, on which a clock says that each look at it takes some seconds."""
     code = "import itertools, sys, rosorin_compile.diagnostics.progress as p\n"
-    code += "import rosorin_compile.tools.extract.heightmap as h\n"
+    code += "import rosorin_compile_import.extract.heightmap as h\n"
     code += f"p.time.monotonic = lambda c=itertools.count(): {seconds} * next(c)\n"
     code += "h.CHUNK = 3\n"
     code += "from rosorin_compile.cli import main\n"

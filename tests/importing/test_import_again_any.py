@@ -18,10 +18,10 @@ from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.tools.importer.description import write
-from rosorin_compile.tools.importer.merging import record
-from rosorin_compile.tools.importer.merging.again import Wanted, imported_again, recorded
-from rosorin_compile.tools.importer.repeats import with_parts
+from rosorin_compile_import.description import write
+from rosorin_compile_import.merging import record
+from rosorin_compile_import.merging.again import Wanted, imported_again, recorded
+from rosorin_compile_import.repeats import with_parts
 
 WORDS = ["robot.urdf"]
 Robot = dict[str, dict[str, Any]]

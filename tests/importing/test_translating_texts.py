@@ -8,9 +8,9 @@ import pytest
 
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.tools.importer.translating import Changed, Translation, translate
-from rosorin_compile.tools.importer.translating.expressions import Rendering, written
-from rosorin_compile.tools.importer.translating.scopes import Bound, Scope, Value, Variable
+from rosorin_compile_import.translating import Changed, Translation, translate
+from rosorin_compile_import.translating.expressions import Rendering, written
+from rosorin_compile_import.translating.scopes import Bound, Scope, Value, Variable
 
 pytest.importorskip("xacro")
 

@@ -26,6 +26,8 @@
 | ``x-topic`` | a section | a format that ``lacks`` this topic has no word for it |
 | ``x-compared`` | a section | its entries are compared value by value, each called so: ``battery main`` |
 | ``x-also`` | a key | what others call it (``synonyms``) |
+| ``x-instead`` | a definition | the way out for words that are no keys of it, by these words (``synonyms``); |
+| | | a text: as the definition that is called so |
 | ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
 | ``x-sourced`` | a section | its entries have the source of their file, where they have none of their own |
 | ``x-ordered`` | a section | its entries are in the model as they are written; else by name |
@@ -84,7 +86,7 @@ WORDS = {
 }
 
 # Beside them what ``synonyms``, lowering and an import read: all that validators and editors have no use for.
-ANNOTATIONS = frozenset((*WORDS, "x-also", "x-file", "x-first", "x-ordered"))
+ANNOTATIONS = frozenset((*WORDS, "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
 
 
 class Node(NamedTuple):

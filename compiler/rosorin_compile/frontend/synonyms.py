@@ -1,9 +1,10 @@
 """Synonyms: what URDF, SDF, MJCF and xacro call a thing, and what it is called here, or how it is said otherwise.
 
-The words for a key stand beside it in the schema (``x-also``). ``KEYS`` has the ways out for what is no key, a table
-for each kind of entry by its name in ``$defs`` of the schema (``top``: the description), and the words of what is not
-in the schema: parts and their uses. ``VALUES`` has one for each key whose values are words. A name alone is the word to
-write; a sentence is the way out. Words are compared in small letters, without ``_`` and the like.
+The words for a key stand beside it in the schema (``x-also``), the ways out for what is no key beside its keys where
+they are of one section alone (``x-instead``). ``KEYS`` has the others, a table for each kind of entry by its name in
+``$defs`` of the schema (``top``: the description), and the words of what is not in the schema: parts and their uses.
+``VALUES`` has one for each key whose values are words. A name alone is the word to write; a sentence is the way out.
+Words are compared in small letters, without ``_`` and the like.
 """
 
 from __future__ import annotations
@@ -30,9 +31,6 @@ _HALF = "a radius is half of it: radius: ..."
 _FIXED = "each is a joint: {type: fixed, publisher: {static_transform_publisher: NODE_NAME}, ...}"
 _MOMENTS = "write inertia: {ixx: ..., iyy: ..., izz: ..., ixy: ..., ixz: ..., iyz: ...}"
 _IN_LINK = "sites, cameras and lights stand in their link: links: {NAME: {sites: {NAME: {xyz: ...}}}}"
-_APART = "leave it out: half of it stands in xyz of the joint of each wheel, in metres, or as 20 cm"
-_KINDS = "the key says the kind: differential: {left: [JOINT], right: [JOINT]}, or mecanum, omni, tricycle, ackermann"
-_SIDES = "write differential: {left: [JOINT], right: [JOINT]}"
 _MEASURED = "an element of sensors is called by sensor: {sensor: gyro}, one of the body by body: {body: camera}"
 _MEASURING = "accelerometer gyro magnetometer force torque touch rangefinder framepos framequat"
 _AT_SITE = "{body: site} makes one; what a sensor measures at is made of frame, xyz and rpy"
@@ -42,16 +40,6 @@ def _all(words: str, meaning: str) -> dict[str, str]:
     return dict.fromkeys(words.split(), meaning)
 
 
-_DISTANCES = {
-    **_all("separation wheelseparation wheeldistance wheelspacing distance spacing gauge wheelgauge base", _APART),
-    **_all("track trackwidth wheeltrack axletrack width wheelbase axledistance length lx ly", _APART),
-}
-_WHEELS = {
-    **_DISTANCES,
-    **_all("radius wheelradius r", "it stands beside the kind of drive: drive: {radius: ...}"),
-    **_all("diameter wheeldiameter", "a radius is half of it, beside the kind of drive: drive: {radius: ...}"),
-    **_all("frame baseframe baselink", "it stands beside the kind of drive: drive: {frame: ...}"),
-}
 _SITE = {
     **_all(
         "site sites", "MuJoCo's site is made where mjcf: [{sensor: gyro}] measures; a mere one is mjcf: [{body: site}]"
@@ -126,23 +114,6 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("range", "write lower: ... and upper: ..."),
         **_all("acceleration maxacceleration jerk", "a description has no such limit: it belongs to the planner"),
     },
-    "drive": {
-        **_DISTANCES,
-        **_all("kind type model mode", _KINDS),
-        **_all("leftwheel leftwheels leftjoint leftjoints leftwheeljoint leftwheeljoints leftwheelnames l", _SIDES),
-        **_all("rightwheel rightwheels rightjoint rightjoints rightwheeljoint", _SIDES),
-        **_all("rightwheeljoints rightwheelnames r", _SIDES),
-        **_all("left right wheels joints wheel", _SIDES),
-        **_all("diameter wheeldiameter d", _HALF),
-        **_all(
-            "maxspeed maxvelocity speed velocity acceleration", "a drive has no such limit: it belongs to controllers"
-        ),
-    },
-    "differential_wheels": _WHEELS,
-    "omni_wheels": _WHEELS,
-    "mecanum_wheels": _WHEELS,
-    "tricycle_wheels": _WHEELS,
-    "ackermann_wheels": _WHEELS,
     "constraint": {
         **_all("relpose", "write xyz and rpy: where the second link sits in the first"),
     },
@@ -285,7 +256,15 @@ def words_for(kind: str) -> Mapping[str, str]:
     else:  # a section whose entries are defined where they stand
         known = dict(_keys_within(sections.get(kind, {})))
     also = {word: key for key, fragment in known.items() for word in _also(fragment)}
-    return {**KEYS.get(kind, {}), **also}
+    return {**KEYS.get(kind, {}), **_instead(kind), **also}
+
+
+def _instead(kind: str) -> dict[str, str]:
+    """Return the way out for each word that is no key of an entry, as the schema says it beside the keys."""
+    said = schema()["$defs"].get(kind, {}).get("x-instead", {})
+    if isinstance(said, str):  # as another kind says it
+        return _instead(said)
+    return {word: way for words, way in said.items() for word in words.split()}
 
 
 def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:

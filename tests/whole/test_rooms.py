@@ -94,13 +94,15 @@ MOST_LOOSE = 8
 LEAF = 100  # lines: what is shorter and has one importer next door belongs into that importer
 
 
-# The folder of a section has modules of several rooms: these, by their names. Its record and value are of ``sections``.
+# The folder of a section has modules, or folders of them, of several rooms: these, by their names. Its record and value
+# are of ``sections``.
 OF_SECTIONS = {"lowering": "frontend", "rules": "rules", "comparison": "meaning"}
 
 
 def room(module: str) -> str:
     top, *steps = module.split(".")
-    return OF_SECTIONS.get(steps[-1], top) if top == "sections" and len(steps) > 1 else top or "__init__"
+    found = (OF_SECTIONS[step] for step in steps[1:] if step in OF_SECTIONS) if top == "sections" else iter(())
+    return next(found, top or "__init__")
 
 
 def is_still(one: Import) -> bool:

@@ -289,7 +289,10 @@ FORMAT = Format(
         {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
         | {"urdf_elements", "drive", "simulation"}
     ),
-    says=("disabled_contacts",),
+    says=(
+        "disabled_contacts",
+        *("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs", "mjcf_elements"),
+    ),
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
     folder="mjcf",

@@ -15,20 +15,25 @@ if TYPE_CHECKING:
     from ...model import Robot
 
 
-def _in_folder(name: str, after: str, tells: str = "") -> OwnSection[Any]:
-    lowers = f"lowering:{name}_of"
-    return OwnSection.in_folder(__name__, __path__[0], (), name=name, after=after, lowers=lowers, tells=tells)
+def _in_folder(name: str, after: str, tells: str = "", rules: str = "") -> OwnSection[Any]:
+    found = {"lowers": f"lowering:{name}_of", "tells": tells, "rules": rules}
+    return OwnSection.in_folder(__name__, __path__[0], (), name=name, after=after, **found)
 
 
-ACTUATORS: OwnSection[tuple[Actuator, ...]] = _in_folder("actuators", "root", "comparison:actuators")
-TENDONS: OwnSection[tuple[Tendon, ...]] = _in_folder("tendons", "actuators", "comparison:tendons")
-CONSTRAINTS: OwnSection[tuple[Entry, ...]] = _in_folder("constraints", "tendons", "comparison:constraints")
-MJCF_SENSORS: OwnSection[tuple[Entry, ...]] = _in_folder("mjcf_sensors", "constraints", "comparison:mjcf_sensors")
-CONTACT_LAYERS: OwnSection[tuple[str, ...]] = _in_folder("contact_layers", "mjcf_sensors", "comparison:contact_layers")
-CONTACT_PAIRS: OwnSection[tuple[ContactPair, ...]] = _in_folder(
-    "contact_pairs", "contact_layers", "comparison:contact_pairs"
+ACTUATORS: OwnSection[tuple[Actuator, ...]] = _in_folder("actuators", "root", "comparison:actuators", "rules.actuators")
+TENDONS: OwnSection[tuple[Tendon, ...]] = _in_folder("tendons", "actuators", "comparison:tendons", "rules.tendons")
+CONSTRAINTS: OwnSection[tuple[Entry, ...]] = _in_folder(
+    "constraints", "tendons", "comparison:constraints", "rules.constraints"
 )
-MJCF_ELEMENTS: OwnSection[tuple[str, ...]] = _in_folder("mjcf_elements", "contact_pairs")
+MJCF_SENSORS: OwnSection[tuple[Entry, ...]] = _in_folder(
+    "mjcf_sensors", "constraints", "comparison:mjcf_sensors", "rules.sensors"
+)
+CONTACT_LAYERS: OwnSection[tuple[str, ...]] = _in_folder("contact_layers", "mjcf_sensors", "comparison:contact_layers")
+# The rules of numbers are those of all of these sections.
+CONTACT_PAIRS: OwnSection[tuple[ContactPair, ...]] = _in_folder(
+    "contact_pairs", "contact_layers", "comparison:contact_pairs", "rules.numbers"
+)
+MJCF_ELEMENTS: OwnSection[tuple[str, ...]] = _in_folder("mjcf_elements", "contact_pairs", rules="rules.elements")
 
 _ALL: tuple[OwnSection[Any], ...] = (
     *(ACTUATORS, TENDONS, CONSTRAINTS, MJCF_SENSORS, CONTACT_LAYERS, CONTACT_PAIRS, MJCF_ELEMENTS),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..model.simulation import Actuator, Values
+from ....model.simulation import Actuator, Values
 
 _INPUTS = {
     "orientation": ("expmap", "quat"),

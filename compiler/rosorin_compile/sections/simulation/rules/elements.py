@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostics import Diagnostic, did_you_mean
-from ..diagnostics.registry import SIMULATED, rule
-from ..xml import mujoco
-from ..xml.elements import Found, found_in
-from ..xml.mujoco import BODY, GEOM, JOINT
-from .case import Case
-from .simulated_names import WORDS, Names, kept, simulates
-from .xml_elements import at_name
+from ....diagnostics import Diagnostic, did_you_mean
+from ....diagnostics.registry import SIMULATED, rule
+from ....rules.case import Case
+from ....rules.simulated_names import WORDS, Names, kept, simulates
+from ....rules.xml_elements import at_name
+from ....xml import mujoco
+from ....xml.elements import Found, found_in
+from ....xml.mujoco import BODY, GEOM, JOINT
 
 AFTER = "simulated_values"
 

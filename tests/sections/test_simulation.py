@@ -1,0 +1,114 @@
+"""The sections that only a simulation has: gathered under one name, renamed each by itself, told in one order."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.meaning.renaming import renamed
+from rosorin_compile.model import Robot
+from rosorin_compile.model.geometry import Pose
+from rosorin_compile.model.simulation import Actuator, Root
+from rosorin_compile.sections.simulation import (
+    ACTUATORS,
+    CONSTRAINTS,
+    CONTACT_LAYERS,
+    CONTACT_PAIRS,
+    MJCF_ELEMENTS,
+    MJCF_SENSORS,
+    TENDONS,
+)
+from rosorin_compile.sections.simulation.value import NO_SIMULATION, ContactPair, Entry, Simulation, Stop, Tendon
+from support.robots import compiled_text
+
+ROBOT = """robot: r
+links:
+  base: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}, collision: [{sphere: {radius: 0.1}}], sites: {near: {}}}
+  arm: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}, collision: [{sphere: {radius: 0.1}}], sites: {far: {}}}
+joints: {hip: {type: continuous, parent: base, child: arm, axis: [0, 1, 0]}}
+root: {xyz: [0, 0, 1]}
+tendons:
+  cord: {joints: {hip: 2}}
+  rope: {path: [{site: near}, {site: arm}]}
+constraints: {shut: {type: connect, links: [base, arm], at: [0, 0, 0]}}
+actuators: {pull: {tendon: cord, type: motor}}
+mjcf_sensors: {angle: {kind: jointpos, joint: hip}}
+contact_layers: [default, floor]
+contact_pairs: [{links: [base, arm]}, {name: both, shapes: [base_collision_1, arm_collision_1]}]
+mjcf_elements: [<custom><text name="note" data="x"/></custom>]
+poses: {home: {controls: {pull: 0.2}}}
+"""
+NAMES = {"actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs", "mjcf_elements"}
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Robot:
+    found = compiled_text(tmp_path, ROBOT).robot
+    assert found is not None
+    return found
+
+
+def test_the_values_of_all_sections(robot: Robot) -> None:
+    assert set(robot.sections.values) == NAMES
+    assert robot.sections[ACTUATORS] == (Actuator("motor", "pull", {"tendon": "cord"}),)
+    assert robot.sections[TENDONS] == (
+        Tendon("cord", {"hip": 2.0}),
+        Tendon("rope", path=(Stop("site", {"site": "near"}), Stop("site", {"site": "arm"}))),
+    )
+    held = {"body1": "base", "body2": "arm", "anchor": (0.0, 0.0, 0.0)}
+    assert robot.sections[CONSTRAINTS] == (Entry("connect", "shut", held),)
+    assert robot.sections[MJCF_SENSORS] == (Entry("jointpos", "angle", {"joint": "hip"}),)
+    assert robot.sections[CONTACT_LAYERS] == ("default", "floor")
+    both = ContactPair("both", shapes=("base_collision_1", "arm_collision_1"))
+    assert robot.sections[CONTACT_PAIRS] == (ContactPair(links=("base", "arm")), both)
+    assert robot.sections[MJCF_ELEMENTS] == ('<custom><text name="note" data="x"/></custom>',)
+    assert robot.root_in_world == Root(Pose((0.0, 0.0, 1.0)), placed=True)
+
+
+def test_templates_and_users_have_them_gathered(robot: Robot) -> None:
+    gathered: Simulation = robot.simulation  # type: ignore[attr-defined]
+    in_order = (ACTUATORS, TENDONS, CONSTRAINTS, MJCF_SENSORS, CONTACT_LAYERS, CONTACT_PAIRS, MJCF_ELEMENTS)
+    assert gathered == Simulation(robot.root_in_world, *(robot.sections[one] for one in in_order))
+    assert Robot("r", (), ()).simulation == NO_SIMULATION  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match="has no attribute 'simulations'"):
+        _ = robot.simulations  # type: ignore[attr-defined]
+
+
+def test_each_entry_is_renamed_by_itself(robot: Robot) -> None:
+    links = {"base": "torso", "arm": "limb"}
+    other = renamed(robot, links, {"hip": "joint1"}).sections
+    assert other[TENDONS][0].joints == {"joint1": 2.0}
+    assert [stop.values for stop in other[TENDONS][1].path] == [{"site": "near"}, {"site": "limb"}]
+    assert [other[CONSTRAINTS][0].values[word] for word in ("body1", "body2")] == ["torso", "limb"]
+    assert other[MJCF_SENSORS][0].values == {"joint": "joint1"}
+    assert [pair.links for pair in other[CONTACT_PAIRS]] == [("torso", "limb"), None]
+    assert other[CONTACT_PAIRS][1].shapes == ("torso_collision_1", "limb_collision_1")
+    for same in (ACTUATORS, CONTACT_LAYERS, MJCF_ELEMENTS):
+        assert other[same] == robot.sections[same]
+
+
+def test_entries_are_told_before_poses_and_what_is_of_the_whole_robot_last(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changed = ROBOT.replace("floor]", "ground]").replace("pull: 0.2", "pull: 0.3").replace("hip: 2", "hip: 3")
+    changed = changed.replace("type: motor", "type: motor, gear: 2").replace("[0, 0, 1]", "[0, 0, 2]")
+    changed = changed.replace("{name: both, ", "{name: two, ").replace("kind: jointpos", "kind: jointvel")
+    changed = changed.replace("type: connect", "type: weld").replace('data="x"', 'data="y"')
+    (home / "a.yaml").write_text(ROBOT)
+    (home / "b.yaml").write_text(changed)
+    assert main(["diff", "a.yaml", "b.yaml"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    start = lines.index("actuator pull: gear none -> 2")
+    assert lines[start : start + 9] == [
+        "actuator pull: gear none -> 2",
+        "tendon cord: hip 2 -> 3",
+        "constraint shut: type connect -> weld",
+        "simulated sensor angle: kind jointpos -> jointvel",
+        "removed: contact pair both",
+        "pose home in simulation: pull 0.2 -> 0.3",
+        "contact layers: order default floor -> default ground",
+        "root: pose xyz 0 0 1 rpy 0 0 0 -> xyz 0 0 2 rpy 0 0 0",
+        "new: contact pair two",
+    ]

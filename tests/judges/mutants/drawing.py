@@ -31,6 +31,7 @@ WHERE = (
         "formats/parameters/files.py",
     ),
     *("commands/diff.py", "commands/sides.py"),
+    *(f"sections/*/{name}.py" for name in ("lowering", "comparison", "rules", "rules/*")),
 )
 _COMPARISONS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "is": "is not", "is not": "is"}
 _COMPARISONS |= {"in": "not in", "not in": "in"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,20 +23,26 @@ class Room(NamedTuple):
         return 100 * self.run / max(1, self.lines)
 
 
-def measured(data: Path, package: Path) -> dict[str, Room]:
-    """Return the rooms of a package by name, from a file that coverage wrote."""
+def measured(data: Path, packages: Iterable[Path]) -> dict[str, Room]:
+    """Return rooms by name, from a file that coverage wrote: those of the first package, and each other one as one."""
     from coverage import Coverage
 
     known = Coverage(data_file=str(data))
     known.load()
     rooms: dict[str, Room] = {}
-    for path in sorted(package.rglob("*.py")):
+    core, *others = packages
+    named = [(path, _room(path.relative_to(core))) for path in sorted(core.rglob("*.py"))]
+    named += [(path, other.name) for other in others for path in sorted(other.rglob("*.py"))]
+    for path, name in named:
         _, lines, _, missed, _ = known.analysis2(str(path))
-        first, *inner = path.relative_to(package).parts
-        name = first if inner else LOOSE
         before = rooms.get(name, Room(0, 0))
         rooms[name] = Room(before.lines + len(lines), before.run + len(lines) - len(missed))
     return rooms
+
+
+def _room(path: Path) -> str:
+    first, *inner = path.parts
+    return first if inner else LOOSE
 
 
 def text(rooms: Mapping[str, Room]) -> str:

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
 PACKAGE = Path("compiler/rosorin_compile")
+PACKAGES = [path.parent for path in sorted(ROOT.glob("compiler/rosorin_compile*/__init__.py"))]  # the core is the first
 KNOWN, DRAWN = HERE / "survivors.txt", HERE / "drawn.txt"
 COUNT = 1_500
 # Imported before a process is forked: what is not ours, and takes long.
@@ -73,7 +74,8 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
     Its fixtures count, too: what several tests share is made for the first of them.
     """
     data = folder / MEASURED
-    words = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", "not slow", "--cov=rosorin_compile"]
+    words = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", "not slow"]
+    words += [f"--cov={path.name}" for path in PACKAGES]
     words += ["--cov-context=test", "--cov-report=", "-p", "no:cacheprovider", "-p", "judges.mutants.forgetting"]
     environment = {**os.environ, "COVERAGE_FILE": str(data), "ROSORIN_COMPILE_CACHE": "off"}
     environment |= {"PYTHONPATH": str(ROOT / "tests")}  # a plug-in is imported before pytest knows where tests are
@@ -305,7 +307,7 @@ def _renewed(folder: Path) -> int:
     from judges.mutants import line_coverage
 
     covering(folder, ["tests"])
-    table = line_coverage.text(line_coverage.measured(folder / MEASURED, ROOT / PACKAGE))
+    table = line_coverage.text(line_coverage.measured(folder / MEASURED, PACKAGES))
     line_coverage.KEPT.write_text(table, "utf-8")
     sys.stdout.write(table)
     return 0
@@ -318,7 +320,7 @@ def _fewer(options: argparse.Namespace, folder: Path) -> int:
     data = folder / MEASURED
     if not data.exists() or options.over != ["tests"]:
         return 0  # not measured in this run, or of some tests alone
-    now = line_coverage.measured(data, ROOT / PACKAGE)
+    now = line_coverage.measured(data, PACKAGES)
     fewer = list(line_coverage.fewer(line_coverage.kept(line_coverage.KEPT.read_text("utf-8")), now))
     sys.stdout.write("".join(f"{line}\n" for line in fewer))
     return 1 if fewer else 0

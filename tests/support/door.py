@@ -15,7 +15,7 @@ DOOR = ("", "model", "diagnostics", "extending")
 
 # Each package beside the core, and the rooms that are its own: tools first, then formats that move with them.
 PACKAGES: Mapping[str, Sequence[str]] = {
-    "mujoco": ("tools.simulate", "tools.physics", "tools.collisions", "formats.mjcf"),
+    "mujoco": ("formats.mjcf",),
     "ros": (
         *("tools.package", "tools.parameters", "formats.controllers", "formats.parameters", "formats.nav2"),
         *("formats.navigation", "formats.robot_localization", "formats.launching", "formats.srdf"),

@@ -20,8 +20,8 @@ from support.robots import compiled
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.tools.simulate.trials import drive, hold, poses_of  # noqa: E402
-from rosorin_compile.tools.simulate.world import FREE, World, simulated  # noqa: E402
+from rosorin_compile_mujoco.simulate.trials import drive, hold, poses_of  # noqa: E402
+from rosorin_compile_mujoco.simulate.world import FREE, World, simulated  # noqa: E402
 
 pytestmark = pytest.mark.slow
 

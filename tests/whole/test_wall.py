@@ -146,7 +146,7 @@ HOUSE = {
     "tools/view/__init__.py": "from house.model import Robot\n",
     "tools/view/command.py": "from ...model import Robot\nfrom .page import html\nfrom ...formats.page import data\n",
     "tools/view/page.py": "",
-    "tools/simulate/__init__.py": "",
+    "tools/package/__init__.py": "",
     "formats/page/__init__.py": "from ...world import kind\n",
 }
 
@@ -164,8 +164,8 @@ HOUSE = {
         ("view/page.py", "from ...formats.page import kind", "world.kind"),
         ("view/page.py", "from importlib import import_module\nimport_module('house.world')", "world"),
         ("view/page.py", "import importlib\nimportlib.import_module('house.' + 'world')", "?"),
-        ("simulate/page.py", "from ..view.page import html", "tools.view.page.html"),
-        ("simulate/page.py", "from ...formats.page import html", "formats.page.html"),
+        ("package/page.py", "from ..view.page import html", "tools.view.page.html"),
+        ("package/page.py", "from ...formats.page import html", "formats.page.html"),
     ],
 )
 def test_a_name_past_the_door_is_found(tmp_path: Path, file: str, line: str, name: str) -> None:

@@ -23,7 +23,7 @@ LISTED = {
     "output.ours": "writes the record of what was written, against which it holds what is there",
     "output.placing": "writes into folders of others, and takes back what it began",
     "output.staging": "writes beside what is there, and moves it into place",
-    "tools.collisions.search": "reads what its own processes hand back, by a pipe",
+    "rosorin_compile_mujoco.collisions.search": "reads what its own processes hand back, by a pipe",
     "rosorin_compile_import.translating.proving": "sets variables of the environment for what it compares",
     "rosorin_compile_fleet.sweep.folder": "writes the folder of a sweep, and keeps what several processes write apart",
     "rosorin_compile_fleet.sweep.remote": "writes into a store by fsspec, whose methods are called as those of paths",

@@ -84,7 +84,7 @@ class Registered(Generic[Kind]):
 
 def _function(name: str, home: str) -> Callable[..., Any]:
     module, _, function = name.partition(":")
-    found: Callable[..., Any] = getattr(import_module(f"{home}.{module}" if home else module), function)
+    found: Callable[..., Any] = getattr(import_module(f".{module}", home) if home else import_module(module), function)
     return found
 
 

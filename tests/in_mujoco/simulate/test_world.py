@@ -16,8 +16,8 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.standing import home_of
 from rosorin_compile.sections.drive import DRIVE
 from rosorin_compile.sections.drive.value import Drive
-from rosorin_compile.tools.simulate.trials import hold, poses_of, swept_joints
-from rosorin_compile.tools.simulate.world import (
+from rosorin_compile_mujoco.simulate.trials import hold, poses_of, swept_joints
+from rosorin_compile_mujoco.simulate.world import (
     FIXED,
     FORCE,
     FREE,

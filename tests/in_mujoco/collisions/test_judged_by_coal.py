@@ -16,9 +16,9 @@ from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.formats.srdf.planning import Planning, urdf_of
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import Description
-from rosorin_compile.tools.collisions.contacts import FAR, Contacts
-from rosorin_compile.tools.collisions.search import Search, bounds_of
-from rosorin_compile.tools.physics.files import Meshes, named_meshes
+from rosorin_compile_mujoco.collisions.contacts import FAR, Contacts
+from rosorin_compile_mujoco.collisions.search import Search, bounds_of
+from rosorin_compile_mujoco.physics.files import Meshes, named_meshes
 from support.coal import Coal
 from support.paths import ROOT, ROSORIN
 

@@ -10,8 +10,8 @@ import yaml
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import Progress, progress
-from rosorin_compile.tools.collisions import search as search_module
-from rosorin_compile.tools.collisions.search import Search
+from rosorin_compile_mujoco.collisions import search as search_module
+from rosorin_compile_mujoco.collisions.search import Search
 from support.commands import Shown, ask
 
 pytest.importorskip("mujoco", minversion="4")

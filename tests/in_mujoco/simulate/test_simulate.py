@@ -19,10 +19,10 @@ from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.extending import world
 from rosorin_compile.project import Description
-from rosorin_compile.tools.simulate import command
-from rosorin_compile.tools.simulate.judging import LIMITS, RULES, Judge
-from rosorin_compile.tools.simulate.trials import all_trials
-from rosorin_compile.tools.simulate.world import FIXED, FREE, quiet
+from rosorin_compile_mujoco.simulate import command
+from rosorin_compile_mujoco.simulate.judging import LIMITS, RULES, Judge
+from rosorin_compile_mujoco.simulate.trials import all_trials
+from rosorin_compile_mujoco.simulate.world import FIXED, FREE, quiet
 from support.cases import told
 from support.commands import Shown
 from support.paths import DATA, ROOT

@@ -21,8 +21,8 @@ from rosorin_compile.diagnostics.registry import PHYSICS, every_rule
 from rosorin_compile.extending import world
 from rosorin_compile.formats.mesh_triangles import load_mesh
 from rosorin_compile.project import Description
-from rosorin_compile.tools.physics import checking
-from rosorin_compile.tools.physics.scene import winding
+from rosorin_compile_mujoco.physics import checking
+from rosorin_compile_mujoco.physics.scene import winding
 from support.cases import told
 from support.commands import Shown
 from support.paths import DATA, ROOT

@@ -12,11 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Templates
 from rosorin_compile.diagnostics import Diagnostic, has_errors
-from rosorin_compile.extending import FORMATS
+from rosorin_compile.extending import FORMATS, service
 from rosorin_compile.model import Drive, Joint, Link, Mesh, Output, Robot
-
-from ...formats.mjcf.bodies import body_name
-from ...formats.mjcf.engine import reason
 
 if TYPE_CHECKING:
     import numpy as np
@@ -140,7 +137,9 @@ class World:
             if self.own:
                 self.model = spec.compile()
         except ValueError as problem:
-            raise Refused(reason(mujoco, problem)[0] or "MuJoCo does not say why") from None
+            raise Refused(
+                service("why MuJoCo refuses a model")(mujoco, problem)[0] or "MuJoCo does not say why"
+            ) from None
         self.data = mujoco.MjData(self.model)
         self.link_of = self._links()
         self.actuators = self._actuators()
@@ -158,8 +157,13 @@ class World:
     def _links(self) -> dict[int, str]:
         """Return the links by the number of their body."""
         body = self.mujoco.mjtObj.mjOBJ_BODY
-        found = {self.mujoco.mj_name2id(self.model, body, body_name(self.robot, n)): n for n in self.robot.link}
+        found = {self.mujoco.mj_name2id(self.model, body, self._body_name(n)): n for n in self.robot.link}
         return {index: name for index, name in found.items() if index >= 0}
+
+    def _body_name(self, link: str) -> str:
+        """Return what the MJCF calls a link."""
+        name: str = service("the body of a link in an MJCF")(self.robot, link)
+        return name
 
     def _actuators(self) -> list[Actuator]:
         """Return the actuators, each with what its gain and bias make of it (MuJoCo: gain * ctrl + bias)."""
@@ -340,7 +344,7 @@ class World:
 
     def place(self, link: str) -> tuple[Floats, Floats]:
         """Return where a link is in the world: a rotation (3, 3), and its place (3,) in metres."""
-        body = self.data.body(body_name(self.robot, link))
+        body = self.data.body(self._body_name(link))
         return body.xmat.reshape(3, 3).copy(), body.xpos.copy()
 
     def above_floor(self) -> dict[str, float]:

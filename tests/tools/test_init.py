@@ -14,7 +14,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.commands.init import TEMPLATES, CannotStart, check_name, start, texts_of
-from support.paths import PACKAGE, ROOT, SCHEMAS
+from support.paths import COMPILER, PACKAGES, ROOT, SCHEMAS
 from support.robots import compiled, texts
 
 SCHEMA = "descriptions/.schema/rosorin-compile.schema.json"
@@ -355,8 +355,8 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
 def test_everything_that_ships_is_packaged() -> None:
     """Hold the packages and data files in pyproject.toml against what is on disk."""
     text = (ROOT / "pyproject.toml").read_text("utf-8")
-    package = PACKAGE
-    on_disk = {".".join(path.parent.relative_to(package.parent).parts) for path in package.rglob("__init__.py")}
+    sources = [path for package in PACKAGES for path in package.rglob("__init__.py")]
+    on_disk = {".".join(path.parent.relative_to(COMPILER).parts) for path in sources}
     folders = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
     folders |= {"parts_library": "parts", "viewer": "viewer/built"}
     data = {f"rosorin_compile.{name}" for name in folders}

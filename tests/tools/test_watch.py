@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -164,7 +165,7 @@ def test_what_is_wrong_is_said_when_it_is_new(project: Path, watch: Watch) -> No
 
 def _told(severity: str, message: str, line: int) -> Diagnostic:
     source = Source("robot.yaml", "a\nb\n\na\n")
-    return error("rule", message, Span(source, line, 1))._replace(severity=severity)
+    return replace(error("rule", message, Span(source, line, 1)), severity=severity)
 
 
 def test_said_tells_the_new_from_the_old() -> None:

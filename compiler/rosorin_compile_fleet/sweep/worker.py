@@ -21,10 +21,10 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cache, lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rosorin_compile import Variant, __version__
-from rosorin_compile.diagnostics import Diagnostic, has_errors
+from rosorin_compile.diagnostics import Diagnostic, Related, has_errors
 from rosorin_compile.extending import Description, Given, Holding, OutputError, tool_folders, world
 
 from .folder import VariantsFolder
@@ -276,15 +276,18 @@ def _named(line: str, root: Path, bundle: Bundle) -> str:
     return json.dumps({**entry, "diagnostics": through(entry["diagnostics"])})
 
 
+Told = TypeVar("Told", Diagnostic, Related)
+
+
 def _moved(diagnostic: Diagnostic, root: Path, bundle: Bundle) -> Diagnostic:
     """Return a diagnostic whose places are shown as they are where the sweep was asked for."""
 
-    def moved(one: Any) -> Any:
+    def moved(one: Told) -> Told:
         span = one.span
         if span is not None:
             path = _shown(span.source.path, root, bundle)
-            one = one._replace(span=span._replace(source=span.source._replace(path=path)))
-        return one._replace(message=_shown(one.message, root, bundle))
+            one = replace(one, span=span._replace(source=span.source._replace(path=path)))
+        return replace(one, message=_shown(one.message, root, bundle))
 
-    made: Diagnostic = moved(diagnostic)
+    made = moved(diagnostic)
     return replace(made, related=tuple(map(moved, made.related)), help=_shown(made.help, root, bundle))

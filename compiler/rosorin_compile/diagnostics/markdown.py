@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from html import escape
 from typing import NamedTuple
 
@@ -248,6 +249,7 @@ _PLAIN = re.compile(r"(?!www\.|gh-\d|[0-9a-f]{7,40}$)(?:[^\W_]|[-./,'=+%])*", re
 _FIRST = re.compile(r"[-+=]+|\d+[.)]")  # what begins a list or underlines a heading
 
 
+@lru_cache(maxsize=10_000)  # a document that is too long is written again with less of it
 def prose(text: str, most: int = _MAX_TEXT) -> str:
     """Return a text in which each word that could be markup stands as code.
 

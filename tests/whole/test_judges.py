@@ -1,5 +1,7 @@
 """Two judges that are not ours look at every URDF and MJCF that is compiled here: simcheck and mjcf-doctor.
 
+At each landing they look at those of one example; at all in a tier of their own, for that takes a minute.
+
 Each of their remarks, notes too, is answered in tests/data/judges.yaml, with the reason why it stays. A remark without
 an answer fails, and so does an answer without a remark. They say other things in other versions: .ci/run makes an
 environment with those below, and names it in JUDGES.
@@ -76,10 +78,10 @@ def by_mjcf_doctor(path: Path) -> Iterator[Remark]:
 
 
 @cache
-def remarks(folder: Path) -> list[Remark]:
-    """Return what both judges say of the robots, whose artifacts are written into a folder."""
+def remarks(folder: Path, robots: tuple[Path, ...]) -> list[Remark]:
+    """Return what both judges say of some robots, whose artifacts are written into a folder."""
     files: dict[Path, str] = {}
-    for number, description in enumerate(ROBOTS):
+    for number, description in enumerate(robots):
         artifacts = compiled(description).artifacts
         robot = {one.backend: one.file for one in artifacts}
         for artifact in artifacts:
@@ -97,7 +99,11 @@ def remarks(folder: Path) -> list[Remark]:
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> list[Remark]:
-    return remarks(tmp_path_factory.mktemp("judges"))
+    return remarks(tmp_path_factory.mktemp("judges"), tuple(ROBOTS))
+
+
+def unanswered(told: list[Remark]) -> list[Remark]:
+    return [remark for remark in told if not any(answers(answer, remark) for answer in ANSWERS)]
 
 
 def answers(answer: dict[str, object], remark: Remark) -> bool:
@@ -109,13 +115,20 @@ def answers(answer: dict[str, object], remark: Remark) -> bool:
 
 @needs_judges
 @pytest.mark.slow
-def test_each_remark_is_answered(told: list[Remark]) -> None:
-    open_ones = [remark for remark in told if not any(answers(answer, remark) for answer in ANSWERS)]
-    assert open_ones == []
+def test_each_remark_on_an_example_is_answered(tmp_path: Path) -> None:
+    told = remarks(tmp_path, (ROBOTS[-1],))
+    assert {remark.judge for remark in told} == set(VERSIONS)
+    assert unanswered(told) == []
 
 
 @needs_judges
-@pytest.mark.slow
+@pytest.mark.tier("judges")
+def test_each_remark_is_answered(told: list[Remark]) -> None:
+    assert unanswered(told) == []
+
+
+@needs_judges
+@pytest.mark.tier("judges")
 def test_each_answer_is_needed(told: list[Remark]) -> None:
     for answer in ANSWERS:
         met = [remark for remark in told if answers(answer, remark)]
@@ -155,5 +168,4 @@ def test_the_judges_see_what_is_wrong(tmp_path: Path) -> None:
     (bad,) = (tmp_path / "planted").iterdir()
     shutil.copy(bad, good)
     found = [remark._replace(file=good.name) for remark in by_simcheck(good)]
-    said = [remark for remark in found if not any(answers(answer, remark) for answer in ANSWERS)]
-    assert "inertia.density" in {remark.check for remark in said}
+    assert "inertia.density" in {remark.check for remark in unanswered(found)}

@@ -216,10 +216,8 @@ class Sections:
 
     def taking(self, names: Collection[str], other: Sections) -> Sections:
         """Return them with the values of some names as another one has them, or has none."""
-        kept, taken = (
-            {name: one for name, one in some.values.items() if (name in names) == theirs}
-            for some, theirs in ((self, False), (other, True))
-        )
+        kept = {name: one for name, one in self.values.items() if name not in names}
+        taken = {name: one for name, one in other.values.items() if name in names}
         return replace(self, values={**kept, **taken})
 
     def __contains__(self, section: object) -> bool:

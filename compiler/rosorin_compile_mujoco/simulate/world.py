@@ -141,6 +141,7 @@ class World:
                 service("why MuJoCo refuses a model")(mujoco, problem)[0] or "MuJoCo does not say why"
             ) from None
         self.data = mujoco.MjData(self.model)
+        self._named = service("the body of a link in an MJCF")
         self.link_of = self._links()
         self.actuators = self._actuators()
         self.chunk = max(1, round(SAMPLE / self.model.opt.timestep))
@@ -162,7 +163,7 @@ class World:
 
     def _body_name(self, link: str) -> str:
         """Return what the MJCF calls a link."""
-        name: str = service("the body of a link in an MJCF")(self.robot, link)
+        name: str = self._named(self.robot, link)
         return name
 
     def _actuators(self) -> list[Actuator]:

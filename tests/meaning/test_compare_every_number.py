@@ -263,7 +263,7 @@ ANY_LEAF = st.sampled_from(sorted(LEAVES)).flatmap(lambda path: st.sampled_from(
 
 
 @given(ANY_LEAF, st.booleans())
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=20, deadline=None, derandomize=True)
 def test_a_change_of_any_number_is_seen_where_it_is_carried_and_only_there(
     copy: Path, committed: dict[str, str], leaf: Leaf, small: bool
 ) -> None:

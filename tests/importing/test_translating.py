@@ -112,6 +112,11 @@ def outcome(case: Case) -> str:
 
 
 @pytest.mark.slow
+def test_some_rows_of_the_table_are_translated_or_flattened_with_a_reason() -> None:
+    assert {outcome(case) for case in CASES[::6]} == {"kept", "in part", ""}
+
+
+@pytest.mark.tier("changes")
 def test_every_row_of_the_table_is_translated_or_flattened_with_a_reason() -> None:
     found = {case.name: outcome(case) for case in CASES}
     assert Counter(found.values()) == {"kept": 62, "in part": 11, "": 14}, found

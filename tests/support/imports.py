@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -56,13 +57,18 @@ def modules(package: Path) -> dict[str, Module]:
 def imports(package: Path) -> list[Import]:
     """Return what the modules of a package import of each other, those of a module in the order of its lines."""
     known = modules(package)
-    every = (one for module in known.values() for one in _of_module(module, known, package.name))
+    names = frozenset(known)
+    every = (one for module in known.values() for one in _of_module(module, names, package.name))
     return sorted(one for one in every if one.of != one.by)
 
 
-def _of_module(module: Module, known: Mapping[str, Module], package: str) -> Iterator[Import]:
-    tree = ast.parse(module.text)
-    for node in _at_run_time(tree):
+@cache  # many tests ask of the same sources
+def _of_module(module: Module, known: frozenset[str], package: str) -> tuple[Import, ...]:
+    return tuple(_imports(module, known, package))
+
+
+def _imports(module: Module, known: frozenset[str], package: str) -> Iterator[Import]:
+    for node in _at_run_time(ast.parse(module.text)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 top, _, name = alias.name.partition(".")

@@ -321,7 +321,7 @@ rosorin_compile_add_robot(DESCRIPTION arm TARGET robots
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_another_program_compiles_anew(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, BOTH)
     program = tmp_path / "bin" / "rosorin-compile"

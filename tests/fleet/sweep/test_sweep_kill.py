@@ -141,10 +141,21 @@ def test_a_process_that_dies_takes_no_other_variant_along() -> None:
     assert Path("out/r5/mast.urdf").exists()
 
 
+# Places and what is left of a run, both of each at a landing, at some calls.
+KILLS = pytest.mark.tier("kills")
+ENDED = [
+    pytest.param("b.csv", "fleet", 16, id="b.csv-fleet-some calls"),
+    pytest.param("c.csv", "file://{here}/fleet", 16, id="c.csv-file://{here}/fleet-some calls"),
+    *(
+        pytest.param(rest, place, 1, id=f"{rest}-{place}-each call", marks=KILLS)
+        for rest in ("b.csv", "c.csv")
+        for place in ("fleet", "file://{here}/fleet")
+    ),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("each", [7, pytest.param(1, marks=pytest.mark.tier("kills"))], ids=["some calls", "each call"])
-@pytest.mark.parametrize("place", ["fleet", "file://{here}/fleet"])
-@pytest.mark.parametrize("rest", ["b.csv", "c.csv"])
+@pytest.mark.parametrize(("rest", "place", "each"), ENDED)
 def test_prune_after_a_kill_leaves_no_half_of_a_variant(here: Path, place: str, rest: str, each: int) -> None:
     """Killed while a variant is removed, is replaced, or is made: the next run knows which files are ours."""
     (here / "a.csv").write_text("name,height\nr0,1 m\n")

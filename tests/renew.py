@@ -24,7 +24,7 @@ WRITERS = {
     "translated": "importing/test_translated.py",
     "findings": "verify/test_verify_faults.py",
     "upgrade": "support/upgrade.py",
-    "pictures": "tools/picture/test_picture_committed.py",
+    "pictures": "view/picture/test_picture_committed.py",
 }
 
 

@@ -15,10 +15,15 @@ SHIPPED = (
     "rosorin_compile_mujoco.physics.records",
     "rosorin_compile_mujoco.simulate.records",
     "rosorin_compile_mujoco.collisions.records",
-    "rosorin_compile.tools.view.records",
-    "rosorin_compile.tools.picture.records",
+    "rosorin_compile_view.records",
     "rosorin_compile_fleet.sweep.records",
     "rosorin_compile_fleet.check.records",
+)
+
+# The formats that packages beside the core bring; the name of one is that of its module. Those of the core are found.
+FORMATS = (
+    "rosorin_compile_view.frames_picture",
+    "rosorin_compile_view.page",
 )
 
 # The sections of the language that stand in folders of their own: where the record of each is.

@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.markdown import Section, document
 from rosorin_compile.formats import FORMATS, Artifact
-from rosorin_compile.formats.page import data_of
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.meaning.difference import YAML, Side, as_json, lines
 from rosorin_compile.meaning.golden import compare
@@ -25,7 +24,8 @@ from rosorin_compile.meaning.renaming import renamed
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.meaning.tables import blocks
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.tools.view.changed import change_data
+from rosorin_compile_view.page import data_of
+from rosorin_compile_view.view.changed import change_data
 from support.commands import Shown, edit, write_files
 from support.machines import exact_urdf, machine, robot_of
 from support.paths import ROOT

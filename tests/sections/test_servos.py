@@ -15,7 +15,7 @@ from rosorin_compile.meaning.entities import Change
 from rosorin_compile.meaning.others import _compared
 from rosorin_compile.meaning.wording import Row
 from rosorin_compile.pipeline import understand
-from rosorin_compile.tools.view.changed import change_data
+from rosorin_compile_view.view.changed import change_data
 
 LINE = CommandLine({name: one.help for name, one in commands().items()}, parser)
 TWO = """\

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from rosorin_compile.formats import frames_picture
-from rosorin_compile.formats.drawing import SUFFIXES
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
@@ -19,6 +17,8 @@ from rosorin_compile.model import (
     Robot,
 )
 from rosorin_compile.model.joint import NODE
+from rosorin_compile_view import frames_picture
+from rosorin_compile_view.drawing import SUFFIXES
 
 SVG = "{http://www.w3.org/2000/svg}"
 FILES = tuple(f"frames{suffix}" for suffix in SUFFIXES)

@@ -187,7 +187,7 @@ def test_a_robot_is_told_from_a_parameter_file(words: str, robot: list[str], fil
 
 def test_the_pages_of_changes_are_drawn_by_a_package() -> None:
     from rosorin_compile.commands.pictures import PICTURES
-    from rosorin_compile.tools.view.changed import Pictures
+    from rosorin_compile_view.view.changed import Pictures
 
     assert registry.service(PICTURES) is Pictures
     with pytest.raises(LookupError):

@@ -113,16 +113,6 @@ COMMANDS = (
         order=20,
     ),
     Command(
-        name="frames",
-        group="ask",
-        words="[ROBOT]",
-        help="show the tree of frames with who publishes them",
-        exits="0 shown or written, 1 the robot has errors",
-        options="frames:options",
-        run="frames:run",
-        order=30,
-    ),
-    Command(
         name="pulses",
         group="ask",
         words="[ROBOT] [JOINT=VALUE ...]",

@@ -1,7 +1,7 @@
 """Formats: what a robot is written as and read from. Each is known by its record (``format.Format``), and only by it.
 
-``FORMATS`` has them by name: those of this folder, found by their modules, then those of other packages. A module is
-imported when somebody asks for its format.
+``FORMATS`` has them by name: those of this folder, found by their modules, those of the packages beside the core, which
+``shipped`` names, then those of plug-ins. A module is imported when somebody asks for its format.
 
 To be read in this order: ``format`` (what a record has to say), one that is written (``static_tf_json``, or ``urdf``
 with ``templating``), ``facts`` (how artifacts are read back to be compared), one that is read (``urdf``, with
@@ -22,6 +22,7 @@ from .. import world
 from ..model import ROBOT_STATE_PUBLISHER
 from ..plugins import are_installed
 from ..rules.case import feeding
+from ..shipped import FORMATS as SHIPPED
 from .format import Artifact, Fact, Facts, Format, Opened, Value
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Formats(Mapping[str, Format]):
         return len(_names())
 
     def is_own(self, name: str) -> bool:
-        """Say whether a format is one of this folder, and not of another package."""
+        """Say whether a format is one of the tool, and not of a plug-in."""
         return _built_in(name) is not None
 
     def feeding(self, robot: Robot, publisher: str) -> list[Output]:
@@ -85,12 +86,12 @@ def _names() -> tuple[str, ...]:
 
 
 @cache
-def _homes() -> frozenset[str]:
-    """Return the modules of this folder that are formats, by name."""
-    return frozenset(name for name, path in _modules().items() if _exports(path))
+def _homes() -> Mapping[str, str]:
+    """Return the module of each of our own formats, by name: those of this folder, then those of the packages."""
+    here = {name: f"{__name__}.{name}" for name, path in _modules().items() if _exports(path)}
+    return here | {module.rpartition(".")[2]: module for module in SHIPPED}
 
 
-@cache
 def _modules() -> Mapping[str, Path]:
     """Return the modules of this folder by name."""
     files = ((name.removesuffix(".py"), Path(__path__[0], name)) for name in world.names(__path__[0]))
@@ -107,10 +108,10 @@ def _exports(module: Path) -> bool:
 
 @cache
 def _built_in(name: str) -> Format | None:
-    """Return the format of that name which this folder has; None if it has none."""
-    if name not in _modules() or not _exports(_modules()[name]):
+    """Return the tool's own format of that name; None if there is none."""
+    if name not in _homes():
         return None
-    format: Format | None = getattr(import_module(f".{name}", __name__), "FORMAT", None)
+    format: Format = import_module(_homes()[name]).FORMAT
     return format
 
 
@@ -126,12 +127,12 @@ def _plugged() -> Plugged | None:
         return None
     from .plugged import plugged
 
-    return plugged(_homes(), _known_files)
+    return plugged(frozenset(_homes()), _known_files)
 
 
 @cache
 def _known_files() -> frozenset[str]:
-    """Return by what files are known that hold a robot in a format of this folder: endings, and <root> elements."""
+    """Return by what files are known that hold a robot in a format of the tool: endings, and <root> elements."""
     readable = [one for one in filter(None, map(_built_in, _homes())) if one.read is not None]
     return frozenset(mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots)))
 

@@ -1,7 +1,7 @@
 """The tree of frames: one row for each edge, with who publishes it; and the rows as a tree.
 
 The tree is a list of lines, parents above children, each frame once. What draws it for terminals and for pictures is a
-format (``formats.frames``, ``formats.drawing``); for a notebook it is a table in HTML, here.
+format (``formats.frames``, and those with pictures); for a notebook it is a table in HTML, here.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ import jsonschema
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.formats.page import data_of
 from rosorin_compile_fleet.check import columns as columns_module
+from rosorin_compile_view.page import data_of
 from support.answers import hold
 from support.commands import Shown
 from support.fleets import BOT, Rows, calibrated, lines_of, rewrite, swept

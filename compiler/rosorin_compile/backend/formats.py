@@ -1,0 +1,76 @@
+"""What a format is made of that is written, read and held against the model."""
+
+from __future__ import annotations
+
+from ..formats.checked import accept
+from ..formats.described import as_tree
+from ..formats.distributions import DISTRIBUTIONS, HUMBLE, JAZZY, known, title
+from ..formats.facts import COLLISION, VISUAL, FactSheet, Six, along_link
+from ..formats.facts import number_of as fact_number
+from ..formats.facts import numbers_of as fact_numbers
+from ..formats.format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Joined, Placed, Refusal
+from ..formats.gazebo_sensors import DISTRIBUTIONS as GAZEBO_DISTRIBUTIONS
+from ..formats.gazebo_sensors import distribution, sensor_lines
+from ..formats.imported import BEFORE, BESIDE, END, INSIDE, LeftOut, cannot_carry
+from ..formats.known import Block, Held, Known
+from ..formats.mesh_vertices import clouds_of
+from ..formats.static_tf import describe
+from ..formats.templating import attribute, attributes, comment
+from ..formats.urdf.masses import joints_of, links_of
+from ..formats.urdf.reading import NAME, Reading, kept, meant, named
+from ..formats.urdf.robot import comments_of
+from ..formats.urdf.values import ANGLES, LENGTHS, PLAIN, number_of, numbers
+
+__all__ = [
+    "ANGLES",
+    "BEFORE",
+    "BESIDE",
+    "BOXES_OF_HEIGHT_MAPS",
+    "COLLISION",
+    "DISTRIBUTIONS",
+    "END",
+    "FORMS_OF_BOXES",
+    "GAZEBO_DISTRIBUTIONS",
+    "HUMBLE",
+    "INSIDE",
+    "JAZZY",
+    "LENGTHS",
+    "NAME",
+    "NUMBER_FORMAT",
+    "PLAIN",
+    "VISUAL",
+    "Asked",
+    "Block",
+    "FactSheet",
+    "Held",
+    "Joined",
+    "Known",
+    "LeftOut",
+    "Placed",
+    "Reading",
+    "Refusal",
+    "Six",
+    "accept",
+    "along_link",
+    "as_tree",
+    "attribute",
+    "attributes",
+    "cannot_carry",
+    "clouds_of",
+    "comment",
+    "comments_of",
+    "describe",
+    "distribution",
+    "fact_number",
+    "fact_numbers",
+    "joints_of",
+    "kept",
+    "known",
+    "links_of",
+    "meant",
+    "named",
+    "number_of",
+    "numbers",
+    "sensor_lines",
+    "title",
+]

@@ -1,0 +1,306 @@
+"""rosorin-compile frames: who publishes each frame, in the terminal, as JSON, as files; and every way to ask amiss."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile_view import frames as command
+from rosorin_compile_view.drawing import read
+from support.paths import ROOT
+from support.robots import compiled, copy_of_rosorin
+
+Shown = pytest.CaptureFixture[str]
+ON, OFF = "slam is on", "slam is off"
+
+
+@pytest.fixture(autouse=True)
+def rosorin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    copy_of_rosorin(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def shown(capsys: Shown, *words: str) -> list[str]:
+    """What a call prints; nothing may be said on standard error."""
+    code = main(["frames", *words])
+    out, err = capsys.readouterr()
+    assert (code, err) == (0, "")
+    return out.rstrip("\n").split("\n")
+
+
+def refused(capsys: Shown, *words: str) -> str:
+    assert main(["frames", *words]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    return err.removeprefix("rosorin-compile: ").rstrip("\n")
+
+
+def test_a_tree_for_each_situation(capsys: Shown) -> None:
+    said = shown(capsys)
+    half = said.index("")
+    on, off = said[:half], said[half + 1 :]
+    assert (on[0], off[0]) == (ON, OFF)
+    assert on[3].split() == ["└──", "odom", "slam_toolbox", "/tf", "when", "slam"]
+    assert off[3].split() == ["└──", "odom", "amcl", "/tf", "when", "not", "slam"]
+    assert on[4:] == off[4:]
+    assert on[5].split() == ["├╌╌", "base_footprint", "(above)", "nobody", "(1)", "-", "base_joint", "(fixed)"]
+    assert on[-2:] == [
+        "(1) the filter of the odometry owns the transform into base_link",
+        "(2) the claw is not in /joint_states",
+    ]
+    column = on[1].index("published by")
+    assert all(line[column - 1] == " " and line[column] != " " for line in on[3:-2])
+
+
+def test_one_mode(capsys: Shown) -> None:
+    every = shown(capsys)
+    half = every.index("")
+    for words in (["slam"], ["slam=on"], [" slam "]):
+        assert shown(capsys, "rosorin", "--mode", *words) == every[:half]
+    for words in (["not slam"], ["slam=off"]):
+        assert shown(capsys, "--mode", *words) == every[half + 1 :]
+
+
+def test_who_publishes_this_frame(capsys: Shown) -> None:
+    said = shown(capsys, "--frame", "base_link", "--mode", "slam")
+    assert said == [
+        "nobody publishes base_footprint -> base_link, joint base_joint: the filter of the odometry owns the transform"
+        " into base_link",
+        "ekf publishes odom -> base_link on /tf, always",
+        "",
+        ON,
+        "frame              published by  topic  joint",
+        "map",
+        "└── odom           slam_toolbox  /tf           when slam",
+        "    └── base_link  ekf           /tf",
+    ]
+    said = shown(capsys, "--frame", "odom")
+    assert said[:3] == [
+        "slam_toolbox publishes map -> odom on /tf, when slam",
+        "amcl publishes map -> odom on /tf, when not slam",
+        "",
+    ]
+    assert [line for line in said if line.startswith("slam is")] == [ON, OFF]
+    assert shown(capsys, "--frame", "laser")[0] == (
+        "tf_base_laser publishes base_link -> laser on /tf_static, always, joint lidar_joint"
+    )
+
+
+def test_a_root_and_a_frame_that_is_only_in_the_description(capsys: Shown) -> None:
+    assert shown(capsys, "--frame", "map") == [
+        "nothing is above map: it is a root",
+        "",
+        "frame  published by  topic  joint",
+        "map",
+    ]
+    said = shown(capsys, "--frame", "base_footprint", "--mode", "slam")
+    assert said[0] == "nothing is above base_footprint: it is a root"
+    assert "base_footprint (above)  nobody (1)" in said[-2]
+
+
+def test_a_frame_that_is_not_there_in_a_mode(capsys: Shown, rosorin: Path) -> None:
+    edges = "  - {parent: base_link, child: marker, publisher: ekf, when: slam}\n"
+    path = rosorin / "descriptions" / "rosorin" / "publishers.yaml"
+    path.write_text(path.read_text("utf-8") + edges, "utf-8")
+    assert shown(capsys, "--frame", "marker", "--mode", "not slam") == [
+        "nobody publishes marker in these modes",
+        "",
+        OFF,
+        "marker is not there",
+    ]
+
+
+def test_the_edges_of_one_publisher(capsys: Shown) -> None:
+    assert shown(capsys, "--publisher", "deptrum") == [
+        "from               to               published by  topic       joint",
+        "depth_camera_link  rgb_camera_link  deptrum       /tf_static",
+    ]
+    said = shown(capsys, "--publisher", "nobody")
+    assert len(said) == 1 + 7 + 2
+    assert shown(capsys, "--publisher", "amcl", "--mode", "slam") == ["amcl publishes nothing here"]
+    assert len(shown(capsys, "--publisher", "amcl")) == 2
+
+
+def test_json_says_all_of_it(capsys: Shown) -> None:
+    document = json.loads("\n".join(shown(capsys, "--format", "json-list")))
+    assert document["robot"] == "rosorin"
+    on, off = document["situations"]
+    assert (on["when"], on["modes"], off["modes"]) == (ON, [{"slam": True}], [{"slam": False}])
+    assert len(on["frames"]) == len(off["frames"]) == 23
+    assert {
+        "parent": "odom",
+        "child": "base_link",
+        "publisher": "ekf",
+        "why": None,
+        "topic": "/tf",
+        "when": None,
+        "joint": None,
+        "type": None,
+    } in on["edges"]
+    (nobody,) = [edge for edge in on["edges"] if edge["parent"] == "base_footprint"]
+    assert (nobody["publisher"], nobody["topic"], nobody["joint"], nobody["type"]) == (
+        None,
+        None,
+        "base_joint",
+        "fixed",
+    )
+    way = json.loads("\n".join(shown(capsys, "--format", "json-list", "--frame", "link2", "--mode", "slam")))[
+        "situations"
+    ][0]
+    assert [edge["child"] for edge in way["edges"]] == ["odom", "base_link", "link1", "link2"]
+    assert way["frames"] == ["map", "odom", "base_link", "link1", "link2"]
+    ekf = json.loads("\n".join(shown(capsys, "--format", "json-list", "--publisher", "ekf")))["situations"]
+    assert [[edge["child"] for edge in one["edges"]] for one in ekf] == [["base_link"], ["base_link"]]
+
+
+def test_a_robot_without_modes_has_one_tree_without_a_heading(
+    capsys: Shown, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "other" / "descriptions" / "cart"
+    folder.mkdir(parents=True)
+    joint = "joints: {mast_joint: {type: fixed, parent: base_link, child: mast}}"
+    (folder / "robot.yaml").write_text(f"robot: cart\nlinks: {{base_link: {{}}, mast: {{}}}}\n{joint}\n", "utf-8")
+    monkeypatch.chdir(tmp_path / "other")
+    assert shown(capsys) == [
+        "frame      published by           topic       joint",
+        "base_link",
+        "└── mast   robot_state_publisher  /tf_static  mast_joint (fixed)",
+    ]
+    assert refused(capsys, "--mode", "slam") == 'cart has no mode "slam"; it has none'
+    assert shown(capsys, "-o", "pictures/") == ["cart: pictures/frames.svg"]
+
+
+# Files.
+
+
+@pytest.mark.parametrize("file", ["f.svg", "f.dot", "f.gv", "f.mmd", "f.md", "F.SVG"])
+def test_a_picture_of_every_situation_or_of_one(capsys: Shown, rosorin: Path, file: str) -> None:
+    assert shown(capsys, "-o", file) == [f"rosorin: {file}"]
+    assert [one.label for one in read((rosorin / file).read_text("utf-8"))] == [ON, OFF]
+    assert shown(capsys, "-o", file, "--mode", "not slam") == [f"rosorin: {file}"]
+    assert [one.label for one in read((rosorin / file).read_text("utf-8"))] == [OFF]
+
+
+def test_a_picture_is_the_artifact(capsys: Shown, rosorin: Path) -> None:
+    shown(capsys, "-o", "here/frames.svg", "--mode", "slam")
+    made = (rosorin / "here" / "frames.svg").read_text("utf-8")
+    assert made == (ROOT / "outputs" / "rosorin" / "frames_slam.svg").read_text("utf-8")
+
+
+def test_a_folder_gets_a_picture_for_each_situation(capsys: Shown, rosorin: Path) -> None:
+    said = shown(capsys, "-o", "pictures/")
+    assert said == ["rosorin: pictures/frames_slam_on.svg", "rosorin: pictures/frames_slam_off.svg"]
+    (rosorin / "pictures" / "mine.txt").write_text("mine", "utf-8")
+    assert shown(capsys, "-o", "pictures") == said
+    assert sorted(path.name for path in (rosorin / "pictures").iterdir()) == [
+        "frames_slam_off.svg",
+        "frames_slam_on.svg",
+        "mine.txt",
+    ]
+    assert [one.label for one in read((rosorin / "pictures" / "frames_slam_on.svg").read_text("utf-8"))] == [ON]
+
+
+def test_nobody_elses_file_is_overwritten(capsys: Shown, rosorin: Path) -> None:
+    (rosorin / "notes.md").write_text("my notes", "utf-8")
+    assert refused(capsys, "-o", "notes.md") == (
+        "notes.md is there, and frames did not make it; name another file, or add --force"
+    )
+    (rosorin / "pictures").mkdir()
+    (rosorin / "pictures" / "frames_slam_on.svg").write_text("<svg/>", "utf-8")
+    assert "pictures/frames_slam_on.svg is there" in refused(capsys, "-o", "pictures")
+    assert (rosorin / "notes.md").read_text("utf-8") == "my notes"
+    assert shown(capsys, "-o", "notes.md", "--force") == ["rosorin: notes.md"]
+
+
+def test_a_file_that_cannot_be_written(capsys: Shown, rosorin: Path) -> None:
+    (rosorin / "file").write_text("", "utf-8")
+    assert main(["frames", "-o", "file/frames.svg"]) == 1
+    assert "error[picture-file]: cannot write file/frames.svg" in capsys.readouterr().err
+    assert main(["frames", "-o", "file/more/"]) == 1
+    assert "error[output-folder]" in capsys.readouterr().err
+
+
+# Amiss.
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--frame", "base_lnk"], 'there is no frame "base_lnk"; did you mean "base_link"?'),
+        (["--publisher", "efk"], 'there is no publisher "efk"; did you mean "ekf"?'),
+        (["--mode", "slan"], 'rosorin has no mode "slan"; did you mean "slam"?'),
+        (["--mode", "not slan"], 'rosorin has no mode "slan"; did you mean "slam"?'),
+        (["--mode", "slam=yes"], '"slam=yes" is not a mode: write slam, "not slam", slam=on or slam=off'),
+        (["--mode", "not slam=on"], '"not slam=on" is not a mode: write slam, "not slam", slam=on or slam=off'),
+        (["--mode", "slam", "--mode", "not slam"], 'the mode "slam" cannot be on and off'),
+        (["--mode", "slam and x"], 'rosorin has no mode "slam and x"; did you mean "slam"?'),
+        (["--frame", "a", "--publisher", "b"], "--frame and --publisher do not go together"),
+        (["--frame", "a", "-o", "b.svg"], "--frame and --output do not go together"),
+        (
+            ["-o", "frames.png"],
+            "frames.png is no picture: name one that ends in .svg, .dot, .gv, .mmd, .md, or FOLDER/",
+        ),
+        (["rosorin", "again"], "one robot at a time: rosorin-compile frames ROBOT"),
+    ],
+)
+def test_wrong_usage(capsys: Shown, words: list[str], said: str) -> None:
+    assert refused(capsys, *words) == said
+
+
+def test_too_many_trees_ask_for_modes(capsys: Shown, rosorin: Path) -> None:
+    path = rosorin / "descriptions" / "rosorin" / "publishers.yaml"
+    text = path.read_text("utf-8")
+    modes = "".join(f"  m{at}: a mode\n" for at in range(5))
+    edges = "".join(f"  - {{parent: odom, child: f{at}, publisher: ekf, when: m{at}}}\n" for at in range(5))
+    path.write_text(text.replace("modes:\n", f"modes:\n{modes}") + edges, "utf-8")
+    assert refused(capsys) == (
+        "the tree of frames differs in 64 combinations of modes: too many to show; name modes: --mode NAME"
+    )
+    assert len(json.loads("\n".join(shown(capsys, "--mode", "m0", "--format", "json-list")))["situations"]) == 32
+
+
+def test_a_description_with_errors(capsys: Shown, rosorin: Path) -> None:
+    path = rosorin / "descriptions" / "rosorin" / "publishers.yaml"
+    path.write_text(path.read_text("utf-8") + "nonsense: 1\n", "utf-8")
+    assert main(["frames"]) == 1
+    assert "error[unknown-key]" in capsys.readouterr().err
+
+
+def test_nothing_heavy_is_imported() -> None:
+    code = (
+        "import sys; from rosorin_compile.cli import main; main(['frames', 'rosorin', '-o', 'x.svg']);"
+        "print([name for name in ('numpy', 'mujoco', 'trimesh', 'xacro', 'rosbags') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=dict(os.environ))
+    assert done.stdout.splitlines()[-1] == "[]", done.stderr
+
+
+def test_the_sentences_are_those_of_the_list_of_frames() -> None:
+    """Each edge of the robot is said once, whichever frame is asked for."""
+    from rosorin_compile.model.frame_tree import rows
+    from rosorin_compile_view.drawing.situations import situations
+
+    robot = compiled().robot
+    assert robot is not None
+    every, found = rows(robot), situations(robot, {})
+    said = [
+        line for frame in dict.fromkeys(row.child for row in every) for line in command._answers(every, found, frame)
+    ]
+    assert len(said) == len(every)
+    assert sum(line.startswith("nobody") for line in said) == 7
+
+
+def test_what_is_no_file_is_not_replaced(rosorin: Path, capsys: Shown) -> None:
+    os.mkfifo(rosorin / "pipe")
+    (rosorin / "pipe.svg").symlink_to("pipe")
+    for words in (["-o", "pipe.svg"], ["-o", "pipe.svg", "--force"]):
+        assert main(["frames", *words]) == 2
+        assert "pipe.svg cannot be written: it is no regular file" in capsys.readouterr().err
+    assert (rosorin / "pipe").is_fifo()

@@ -1,0 +1,138 @@
+"""The tree of frames in a terminal: colours, letters, columns, and terminals that have few of each."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rosorin_compile.cli import main
+from rosorin_compile.model.frame_tree import Row, lines
+from rosorin_compile_view.drawing.letters import cells
+from rosorin_compile_view.drawing.terminal import look, table, tree
+from support.robots import copy_of_rosorin
+
+
+@pytest.fixture(autouse=True)
+def rosorin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    copy_of_rosorin(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return tmp_path
+
+
+class Terminal(io.TextIOWrapper):
+    """Standard output as a terminal of some encoding."""
+
+    def __init__(self, encoding: str, people: bool = True) -> None:
+        super().__init__(io.BytesIO(), encoding)
+        self.people = people
+
+    def isatty(self) -> bool:
+        return self.people
+
+    def said(self) -> str:
+        self.flush()
+        assert isinstance(self.buffer, io.BytesIO)
+        return self.buffer.getvalue().decode(self.encoding)
+
+
+def seen(monkeypatch: pytest.MonkeyPatch, terminal: Terminal, *words: str) -> str:
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", terminal)
+        assert main(["frames", *words]) == 0
+    return terminal.said()
+
+
+def test_colours_for_people_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    coloured = seen(monkeypatch, Terminal("utf-8"))
+    assert "\033[1mslam is on\033[0m" in coloured
+    colours = {line.split("\033[")[1].split("m")[0] for line in coloured.splitlines() if "robot_state" in line}
+    assert len(colours) == 1
+    monkeypatch.setenv("NO_COLOR", "1")
+    plain = seen(monkeypatch, Terminal("utf-8"))
+    assert "\033" not in plain
+    monkeypatch.delenv("NO_COLOR")
+    assert seen(monkeypatch, Terminal("utf-8", people=False)) == plain
+    assert re.sub("\033\\[\\d+m", "", coloured) == plain
+
+
+def test_plain_letters_where_the_terminal_has_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    for encoding in ("ascii", "latin-1"):
+        said = seen(monkeypatch, Terminal(encoding, people=False))
+        assert said == seen(monkeypatch, Terminal("utf-8", people=False), "--ascii")
+        assert said.isascii()
+    assert "`-- odom" in said
+    assert "|.. base_footprint (above)" in said
+    assert "|   `-- link2" in said
+
+
+def test_a_publisher_has_its_colour_in_a_table_too() -> None:
+    how = look(ascii=False, coloured=True, publishers=["a", "b"])
+    rows = [Row("x", "y", "a", "", "/tf", "", "x"), Row("x", "z", "b", "", "/tf", "", "x")]
+    first, second = table(rows, how)[1:]
+    assert first.startswith("\033[34m")
+    assert second.startswith("\033[33m")
+
+
+def test_the_columns_stand_below_each_other_for_wide_letters() -> None:
+    rows = [Row("base", name, "node", "", "/tf", "", "base") for name in ("漢字", "é", "plain", "e\u0301")]
+    said = tree(lines(rows, []), look(ascii=False, coloured=False, publishers=["node"]))
+    assert len({cells(line[: line.index("node")]) for line in said[2:]}) == 1
+
+
+def columns(text: str) -> list[str]:
+    """Return the heads of the columns of a tree."""
+    return re.split("  +", next(line for line in text.splitlines() if line.startswith("frame")))
+
+
+@pytest.mark.parametrize(
+    ("width", "heads", "told"),
+    [
+        (140, ["frame", "published by", "topic", "joint"], ""),
+        (110, ["frame", "published by", "topic"], "(no room for: joint)"),
+        (80, ["frame", "published by"], "(no room for: joint, topic)"),
+        (20, ["frame", "published by"], "(no room for: joint, topic)"),
+    ],
+)
+def test_a_narrow_terminal_gets_fewer_columns(
+    monkeypatch: pytest.MonkeyPatch, width: int, heads: list[str], told: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setenv("NO_COLOR", "1")
+    said = seen(monkeypatch, Terminal("utf-8"), "--mode", "slam")
+    assert columns(said) == heads
+    assert [line for line in said.splitlines() if line.startswith("(no room")] == [told] * bool(told)
+    assert any(line.endswith("when slam") for line in said.splitlines()), "a condition is never left out"
+    tree_of_it = said.partition("\n(")[0].splitlines()
+    assert width <= 80 or max(map(cells, tree_of_it)) <= width
+    assert columns(seen(monkeypatch, Terminal("utf-8", people=False), "--mode", "slam"))[:4] == [
+        "frame",
+        "published by",
+        "topic",
+        "joint",
+    ]
+
+
+@given(st.lists(st.text("abc漢", min_size=1, max_size=20), min_size=1, max_size=6, unique=True), st.integers(1, 120))
+def test_no_line_is_wider_than_a_terminal_that_has_room_for_the_rest(names: list[str], width: int) -> None:
+    rows = [Row("base", name, "node", "", "/tf", "", "base", f"joint of {name}", "fixed") for name in names]
+    whole = tree(lines(rows, []), look(ascii=False, coloured=False, publishers=["node"]))
+    said = tree(lines(rows, []), look(ascii=False, coloured=False, publishers=["node"], width=width))
+    assert (said == whole) == (max(map(cells, whole)) <= width)
+    if "topic" in said[0] and said != whole:
+        assert max(map(cells, said[:-1])) <= width
+
+
+def test_json_is_json_whatever_the_terminal_can_print(monkeypatch: pytest.MonkeyPatch, rosorin: Path) -> None:
+    path = rosorin / "robot.yaml"
+    path.write_text("robot: r\nlinks: {räder: {}}\noutputs: {urdf: {file: r.urdf}}\n", "utf-8")
+    (situation,) = json.loads(seen(monkeypatch, Terminal("ascii"), str(path), "--format", "json-list"))["situations"]
+    assert situation["frames"] == ["räder"]

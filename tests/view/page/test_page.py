@@ -1,0 +1,304 @@
+"""The page of a robot as an artifact: its data fit the schema, and check tells it by meaning."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Sensor
+from rosorin_compile.model.robot import JointPose
+from rosorin_compile_view.page import data_of, html
+from rosorin_compile_view.page.data import robot_data
+from support.commands import Shown, ask, edit, write_files
+from support.meshes import box
+from support.moving import random_robot
+from support.paths import ROOT, ROSORIN
+from support.robots import compiled, compiled_text, sound
+from support.schemas import schema
+
+VALID = jsonschema.Draft7Validator(schema("page"))
+REAL = [ROSORIN, *sorted(ROOT.glob("examples/*/robot.yaml"))]
+
+# Texts that end an element, a comment, a string or a line somewhere else.
+SHARP = (
+    "</script><script>document.title='out'</script>",
+    "</SCRIPT ><img src=x onerror=alert(1)>",
+    "<!--<script>",
+    "]]>\u2028\u2029",
+    "\"'`${x}\\",
+    "</title><b>&lt;&amp;",
+    "größer 机器人 \U0001f916 \u202e",
+)
+
+
+def page(robot: Robot, **options: Any) -> str:
+    text, told = FORMATS["page"].written(robot, Output("page", "page", "r.html", options), Templates(Path()))
+    assert told == []
+    return text
+
+
+@pytest.mark.parametrize("path", REAL, ids=lambda path: path.parent.name)
+def test_the_data_of_every_example_fit_the_schema(path: Path) -> None:
+    robot = compiled(path).robot
+    assert robot is not None
+    VALID.validate(data_of(page(robot)))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_data_of_random_robots_fit_the_schema(seed: int) -> None:
+    robot = random_robot(random.Random(seed), 12)  # noqa: S311
+    data = data_of(page(robot))
+    VALID.validate(data)
+    assert [joint["name"] for joint in data["robot"]["joints"]] == [joint.name for joint in robot.joints]
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("robot", "links", 0, "visual"), None),
+        (("robot", "joints", 0, "xyz"), [0, 0]),
+        (("robot", "joints", 0, "speed"), 1),
+        (("robot", "situations"), []),
+        (("robot", "meshes"), {"a": {"url": "../../etc/passwd", "format": "stl"}}),
+    ],
+)
+def test_the_schema_refuses_what_the_page_cannot_draw(path: tuple[str | int, ...], value: Any) -> None:
+    robot = compiled().robot
+    assert robot is not None
+    data = inner = {"robot": robot_data(robot)}
+    for step in path[:-1]:
+        inner = inner[step]  # type: ignore[index]
+    inner[path[-1]] = value  # type: ignore[index]
+    assert not VALID.is_valid(data)
+
+
+class _Elements(HTMLParser):
+    """What a parser of HTML finds: elements in their order, and the text in each."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.texts: list[str] = []
+        self.comments = 0
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:  # noqa: ARG002
+        self.tags.append(tag)
+        self.texts.append("")
+
+    def handle_data(self, data: str) -> None:
+        if self.texts:
+            self.texts[-1] += data
+
+    def handle_comment(self, data: str) -> None:  # noqa: ARG002
+        self.comments += 1
+
+
+def sharp_robot(name: str) -> Robot:
+    """A robot with a text everywhere where one can stand."""
+    links = (Link("base"), Link(name))
+    joint = Joint(f"j{name}", "revolute", "base", name, Pose((1.0, 2.0, 3.0)))
+    sensors = (Sensor(name, name, name, joint.name),)
+    return Robot(name, links, (joint,), sensors, poses=(JointPose(name, {joint.name: 0.5}),), modes=(name,))
+
+
+@pytest.mark.parametrize("name", SHARP)
+def test_no_name_breaks_out_of_the_page(name: str) -> None:
+    robot = sharp_robot(name)
+    text = page(robot)
+    found, plain = _Elements(text), _Elements(page(sharp_robot("plain")))
+    assert (found.tags, found.comments) == (plain.tags, plain.comments)
+    assert found.tags.count("script") == 2
+    assert found.texts[found.tags.index("title")].strip("\n") == name
+    inside = found.texts[found.tags.index("script")]
+    assert not set("<>&\u2028\u2029") & set(inside)
+    assert json.loads(inside)["robot"]["links"][1]["name"] == name
+    assert found.texts[-1] == plain.texts[-1], "the program is the same for every robot"
+
+
+def test_the_page_asks_for_nothing() -> None:
+    found = _Elements(page(sharp_robot("plain")))
+    assert not {"link", "img", "iframe", "base", "object"} & set(found.tags)
+    assert "default-src 'none'" in page(sharp_robot("plain"))
+    assert "connect-src 'self'" in html({"robot": robot_data(sharp_robot("plain"))}, live="1")
+
+
+SENSORS = """\
+robot: rover
+links: {base_link: {}}
+sensors:
+  lidar: {type: lidar_2d, parent: base_link, frame: laser, with: {rays: 5, fov: 180 deg, max_range: 12 m}}
+  layers: {type: lidar_3d, parent: base_link, frame: laser3, with: {rays: 4, layers: 3, vertical_fov: 20 deg}}
+  gazebo_only: {type: lidar_3d, parent: base_link, frame: laser4, with: {rays: 4, layers: 3, max_range: 9 m}, mjcf: []}
+  eye: {type: camera, parent: base_link, frame: eye, with: {hfov: 90 deg, width: 200, height: 100}}
+  gazebo_eye: {type: camera, parent: base_link, frame: eye2, with: {hfov: 90 deg, width: 200, height: 100}, mjcf: []}
+  imu: {type: imu, parent: base_link, frame: imu_link}
+  sonar: {type: range_finder, parent: base_link, frame: sonar_link, with: {max_range: 2 m}}
+  bumper: {type: contact, parent: base_link, frame: bumper_link, xyz: [0.3, 0, 0], with: {size: [2 cm, 4 cm, 6 cm]}}
+  wrist: {type: force_torque, parent: base_link, frame: wrist_link}
+  sky: {type: gnss, parent: base_link, frame: sky_link}
+outputs: {page: {file: rover.html}}
+"""
+
+
+def test_what_each_type_of_sensor_of_the_library_sees(tmp_path: Path) -> None:
+    robot, texts, _ = sound(compiled_text(tmp_path, SENSORS))
+    data = data_of(texts["page"])
+    VALID.validate(data)
+    assert robot.name == "rover"
+    sees = {sensor["name"]: sensor.get("sees", []) for sensor in data["robot"]["sensors"]}
+    kinds = {name: [one["kind"] for one in found] for name, found in sees.items()}
+    fans = {name: ["fan"] for name in ("lidar", "layers", "gazebo_only", "sonar")}
+    axes = {name: ["axes"] for name in ("imu", "wrist")}
+    eyes = {name: ["frustum"] for name in ("eye", "gazebo_eye")}
+    assert kinds == {**fans, **axes, **eyes, "bumper": ["box"], "sky": []}
+    lidar, sonar, layers = sees["lidar"][0], sees["sonar"][0], sees["layers"][0]
+    assert (lidar["count"], lidar["range"], sonar["count"], sonar["range"]) == (5, 12, 1, 2)
+    assert lidar["first"] == pytest.approx(-1.570796326794897)
+    assert lidar["step"] == pytest.approx(0.785398163397448)
+    assert layers["layers"] == pytest.approx([-0.17453292519943, 0, 0.17453292519943], abs=1e-12)
+    assert sees["gazebo_only"][0]["range"] == 9
+    assert (sees["bumper"][0]["size"], sees["bumper"][0]["xyz"]) == ([0.02, 0.04, 0.06], [0.3, 0, 0])
+
+
+def test_a_camera_of_mujoco_and_of_gazebo_look_the_same_way(tmp_path: Path) -> None:
+    robot, texts, _ = sound(compiled_text(tmp_path, SENSORS))
+    sees = {sensor["name"]: sensor.get("sees", []) for sensor in data_of(texts["page"])["robot"]["sensors"]}
+    turned = []
+    for name in ("eye", "gazebo_eye"):
+        (seen,) = sees[name]
+        assert (seen["hfov"], seen["vfov"]) == pytest.approx((1.570796326794897, 0.927295218001612), abs=1e-7)
+        place = robot.pose_in_root(seen["frame"], {}).then(Pose(tuple(seen["xyz"]), tuple(seen["rpy"])).transform())
+        turned.append(place)
+        assert place.rotate((0.0, 0.0, 1.0)) == pytest.approx((1, 0, 0), abs=1e-9), "its z looks ahead"
+        assert place.rotate((1.0, 0.0, 0.0)) == pytest.approx((0, -1, 0), abs=1e-9), "its x is right in the image"
+
+
+WITH_MESHES = """\
+robot: r
+links:
+  base:
+    visual: [{mesh: {file: box.stl}}, {mesh: {file: "big.stl", scale: [0.001, 0.001, 0.001]}}]
+outputs: {page: {file: r.html%s}}
+"""
+
+
+def solid(count: int) -> bytes:
+    """Return an STL of a box, ``count`` times."""
+    import struct
+
+    facets = b"".join(struct.pack("<12fH", 0, 0, 0, *face.ravel(), 0) for face in box((0, 0, 0), (1, 1, 1)))
+    return bytes(80) + struct.pack("<I", 12 * count) + facets * count
+
+
+@pytest.mark.parametrize(
+    ("option", "inside"),
+    [("", 2), (", max_megabytes: 0.01", 1), (", meshes: false", 0)],
+)
+def test_meshes_are_in_the_page_up_to_a_limit(home: Path, capsys: Shown, option: str, inside: int) -> None:
+    write_files(home, {"descriptions/r/robot.yaml": WITH_MESHES % option})
+    (home / "descriptions/r/box.stl").write_bytes(solid(1))
+    (home / "descriptions/r/big.stl").write_bytes(solid(100))
+    assert main(["all"]) == 0
+    told = capsys.readouterr().err
+    assert ("page-left-out" in told and "more than 0.01 MB" in told) == (inside == 1)
+    data = data_of((home / "outputs/r/r.html").read_text("utf-8"))
+    VALID.validate(data)
+    assert sum("data" in mesh for mesh in data["robot"]["meshes"].values()) == inside
+    assert main(["check"]) == 0
+    (home / "descriptions/r/box.stl").write_bytes(solid(2))
+    capsys.readouterr()
+    assert main(["check"]) == (1 if inside else 0), "a mesh that changed is a page that changed"
+    if inside:
+        assert "r.html: what the page shows differs: meshes\n" in capsys.readouterr().out
+
+
+PROJECT = {"descriptions/rover/robot.yaml": SENSORS}
+DESCRIPTION = Path("descriptions/rover/robot.yaml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (
+            "xyz: [0.3, 0, 0]",
+            "xyz: [0.4, 0, 0]",
+            "bumper_link moved 100.0 mm in base_link: origin x 0.3 -> 0.4 m",
+        ),
+        ("rays: 5", "rays: 6", "rover.html: what the page shows differs: sensors"),
+        (
+            "base_link: {}",
+            "base_link: {collision: [{sphere: {radius: 0.1}}]}",
+            "rover.html: what the page shows differs: shapes of base_link",
+        ),
+    ],
+)
+@pytest.mark.usefixtures("project")
+def test_check_tells_a_change_of_a_page_by_its_meaning(capsys: Shown, old: str, new: str, told: str) -> None:
+    ask(capsys, "all")
+    ask(capsys, "check")
+    edit(DESCRIPTION, old, new)
+    for words in (["check"], ["check", "--full"]):
+        assert main(words) == 1
+        shown = capsys.readouterr().out.splitlines()
+        assert shown[0].removesuffix(": page") == told
+        assert len(shown) == 3, "and none of its text"
+
+
+@pytest.mark.usefixtures("project")
+def test_check_tells_another_program_of_the_page_in_one_line(capsys: Shown) -> None:
+    ask(capsys, "all")
+    edit(Path("outputs/rover/rover.html"), "--paper: #ffffff", "--paper: #fffff0")
+    assert main(["check"]) == 1
+    first = "rover.html: the page shows the same robot, by another version of its program"
+    assert capsys.readouterr().out.splitlines()[0] == first
+
+
+@pytest.mark.usefixtures("project")
+def test_check_tells_a_page_that_is_damaged(capsys: Shown) -> None:
+    ask(capsys, "all")
+    for text in ("", "<html></html>", '<script type="application/json" id="robot">{"robot": []}</script>'):
+        Path("outputs/rover/rover.html").write_text(text)
+        assert main(["check"]) == 1
+        assert "rover.html: the committed file is damaged and compared as text alone" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("project")
+def test_print_gives_the_page(capsys: Shown) -> None:
+    ask(capsys, "all")
+    assert ask(capsys, "print", "rover", "page") == Path("outputs/rover/rover.html").read_text("utf-8")
+
+
+@pytest.mark.usefixtures("project")
+def test_a_package_carries_the_page(capsys: Shown) -> None:
+    edit(DESCRIPTION, "outputs: {page", "outputs: {urdf: {file: rover.urdf}, page")
+    ask(capsys, "package", "rover", "-o", "ws/rover_description")
+    assert [path.parent.name for path in Path("ws").rglob("rover.html")] == ["doc"]
+
+
+def test_the_same_bytes_in_another_folder_and_order(tmp_path_factory: pytest.TempPathFactory) -> None:
+    written = []
+    for seed in ("0", "4711"):
+        folder = tmp_path_factory.mktemp(f"a folder {seed}")
+        write_files(folder, PROJECT)
+        environment = {**os.environ, "PYTHONHASHSEED": seed, "ROSORIN_COMPILE_CACHE": "off"}
+        for words in (["all"], ["view", "--html", "sent.html", "rover"]):
+            command = [sys.executable, "-m", "rosorin_compile", *words]
+            subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
+        made, sent = (folder / "outputs/rover/rover.html").read_bytes(), (folder / "sent.html").read_bytes()
+        assert str(folder).encode() not in made + sent
+        written.append((made, sent))
+    assert written[0] == written[1]

@@ -1,0 +1,325 @@
+"""check --html and diff --html: the data of the page, the robot before and what became of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import struct
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.commands.parser import PAGE_MEGABYTES
+from rosorin_compile_view.page import MAX_MEGABYTES, data_of, html
+from support.commands import Shown, ask, edit, write_files
+from support.paths import ROOT
+from support.schemas import schema
+
+VALID = jsonschema.Draft7Validator(schema("page"))
+CART = """\
+robot: {0}
+links:
+  base_link: {{collision: [{{box: {{size: [400 mm, 300 mm, 100 mm]}}}}]}}
+  mast: {{collision: [{{box: {{size: [20 mm, 20 mm, 200 mm]}}, xyz: [0, 0, 100 mm]}}]}}
+  camera: {{visual: [{{mesh: {{file: camera.stl}}}}]}}
+joints:
+  mast_joint: {{type: revolute, parent: base_link, child: mast, xyz: [100 mm, 0, 50 mm], axis: [0, 0, 1],
+               limit: {{lower: -1 rad, upper: 1 rad, effort: 5, velocity: 1}}}}
+  camera_joint: {{type: fixed, parent: mast, child: camera, xyz: [0, 0, 200 mm]}}
+sensors:
+  lidar: {{type: lidar_2d, parent: base_link, frame: laser, joint: laser_joint, xyz: [0, 0, 120 mm],
+          publisher: {{static_transform_publisher: tf_laser}}}}
+outputs: {{urdf: {{file: {0}.urdf}}, static_tf: {{file: tf.py}}, frames: {{file: frames.md}}}}
+"""
+NAMES = ("arm", "cart")
+PROJECT = {f"descriptions/{name}/robot.yaml": CART.format(name) for name in NAMES}
+
+
+def stl(size: float) -> bytes:
+    """Return a mesh: the corner of a cube of that size (m)."""
+    corners = ((0, 0, 0), (size, 0, 0), (0, size, 0), (0, 0, size))
+    faces = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+    triangles = [struct.pack("<12fH", 0, 0, 0, *(v for i in face for v in corners[i]), 0) for face in faces]
+    return bytes(80) + struct.pack("<I", len(faces)) + b"".join(triangles)
+
+
+@pytest.fixture
+def committed(project: Path, capsys: Shown) -> Path:
+    """Two robots as they are committed, with a mesh each."""
+    for name in NAMES:
+        (project / f"descriptions/{name}/camera.stl").write_bytes(stl(0.03))
+    assert main(["all"]) == 0
+    capsys.readouterr()
+    return project
+
+
+def page(capsys: Shown, *words: str, code: int) -> Any:
+    """Return the data of the page that a command writes, which fit the schema."""
+    assert main([*words, "--html", "page.html"]) == code
+    capsys.readouterr()
+    data = data_of(Path("page.html").read_text("utf-8"))
+    VALID.validate(data)
+    return data
+
+
+def drawn(data: Any) -> dict[str, list[str]]:
+    """Return the kinds of shapes that are drawn of the robot before, by link."""
+    found = {
+        link["name"]: [one["kind"] for one in (*link["visual"], *link["collision"])] for link in data["before"]["links"]
+    }
+    return {name: kinds for name, kinds in found.items() if kinds}
+
+
+def test_a_sensor_that_the_urdf_does_not_know(committed: Path, capsys: Shown) -> None:
+    edit(committed / "descriptions/cart/robot.yaml", "[0, 0, 120 mm]", "[0, 0, 130 mm]")
+    data = page(capsys, "check", "cart", code=1)
+    assert data["said"] == "1 change against what is committed: laser moved 10.0 mm in base_link"
+    text = "laser moved 10.0 mm in base_link: origin z 0.12 -> 0.13 m"
+    assert data["changes"] == [{"text": text, "frame": "laser", "artifacts": ["static_tf", "frames"]}]
+    assert (data["moved"], drawn(data), data["notes"]) == ({"laser": "moved"}, {}, [])
+    before = {joint["child"]: joint["xyz"] for joint in data["before"]["joints"]}
+    assert before == {"mast": [0.1, 0.0, 0.05], "camera": [0.0, 0.0, 0.2], "laser": [0.0, 0.0, 0.12]}
+
+
+def test_what_is_carried_is_told_apart_and_its_mesh_is_there_once(committed: Path, capsys: Shown) -> None:
+    edit(committed / "descriptions/cart/robot.yaml", "[100 mm, 0, 50 mm]", "[200 mm, 0, 50 mm]")
+    data = page(capsys, "check", "cart", code=1)
+    assert data["moved"] == {"mast": "moved", "camera": "carried"}
+    assert drawn(data) == {"mast": ["box"], "camera": ["mesh"]}
+    assert list(data["robot"]["meshes"]) == ["camera.stl"]
+    assert data["before"]["meshes"] == {}
+
+
+def test_another_mesh_is_drawn_as_it_was(home: Path, capsys: Shown) -> None:
+    """Meshes stand beside an MJCF: the one that is committed is another one than that of the description."""
+    part = home / "descriptions/part/part.stl"
+    robot = "robot: part\nlinks: {base: {collision: [{mesh: {file: part.stl}}]}}\n"
+    write_files(home, {"descriptions/part/robot.yaml": f"{robot}outputs: {{mjcf: {{file: part.xml}}}}\n"})
+    part.write_bytes(stl(0.03))
+    assert main(["all"]) == 0
+    part.write_bytes(stl(0.06))
+    data = page(capsys, "check", code=1)
+    assert data["changes"] == []
+    assert (data["moved"], drawn(data)) == ({"base": "shaped"}, {"base": ["mesh"]})
+    now, was = data["robot"]["meshes"]["part.stl"], data["before"]["meshes"]["part.stl"]
+    assert now["data"] != was["data"]
+    assert data["notes"] == ["part.stl: another file than the mesh is; rosorin-compile all writes it"]
+    bare = page(capsys, "check", "--no-meshes", code=1)
+    assert (bare["robot"]["meshes"], bare["before"]["meshes"]) == ({}, {})
+
+
+def test_several_robots_are_one_page_those_that_changed_first(committed: Path, capsys: Shown) -> None:
+    edit(committed / "descriptions/cart/robot.yaml", "[0, 0, 120 mm]", "[0, 0, 130 mm]")
+    data = page(capsys, "check", code=1)
+    assert data["robot"]["name"] == "cart"
+    (other,) = data["others"]
+    assert (other["robot"]["name"], other["said"]) == ("arm", "no change: this is what is committed")
+    assert (other["changes"], other["moved"]) == ([], {})
+
+
+def test_a_robot_with_errors_is_not_in_it(committed: Path, capsys: Shown) -> None:
+    edit(committed / "descriptions/cart/robot.yaml", "child: mast,", "chidl: mast,")
+    data = page(capsys, "check", code=1)
+    assert (data["robot"]["name"], data.get("others")) == ("arm", None)
+    Path("page.html").unlink()
+    ask(capsys, "check", "cart", "--html", "page.html", code=1)
+    assert not Path("page.html").exists()
+
+
+def test_nothing_is_committed(committed: Path, capsys: Shown) -> None:
+    shutil.rmtree(committed / "outputs/cart")
+    data = page(capsys, "check", "cart", code=1)
+    assert data["said"] == "nothing is committed to compare with"
+    assert "before" not in data
+
+
+def test_a_text_that_means_the_same_is_no_change_but_is_told(committed: Path, capsys: Shown) -> None:
+    with (committed / "outputs/cart/cart.urdf").open("a") as file:
+        file.write("\n<!-- mine -->\n")
+    data = page(capsys, "check", "cart", code=1)
+    assert (data["said"], data["moved"]) == ("no change that is compared by meaning", {})
+    assert data["notes"] == ["cart.urdf: same meaning, different text"]
+
+
+def test_the_page_is_the_same_twice_and_says_nothing_of_this_machine(committed: Path, capsys: Shown) -> None:
+    edit(committed / "descriptions/cart/robot.yaml", "[100 mm, 0, 50 mm]", "[200 mm, 0, 50 mm]")
+    texts = set()
+    for words in (["check"], ["check", *map(str, sorted((committed / "descriptions").iterdir()))]):
+        page(capsys, *words, code=1)
+        texts.add(Path("page.html").read_text("utf-8"))
+    assert len(texts) == 1
+    assert str(committed) not in texts.pop()
+
+
+def test_a_committed_urdf_brings_no_file_from_elsewhere(committed: Path, capsys: Shown) -> None:
+    """A mesh that an old artifact names is in the page only if it was committed with it."""
+    (committed / "secret.stl").write_bytes(stl(1.0))
+    edit(committed / "outputs/cart/cart.urdf", "camera.stl", "../../secret.stl")
+    data = page(capsys, "check", "cart", code=1)
+    assert data["before"]["meshes"]["../../secret.stl"] == {"missing": "not found"}
+
+
+@pytest.mark.parametrize("words", [["cart", "--every-argument"], ["deployed", "cart", "."]])
+@pytest.mark.usefixtures("committed")
+def test_it_goes_with_a_comparison_alone(capsys: Shown, words: list[str]) -> None:
+    ask(capsys, "check", *words, "--html", "page.html", code=2)
+    assert not Path("page.html").exists()
+
+
+def test_the_page_is_not_written_over_what_it_is_made_of(committed: Path, capsys: Shown) -> None:
+    before = (committed / "outputs/cart/cart.urdf").read_bytes()
+    assert main(["check", "cart", "--html", "outputs/cart/cart.urdf"]) == 2
+    assert "is one of the files that it would be made of" in capsys.readouterr().err
+    assert (committed / "outputs/cart/cart.urdf").read_bytes() == before
+
+
+def test_one_limit_for_all_pages() -> None:
+    assert PAGE_MEGABYTES == MAX_MEGABYTES
+
+
+# diff: whatever the two are written in.
+
+BURGER = ROOT / "examples/turtlebot3_burger/robot.yaml"
+
+
+@pytest.fixture
+def burger(home: Path, capsys: Shown) -> Path:
+    """TurtleBot3 as it is committed, and a description in which its scanner sits 10 mm higher and is wider."""
+    for name in ("old", "new"):
+        shutil.copytree(BURGER.parent, home / f"descriptions/{name}")
+    assert main(["all", "old", "-q"]) == 0
+    edit(home / "descriptions/new/robot.yaml", "[-32 mm, 0, 172 mm]", "[-32 mm, 0, 182 mm]")
+    edit(home / "descriptions/new/robot.yaml", "radius: 55 mm", "radius: 60 mm")
+    capsys.readouterr()
+    return home
+
+
+@pytest.mark.parametrize("old", ["old", "outputs/old/turtlebot3_burger.urdf", "outputs/old/turtlebot3_burger.xml"])
+@pytest.mark.usefixtures("burger")
+def test_diff_of_formats(capsys: Shown, old: str) -> None:
+    data = page(capsys, "diff", old, "new", code=1)
+    assert "base_scan" in [change.get("frame") for change in data["changes"]]
+    assert data["moved"]["base_scan"] == "moved"
+    assert {how for name, how in data["moved"].items() if name != "base_scan"} <= {"removed"}  # sites of the MJCF
+    assert drawn(data) == {"base_scan": ["cylinder"]}
+    origins = {joint["child"]: joint["xyz"][2] for joint in data["before"]["joints"]}
+    assert origins["base_scan"] == pytest.approx(0.172)
+
+
+@pytest.mark.usefixtures("burger")
+def test_diff_of_the_same_robot(capsys: Shown) -> None:
+    data = page(capsys, "diff", "old", "outputs/old/turtlebot3_burger.urdf", code=0)
+    assert (data["changes"], data["moved"], drawn(data)) == ([], {}, {})
+    assert data["said"].endswith("the same robot, as far as it was compared")
+
+
+@pytest.mark.usefixtures("burger")
+def test_diff_under_a_prefix_and_another_name(capsys: Shown) -> None:
+    """The names of the page are those of B, also for the robot before."""
+    urdf = Path("outputs/old/turtlebot3_burger.urdf").read_text("utf-8")
+    theirs = urdf.replace('"base_scan"', '"scanner"').replace("0.172", "0.192")
+    for name in (
+        "base_footprint",
+        "base_link",
+        "wheel_left_link",
+        "wheel_right_link",
+        "caster_back_link",
+        "imu_link",
+        "scanner",
+    ):
+        theirs = theirs.replace(f'"{name}"', f'"tb3_{name}"')
+    Path("theirs.urdf").write_text(theirs)
+    data = page(capsys, "diff", "outputs/old/turtlebot3_burger.urdf", "theirs.urdf", code=1)
+    assert data["moved"] == {"tb3_scanner": "moved"}
+    assert {change.get("frame") for change in data["changes"]} == {"tb3_scanner"}
+    assert drawn(data) == {"tb3_scanner": ["cylinder"]}
+    assert data["before"]["root"] == "tb3_base_footprint"
+
+
+def test_diff_with_an_argument_of_one_side(project: Path, capsys: Shown) -> None:
+    write_files(
+        project,
+        {
+            "crane.yaml": "robot: crane\nargs: {long: {type: length, default: 100 mm}}\nlinks: {a: {}, b: {}}\n"
+            'joints: {j: {type: fixed, parent: a, child: b, xyz: ["${long}", 0, 0]}}\n'
+        },
+    )
+    data = page(capsys, "diff", "crane.yaml", "crane.yaml", "--b-arg", "long=200 mm", code=1)
+    assert [joint["xyz"][0] for joint in (*data["robot"]["joints"], *data["before"]["joints"])] == [0.2, 0.1]
+    assert data["moved"] == {"b": "moved"}
+
+
+# A change of colour, pages that are old, and who does not read to the end.
+
+
+def test_a_change_of_colour_alone_has_both_colours(project: Path, capsys: Shown) -> None:
+    lamp = "robot: lamp\nlinks: {base: {visual: [{box: {size: [1, 1, 1]}, rgba: [1, 0, 0, 1]}]}}\n"
+    write_files(project, {"old.yaml": lamp, "new.yaml": lamp.replace("[1, 0, 0, 1]", "[0, 0.5, 0, 1]")})
+    meant = {"was": [1.0, 0.0, 0.0, 1.0], "is": [0.0, 0.5, 0.0, 1.0]}
+    data = page(capsys, "diff", "old.yaml", "new.yaml", code=1)
+    assert [(one["frame"], one["colours"]) for one in data["changes"]] == [("base", meant)]
+    shutil.rmtree("descriptions")
+    write_files(project, {"descriptions/lamp/robot.yaml": lamp + "outputs: {urdf: {file: lamp.urdf}}\n"})
+    assert main(["all"]) == 0
+    edit(project / "descriptions/lamp/robot.yaml", "[1, 0, 0, 1]", "[0, 0.5, 0, 1]")
+    data = page(capsys, "check", code=1)
+    assert [(one["frame"], one["colours"]) for one in data["changes"]] == [("base", meant)]
+
+
+def test_a_page_of_what_does_not_compile_any_more_is_removed(committed: Path, capsys: Shown) -> None:
+    page(capsys, "check", code=0)
+    for name in NAMES:
+        edit(committed / f"descriptions/{name}/robot.yaml", "child: mast,", "chidl: mast,")
+    assert main(["check", "--html", "page.html"]) == 1
+    assert "no page, because no robot compiles; the old one is removed" in "".join(capsys.readouterr())
+    assert not Path("page.html").exists()
+    Path("page.html").write_text(html({"robot": {"name": "r"}}), "utf-8")
+    assert main(["check", "--html", "page.html"]) == 1
+    assert Path("page.html").exists(), "the page of a robot is an artifact"
+    Path("page.html").write_text("<p>of somebody else")
+    assert main(["check", "--html", "page.html"]) == 1
+    assert Path("page.html").read_text() == "<p>of somebody else"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [["check"], ["diff", "arm", "cart"]])
+def test_the_page_is_written_where_nobody_reads_to_the_end(committed: Path, words: list[str]) -> None:
+    edit(committed / "descriptions/cart/robot.yaml", "[0, 0, 120 mm]", "[0, 0, 130 mm]")
+    command = [sys.executable, "-u", "-m", "rosorin_compile", *words, "--html", "page.html"]
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        ran = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60, check=False)
+    finally:
+        os.close(writing)
+    assert "Traceback" not in ran.stderr
+    data = data_of(Path("page.html").read_text("utf-8"))
+    VALID.validate(data)
+    assert "laser" in [change.get("frame") for change in data["changes"]]
+    if words == ["check"]:
+        assert [one["robot"]["name"] for one in data["others"]] == ["arm"]
+
+
+@pytest.mark.usefixtures("committed")
+def test_a_page_to_send_has_no_path_of_this_machine(capsys: Shown, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """A robot that stands elsewhere, with a mesh that is named by an absolute path."""
+    away = tmp_path_factory.mktemp("away")
+    (away / "part.stl").write_bytes(stl(0.03))
+    text = f"robot: r\nlinks: {{base: {{visual: [{{mesh: {{file: {away}/part.stl}}}}]}}}}\n"
+    (away / "robot.yaml").write_text(text)
+    for words in (["view", str(away / "robot.yaml")], ["diff", str(away / "robot.yaml"), "cart"]):
+        main([*words, "--html", "page.html"])
+        data = data_of(Path("page.html").read_text("utf-8"))
+        VALID.validate(data)
+        capsys.readouterr()
+        seen = json.dumps({**data, "changes": [], "notes": []})
+        assert str(away) not in seen, seen[max(0, seen.find(str(away)) - 200) :][:400]
+    assert main(["view", str(away / "robot.yaml"), "--html", "page.html"]) == 0
+    (link,) = data_of(Path("page.html").read_text("utf-8"))["robot"]["links"]
+    assert (link["where"]["file"], link["visual"][0]["mesh"]) == ("robot.yaml", "part.stl")

@@ -1,0 +1,493 @@
+"""The page in a browser, as a person uses it: from disk and from the server; what is seen, moved, clicked and followed.
+
+Pictures that are compared are in tests/data/pages; ``RENEW_PICTURES=1`` writes them anew. Look at them then.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.model import Box, Joint, Link, Pose, Robot, Shape
+from rosorin_compile_view.page import html
+from rosorin_compile_view.page.data import robot_data
+from support.browsing import Browser, apart, is_near, lacking
+from support.commands import Shown, ask, edit
+from support.paths import DATA, ROOT, ROSORIN
+from support.robots import compiled, copy_of_rosorin
+from support.viewing import Viewing
+
+PICTURES = DATA / "pages"
+ROBOTS = {
+    "rosorin": (ROSORIN, "pose=tuck&from=iso"),
+    "turtlebot3_burger": (ROOT / "examples/turtlebot3_burger/robot.yaml", "from=iso"),
+    "ur5e": (ROOT / "examples/ur5e/robot.yaml", "from=iso"),
+    "unitree_a1": (ROOT / "examples/unitree_a1/robot.yaml", "from=iso"),
+}
+PICTURED = {"width": 640, "height": 400, "light": True}
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.xdist_group("browser"),
+    pytest.mark.skipif(bool(lacking()), reason=lacking()),
+]
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser for all tests here; each opens a page of its own."""
+    made = Browser(tmp_path_factory.mktemp("browser"))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def sent(home: Path, capsys: Shown) -> Path:
+    """The page of the reference robot as a file."""
+    ask(capsys, "view", str(ROSORIN), "--html", "robot.html")
+    return home / "robot.html"
+
+
+@pytest.fixture
+def live(home: Path) -> Iterator[Viewing]:
+    """A server of a copy of the reference robot."""
+    copy_of_rosorin(home)
+    with Viewing(home, "--port", "0") as viewing:
+        yield viewing
+
+
+def kept_to_itself(browser: Browser, port: int = 0) -> None:
+    """Hold that a page asked nothing from elsewhere, and complained of nothing."""
+    own = (f"http://localhost:{port}/", "data:", "blob:") if port else ("file:///", "data:", "blob:")
+    assert [url for url in browser.asked if not url.startswith(own)] == []
+    assert browser.complaints == []
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_both_forms_look_as_they_did(browser: Browser, home: Path, capsys: Shown, name: str) -> None:
+    path, asked = ROBOTS[name]
+    ask(capsys, "view", str(path), "--html", "robot.html")
+    meant = PICTURES / f"{name}.png"
+    browser.open(f"file://{home}/robot.html#{asked}&panels=off&theme=light", **PICTURED)
+    kept_to_itself(browser)
+    from_disk = browser.picture(home / "disk.png")
+    if os.environ.get("RENEW_PICTURES"):
+        meant.write_bytes(from_disk.read_bytes())
+    with Viewing(path.parent, str(path), "--port", "0") as viewing:
+        browser.open(f"http://localhost:{viewing.port}/#{asked}&panels=off&theme=light", **PICTURED)
+        kept_to_itself(browser, viewing.port)
+        browser.wait("document.getElementById('touching').textContent !== ''")
+        # A page on disk knows nothing of parts that touch: it has none in red.
+        browser.evaluate("(app.view.mark({touching: new Set()}), app.stage.touch())")
+        served = browser.picture(home / "served.png")
+    cells = browser.cells(meant)
+    for picture in (from_disk, served):
+        assert is_near(cells, browser.cells(picture)), apart(cells, browser.cells(picture))
+
+
+def test_a_robot_that_is_not_there_is_seen(browser: Browser, sent: Path, tmp_path: Path) -> None:
+    """The judge of pictures: another pose, another robot and an empty floor are told apart."""
+    meant = browser.cells(PICTURES / "rosorin.png")
+    url = f"file://{sent}#from=iso&panels=off&theme=light"
+    for asked in ("", "&pose=tuck"):
+        browser.open(url + asked, **PICTURED)
+        if asked:
+            browser.evaluate("app.show({visual: false, collision: false})")
+        assert not is_near(meant, browser.cells(browser.picture(tmp_path / "other.png"))), asked
+    for name in ROBOTS:
+        assert is_near(meant, browser.cells(PICTURES / f"{name}.png")) == (name == "rosorin")
+
+
+def near_model(browser: Browser, robot: Robot, state: dict[str, float]) -> None:
+    """Hold that the page has every link where the model has it."""
+    for link, meant in robot.poses_in_root(state).items():
+        place, rotation = browser.place(link)
+        assert math.dist(place, meant.xyz) < 1e-9, link
+        assert rotation[0::3] == pytest.approx(meant.rotate((1.0, 0.0, 0.0)), abs=1e-9), link
+
+
+def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsys: Shown) -> None:
+    robot = compiled().robot
+    assert robot is not None
+    browser.open(f"file://{sent}")
+    browser.slide("joint2", -0.5)
+    value = browser.evaluate("app.state.joint2")
+    assert value == pytest.approx(-0.5, abs=0.01), "the step of a slider"
+    near_model(browser, robot, {"joint2": value})
+    told = json.loads(
+        ask(
+            capsys,
+            "tf",
+            str(ROSORIN),
+            "base_link",
+            "link3",
+            "--joint",
+            f"joint2={value!r}",
+            "--format",
+            "json-list",
+        )
+    )
+    place = browser.evaluate("(({p}) => p)(app.kinematics.between('base_link', 'link3', app.state))")
+    assert place == pytest.approx(told["translation"], abs=1e-9)
+    shown = browser.evaluate("document.querySelector('[data-joint=joint2] input[type=number]').value")
+    assert float(shown) == pytest.approx(math.degrees(value), abs=0.006)
+    browser.evaluate("document.querySelector('[data-pose=tuck]').click()")
+    tuck = next(pose for pose in robot.poses if pose.name == "tuck")
+    near_model(browser, robot, dict(tuck.positions))
+    browser.evaluate("document.querySelector('[data-pose=zero]').click()")
+    near_model(browser, robot, {})
+    kept_to_itself(browser)
+
+
+def test_measuring_between_two_frames_says_what_tf_says(browser: Browser, sent: Path) -> None:
+    robot = compiled().robot
+    assert robot is not None
+    browser.open(f"file://{sent}#pose=tuck")
+    browser.evaluate("(app.select('laser'), document.querySelector('.card footer button').click())")
+    browser.evaluate("(app.use({units: 'm, rad'}), app.select('gripper_link'))")
+    tuck = next(pose for pose in robot.poses if pose.name == "tuck")
+    meant = robot.transform("laser", "gripper_link", dict(tuck.positions)).xyz
+    card = browser.evaluate("document.querySelector('.card').innerText")
+    for number in meant:
+        assert f"{number:.5f}".rstrip("0") in card, (meant, card)
+    assert f"{math.hypot(*meant):.5f}".rstrip("0") in card
+
+
+def tree_of(browser: Browser) -> list[str]:
+    return list(browser.evaluate("[...document.querySelectorAll('.tree .row')].map((row) => row.title)"))
+
+
+def test_modes_change_the_tree(browser: Browser, sent: Path) -> None:
+    browser.open(f"file://{sent}")
+    before = tree_of(browser)
+    browser.evaluate("document.querySelector('#mode-slam').click()")
+    after = tree_of(browser)
+    assert before != after
+    assert any("slam" in row for row in after)
+    assert not any("slam_toolbox" in row for row in before)
+    browser.evaluate("document.querySelector('#mode-slam').click()")
+    assert tree_of(browser) == before
+
+
+def test_frames_have_names(browser: Browser, sent: Path) -> None:
+    browser.open(f"file://{sent}")
+    labels = "[...document.querySelectorAll('.labels span')].map((one) => one.textContent)"
+    assert browser.evaluate(labels) == []
+    select = "document.querySelector('select[aria-label=frames]')"
+    for value, meant in {"all": {"laser", "r_link"}, "published": {"laser"}, "none": set()}.items():
+        browser.evaluate(f"({select}.value = '{value}', {select}.dispatchEvent(new Event('change')))")
+        found = set(browser.evaluate(labels))
+        assert meant <= found
+        assert bool(found) == bool(meant)
+    kept_to_itself(browser)
+
+
+def on_screen(browser: Browser, xyz: tuple[float, float, float]) -> list[float]:
+    """Return the pixel at which a point (m, in the root frame) is seen."""
+    at = browser.evaluate(f"app.stage.pixel({list(xyz)})")
+    return [float(at[0]), float(at[1])]
+
+
+def test_a_click_takes_the_link_that_a_ray_meets(browser: Browser, home: Path) -> None:
+    """Two boxes, one behind the other: a click on the point of the front one takes that, a click beside takes none."""
+
+    box = Shape(Box((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)))
+    robot = Robot(
+        "two",
+        (Link("base"), Link("front", collision=(box,)), Link("back", collision=(box,))),
+        (
+            Joint("f", "fixed", "base", "front", Pose((1.0, 0.0, 0.0))),
+            Joint("b", "fixed", "base", "back", Pose((-1.0, 0.5, 0.0))),
+        ),
+    )
+    (home / "two.html").write_text(html({"robot": robot_data(robot)}), "utf-8")
+    browser.open(f"file://{home}/two.html#from=front")
+    for point, link in {(1.1, 0.0, 0.0): "front", (-0.9, 0.5, 0.0): "back", (0.0, 0.25, 0.6): ""}.items():
+        browser.ask("click", at=on_screen(browser, point))
+        assert browser.evaluate("app.selected") == link
+    browser.ask("press", key="Escape")
+    assert browser.evaluate("document.querySelector('.card').hidden") is True
+
+
+def test_a_save_moves_the_robot_and_leaves_the_rest(browser: Browser, live: Viewing) -> None:
+    browser.open(f"http://localhost:{live.port}/#pose=tuck")
+    browser.evaluate("(app.lookFrom('side'), app.show({masses: true, frames: 'chosen'}), app.select('laser'))")
+    browser.slide("joint1", 0.3)
+    rounded = "(_, value) => typeof value === 'number' ? value.toFixed(9) : value"
+    kept = f"JSON.stringify([app.stage.place, app.state, app.shown, app.selected], {rounded})"
+    before, place = browser.evaluate(kept), browser.place("laser")
+    edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748", "0.206748")
+    browser.wait(f"app.places.get('laser').p[2] > {place[0][2] + 0.05}")
+    assert browser.place("laser")[0][2] == pytest.approx(place[0][2] + 0.1)
+    assert browser.evaluate(kept) == before
+    kept_to_itself(browser, live.port)
+
+
+def test_parts_that_touch_are_red(browser: Browser, live: Viewing) -> None:
+    browser.open(f"http://localhost:{live.port}/")
+    browser.wait("document.getElementById('touching').textContent === 'no parts touch that are no neighbours'")
+    browser.slide("joint2", 1.9)
+    browser.slide("joint3", 1.9)
+    browser.wait("document.getElementById('touching').textContent.endsWith('parts touch others, and are red')")
+    assert browser.evaluate("app.touching.size") >= 2
+    assert browser.evaluate("document.querySelectorAll('.row.touching').length") >= 2
+    kept_to_itself(browser, live.port)
+
+
+def test_an_error_is_shown_over_the_last_good_robot(browser: Browser, live: Viewing) -> None:
+    browser.open(f"http://localhost:{live.port}/#pose=tuck")
+    edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748", "0.106748 apples")
+    browser.wait("!document.querySelector('.problem').hidden")
+    said = browser.evaluate("document.querySelector('.problem').innerText")
+    assert "descriptions/rosorin/lidar_and_imu.yaml:25:" in said
+    assert "apples" in said
+    assert browser.evaluate("document.querySelector('#app').classList.contains('dimmed')") is True
+    assert browser.evaluate("app.robot.name") == "rosorin"
+    edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748 apples", "0.106748")
+    browser.wait("document.querySelector('.problem').hidden")
+    assert browser.evaluate("document.querySelector('#app').classList.contains('dimmed')") is False
+    kept_to_itself(browser, live.port)
+
+
+def test_a_page_waits_for_a_robot_that_does_not_compile_yet(browser: Browser, home: Path) -> None:
+    (home / "robot.yaml").write_text("robot: r\nlinks: {base: {}\n")
+    with Viewing(home, "robot.yaml", "--port", "0") as viewing:
+        browser.open(f"http://localhost:{viewing.port}/", ready=False)
+        browser.wait("!document.querySelector('.problem').hidden")
+        assert "robot.yaml:" in browser.evaluate("document.querySelector('.problem').innerText")
+        for key in ("v", "f", "1", "Escape", "/", "h"):
+            browser.ask("press", key=key)
+        browser.ask("click", at=[600, 400])
+        (home / "robot.yaml").write_text("robot: r\nlinks: {base: {collision: [{sphere: {radius: 0.1}}]}}\n")
+        browser.wait("document.body.dataset.ready === 'yes'")
+        assert browser.evaluate("document.title") == "r"
+        assert browser.evaluate("document.querySelector('.problem').hidden") is True
+        kept_to_itself(browser, viewing.port)
+
+
+FREE = """\
+robot: free
+links:
+  base: {visual: [{box: {size: [0.4, 0.3, 0.1]}, rgba: [0.8, 0.1, 0.1, 1]}]}
+  puck: {visual: [{cylinder: {radius: 0.06, length: 0.04}}]}
+  drone: {visual: [{box: {size: [0.1, 0.1, 0.03]}}]}
+joints:
+  slide: {type: planar, parent: base, child: puck, xyz: [0, 0, 0.1], axis: [0, 0, 1]}
+  fly: {type: floating, parent: base, child: drone, xyz: [0, 0, 0.3]}
+"""
+
+
+def test_sliders_of_planar_and_floating_joints(browser: Browser, home: Path, capsys: Shown) -> None:
+    (home / "free.yaml").write_text(FREE)
+    ask(capsys, "view", "free.yaml", "--html", "free.html")
+    browser.open(f"file://{home}/free.html")
+    browser.evaluate("app.select('drone')")
+    rows = "[...document.querySelectorAll('.card tr')]"
+    now = f"{rows}.find((row) => row.firstChild.textContent === 'now').lastChild.textContent"
+    browser.evaluate(f"window.kept = {rows}")
+    half = math.sqrt(0.5)
+    browser.evaluate(f"app.move({{fly: [0.1, 0, 0.2, 0, 0, {half}, {half}], slide: [0.1, -0.1, 0.5]}})")
+    assert browser.evaluate(now) == "100  0  500 mm; 0  0  90 deg"
+    assert browser.evaluate(f"{rows}.every((row, index) => row === window.kept[index])"), "the card is not drawn anew"
+    numbers = "[...document.querySelectorAll('[data-joint={}] input[type=number]')].map((one) => Number(one.value))"
+    assert browser.evaluate(numbers.format("fly")) == [100, 0, 200, 0, 0, 90]
+    assert browser.evaluate(numbers.format("slide")) == [100, -100, pytest.approx(math.degrees(0.5), abs=0.01)]
+    kept_to_itself(browser)
+
+
+def test_a_colour_that_changed_is_drawn(browser: Browser, home: Path, capsys: Shown) -> None:
+    (home / "old.yaml").write_text(FREE)
+    (home / "new.yaml").write_text(FREE.replace("0.8, 0.1, 0.1", "0.1, 0.7, 0.1"))
+    assert main(["diff", "old.yaml", "new.yaml", "--html", "page.html"]) == 1
+    capsys.readouterr()
+    browser.open(f"file://{home}/page.html")
+    spots = "[...document.querySelectorAll('.changes .dot')].map((dot) => getComputedStyle(dot).backgroundColor)"
+    assert browser.evaluate(spots) == ["rgb(204, 26, 26)", "rgb(26, 179, 26)"]
+    drawn = """((piece) => { const colour = piece.colour.clone(); piece.mesh.getColorAt(piece.instance, colour);
+        return colour.getHex(); })(app.view.pieces.find(({link}) => link === 'base'))"""
+    assert browser.evaluate(drawn) == 0x1AB31A
+    browser.evaluate("app.fade(2)")
+    assert browser.evaluate(drawn) == 0xCC1A1A
+    kept_to_itself(browser)
+
+
+def test_images_are_on_the_parts(browser: Browser, home: Path, capsys: Shown) -> None:
+    """An image of one red pixel on a box and, by its materials, on one of two parts of a mesh; from disk and served."""
+    header = b"BM" + (58).to_bytes(4, "little") + bytes(4) + (54).to_bytes(4, "little") + (40).to_bytes(4, "little")
+    size = (1).to_bytes(4, "little") * 2 + (1).to_bytes(2, "little") + (24).to_bytes(2, "little") + bytes(24)
+    (home / "red.bmp").write_bytes(header + size + bytes([0, 0, 255, 0]))
+    (home / "part.mtl").write_text("newmtl plain\nKd 0 0 1\nnewmtl image\nKd 0 0 0\nmap_Kd red.bmp\n")
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\n"
+    (home / "part.obj").write_text(f"mtllib part.mtl\n{corners}usemtl plain\nf 1 2 3\nusemtl image\nf 1/1 3/1 4/1\n")
+    (home / "r.yaml").write_text(
+        "robot: r\nlinks: {a: {visual: [{box: {size: [1, 1, 1]}, texture: red.bmp}]},"
+        " b: {visual: [{mesh: {file: part.obj}}, {mesh: {file: part.obj, scale: [1, -1, 1]}}]}}\n"
+        "joints: {j: {type: fixed, parent: a, child: b, xyz: [2, 0, 0]}}\n"
+    )
+    ask(capsys, "view", "r.yaml", "--html", "r.html")
+    looks = "app.view.pieces.map(({link, map, colour}) => [link, map?.image.width ?? 0, map ? 0 : colour.getHex()])"
+    meant = [["a", 1, 0]] + [["b", 0, 0x0000FF], ["b", 1, 0]] * 2
+    browser.open(f"file://{home}/r.html")
+    assert sorted(browser.evaluate(looks)) == sorted(meant)
+    assert browser.evaluate("app.view.group.children.length") == 5, "a mirrored mesh has its faces the other way round"
+    kept_to_itself(browser)
+    with Viewing(home, "r.yaml", "--port", "0") as viewing:
+        browser.open(f"http://localhost:{viewing.port}/")
+        assert sorted(browser.evaluate(looks)) == sorted(meant)
+        kept_to_itself(browser, viewing.port)
+
+
+SHARP = [
+    "</script><script>document.title='out'</script>",
+    "<img src=x onerror=\"document.title='out'\">",
+    "'\"`\u2028${1}",
+]
+
+
+@pytest.mark.parametrize("name", SHARP)
+def test_a_name_is_text_and_nothing_else(browser: Browser, home: Path, name: str) -> None:
+    joint = Joint(name, "revolute", "base", name, Pose((0.1, 0.0, 0.0)))
+    robot = Robot(name, (Link("base"), Link(name)), (joint,), modes=(name,))
+    (home / "robot.html").write_text(html({"robot": robot_data(robot)}), "utf-8")
+    browser.open(f"file://{home}/robot.html#frames=all")
+    browser.evaluate(f"app.select({json.dumps(name)})")
+    assert browser.evaluate("document.querySelector('h1').textContent") == name
+    assert browser.evaluate("document.querySelector('.card b').textContent") == name
+    assert browser.evaluate("document.querySelectorAll('#app script, #app img').length") == 0
+    kept_to_itself(browser)
+
+
+def chain(size: int) -> Robot:
+    """A deep tree of many boxes."""
+    shape = Shape(Box((-0.01, -0.01, -0.01), (0.01, 0.01, 0.01)))
+    names = ["base", *(f"link{index}" for index in range(size))]
+    joints = tuple(
+        Joint(
+            f"joint{index}", "revolute", names[index if index % 50 else 0], name, Pose((0.03, 0.03 * (index % 7), 0.0))
+        )
+        for index, name in enumerate(names[1:])
+    )
+    return Robot("many", tuple(Link(name, collision=(shape,)) for name in names), joints)
+
+
+def test_five_thousand_links_answer(browser: Browser, home: Path) -> None:
+    (home / "many.html").write_text(html({"robot": robot_data(chain(5000))}), "utf-8")
+    browser.open(f"file://{home}/many.html")
+    browser.slide("joint49", 0.7)
+    assert browser.evaluate("app.state.joint49") == pytest.approx(0.7, abs=0.01)
+    browser.evaluate("(app.show({frames: 'all'}), app.select('link4999'))")
+    assert "link4999" in browser.evaluate("document.querySelector('.card').innerText")
+    left = browser.evaluate("app.panels.tree.rows.get('link49').querySelector('span').getBoundingClientRect().left")
+    assert 0 <= left < 200, "a deep tree stays in its panel"
+    kept_to_itself(browser)
+
+
+def test_how_long_a_picture_takes(browser: Browser, home: Path) -> None:
+    """Printed, and not held: here no graphics card draws."""
+    (home / "many.html").write_text(html({"robot": robot_data(chain(148))}), "utf-8")
+    browser.open(f"file://{home}/many.html")
+    took = browser.evaluate("""new Promise((done) => {
+        const [begun, count] = [performance.now(), 20];
+        let left = count;
+        const next = () => {
+            app.move({joint1: left / 20});
+            left -= 1;
+            if (left) requestAnimationFrame(next); else done((performance.now() - begun) / count);
+        };
+        next();
+    })""")
+    print(f"148 boxes: {took:.1f} ms a picture")
+    assert took > 0
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390)])
+def test_a_phone_shows_the_robot_first(browser: Browser, sent: Path, width: int, height: int) -> None:
+    browser.open(f"file://{sent}", width=width, height=height, touch=True)
+    seen = "getComputedStyle(document.querySelector('{}')).visibility"
+    assert browser.evaluate(seen.format(".side.left")) == "hidden"
+    assert browser.evaluate(seen.format(".side.right")) == "hidden"
+    assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    for side in ("left", "right"):
+        assert browser.evaluate(seen.format(f".fold.{side}")) == "visible", "what opens a panel is there"
+        browser.evaluate(f"document.querySelector('.fold.{side}').click()")
+        assert browser.evaluate(seen.format(f".side.{side}")) == "visible"
+        if height > width:
+            sheet = browser.evaluate(f"document.querySelector('.side.{side}').getBoundingClientRect().top")
+            canvas = browser.evaluate("document.querySelector('canvas').getBoundingClientRect().bottom")
+            assert canvas <= sheet + 1, "the robot is above the panel"
+        for name in ("side", "fold"):
+            box = browser.evaluate(f"document.querySelector('.{name}.{side}').getBoundingClientRect().toJSON()")
+            assert box["left"] >= 0
+            assert box["right"] <= width
+        browser.evaluate(f"document.querySelector('.fold.{side}').click()")
+        assert browser.evaluate(seen.format(f".side.{side}")) == "hidden"
+    browser.evaluate("app.select('laser')")
+    card = browser.evaluate("document.querySelector('.card').getBoundingClientRect().height")
+    assert card <= 0.45 * height, "the card leaves the robot in sight"
+
+
+def test_every_control_has_a_name_and_is_reached_by_keys(browser: Browser, sent: Path) -> None:
+    browser.open(f"file://{sent}")
+    nameless = """[...document.querySelectorAll('button, input, select, summary, [role=treeitem]')].filter((one) =>
+        !(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length || one.placeholder)).length"""
+    assert browser.evaluate(nameless) == 0
+    browser.ask("press", key="/")
+    assert browser.evaluate("document.activeElement.type") == "search"
+    browser.ask("press", key="Tab")
+    assert browser.evaluate("document.activeElement.getAttribute('role')") == "treeitem"
+    browser.ask("press", key="ArrowDown")
+    browser.ask("press", key="Enter")
+    assert browser.evaluate("app.selected") == "base_link"
+    browser.ask("press", key="Escape")
+    assert browser.evaluate("app.selected") == ""
+    for key, layer in {"s": "sensors", "m": "masses", "c": "collision", "v": "visual"}.items():
+        before = browser.evaluate(f"app.shown.{layer}")
+        browser.ask("press", key=key)
+        assert browser.evaluate(f"app.shown.{layer}") is not before
+    kept_to_itself(browser)
+
+
+WARNED = """robot: r
+links:
+  base: {visual: [{mesh: {file: lost.stl}}], collision: [{box: {size: [1, 1, 1]}}]}
+  arm: {}
+joints:
+  j: {type: fixed, parent: base, child: arm, rpy: [0, 5, 0]}
+"""
+COUNTED = "document.querySelector('.warnings summary').textContent"
+
+
+def test_warnings_and_lost_meshes_are_counted_and_listed(browser: Browser, home: Path, capsys: Shown) -> None:
+    """On a page that is served, followed, and on one that is sent."""
+    (home / "robot.yaml").write_text(WARNED)
+    with Viewing(home, "robot.yaml", "--port", "0") as viewing:
+        browser.open(f"http://localhost:{viewing.port}/")
+        assert browser.evaluate(COUNTED) == "1 mesh is not shown, 1 warning"
+        assert (
+            browser.evaluate("document.querySelector('.warned button').innerText") == "1 mesh is not shown, 1 warning"
+        )
+        browser.evaluate("document.querySelector('.warned button').click()")
+        listed = browser.evaluate("document.querySelector('.warnings ul').innerText")
+        assert "lost.stl is not shown: not found" in listed
+        assert "[angle-looks-like-degrees]" in listed
+        assert "robot.yaml:6" in listed
+        browser.evaluate("document.querySelector('.warned .close').click()")
+        (home / "robot.yaml").write_text(WARNED.replace("[0, 5, 0]", "[0, 5 deg, 0]"))
+        browser.wait(f"{COUNTED} === '1 mesh is not shown'")
+        assert browser.evaluate("document.querySelector('.warned').hidden") is False
+        (home / "robot.yaml").write_text(
+            WARNED.replace("visual: [{mesh: {file: lost.stl}}], ", "").replace("[0, 5, 0]", "[0, 5 deg, 0]")
+        )
+        browser.wait("document.querySelector('.warned').hidden && document.querySelector('.warnings').hidden")
+        kept_to_itself(browser, viewing.port)
+    (home / "robot.yaml").write_text(WARNED)
+    ask(capsys, "view", "robot.yaml", "--html", "robot.html")
+    browser.open(f"file://{home}/robot.html")
+    assert browser.evaluate(COUNTED) == "1 mesh is not shown, 1 warning"
+    kept_to_itself(browser)

@@ -12,9 +12,7 @@ SHIPPED = (
     "rosorin_compile.tools.parameters.records",
     "rosorin_compile.tools.package.records",
     "rosorin_compile_verify.records",
-    "rosorin_compile_mujoco.physics.records",
-    "rosorin_compile_mujoco.simulate.records",
-    "rosorin_compile_mujoco.collisions.records",
+    "rosorin_compile_mujoco.records",
     "rosorin_compile_view.records",
     "rosorin_compile_fleet.sweep.records",
     "rosorin_compile_fleet.check.records",
@@ -22,6 +20,8 @@ SHIPPED = (
 
 # The formats that packages beside the core bring; the name of one is that of its module. Those of the core are found.
 FORMATS = (
+    "rosorin_compile_mujoco.mjcf",
+    "rosorin_compile_mujoco.scene",
     "rosorin_compile_view.frames_picture",
     "rosorin_compile_view.page",
 )

@@ -20,8 +20,6 @@ from scipy.spatial.transform import Rotation
 from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.mjcf.links import NO_MASS
-from rosorin_compile.formats.mjcf.robot import read_mjcf
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.frontend.validate import validate
@@ -29,6 +27,8 @@ from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Outpu
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
 from rosorin_compile_import.description import write
+from rosorin_compile_mujoco.mjcf.links import NO_MASS
+from rosorin_compile_mujoco.mjcf.robot import read_mjcf
 
 FREE, BALL = 0, 1
 Matrix = NDArray[np.float64]

@@ -11,11 +11,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from rosorin_compile.formats.mjcf import write as mjcf
-from rosorin_compile.formats.mjcf.unsaid import position_range
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Transform
 from rosorin_compile.model.simulation import Root
+from rosorin_compile_mujoco.mjcf import write as mjcf
+from rosorin_compile_mujoco.mjcf.unsaid import position_range
 from support.robots import compiled
 
 BASES = ("fixed", "free")

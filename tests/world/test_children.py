@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.mjcf.robot import read_mjcf
 from rosorin_compile.formats.xacro import child
 from rosorin_compile.world import noting, own_text
+from rosorin_compile_mujoco.mjcf.robot import read_mjcf
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 MJCF = """<mujoco>

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..diagnostics import and_here
 from ..diagnostics.bounded import json_of
 from ..diagnostics.console import paint
 from ..diagnostics.wording import plural
@@ -32,6 +33,7 @@ __all__ = [
     "MAX_MODES",
     "OF_GAZEBO",
     "NumberFormat",
+    "and_here",
     "at",
     "combinations",
     "data_folder",

@@ -4,12 +4,6 @@ from __future__ import annotations
 
 from .record import Command
 
-# What the core does for packages beside it, which ask by name; a dot before a module is one folder up.
-SERVICES = {
-    "the body of a link in an MJCF": ".formats.mjcf.bodies:body_name",
-    "why MuJoCo refuses a model": ".formats.mjcf.engine:reason",
-}
-
 COMMANDS = (
     Command(
         name="init",

@@ -136,6 +136,8 @@ class World:
     matching = staticmethod(matching)
     mode = staticmethod(mode)
     names = staticmethod(names)
+    now = staticmethod(now)
+    own_text = staticmethod(own_text)
     package = staticmethod(package)
     read = staticmethod(read)
     real = staticmethod(real)
@@ -147,6 +149,7 @@ class World:
     variable = staticmethod(variable)
     version = staticmethod(version)
     noting = noting
+    note_read = staticmethod(note_read)
     note_tool = staticmethod(note_tool)
     answer = staticmethod(answer)
     spoil = staticmethod(spoil)
@@ -156,6 +159,7 @@ class World:
     is_own = staticmethod(system.is_own)
     lock = staticmethod(system.lock)
     needs = staticmethod(system.needs)
+    NO_LIMITS = system.NO_LIMITS
 
 
 world = World()

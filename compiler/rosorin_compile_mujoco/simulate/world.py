@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile import Templates
 from rosorin_compile.diagnostics import Diagnostic, has_errors
-from rosorin_compile.extending import FORMATS, service
+from rosorin_compile.extending import FORMATS
 from rosorin_compile.model import Drive, Joint, Link, Mesh, Output, Robot
+
+from ..mjcf.bodies import body_name
+from ..mjcf.engine import reason
 
 if TYPE_CHECKING:
     import numpy as np
@@ -137,11 +140,8 @@ class World:
             if self.own:
                 self.model = spec.compile()
         except ValueError as problem:
-            raise Refused(
-                service("why MuJoCo refuses a model")(mujoco, problem)[0] or "MuJoCo does not say why"
-            ) from None
+            raise Refused(reason(mujoco, problem)[0] or "MuJoCo does not say why") from None
         self.data = mujoco.MjData(self.model)
-        self._named = service("the body of a link in an MJCF")
         self.link_of = self._links()
         self.actuators = self._actuators()
         self.chunk = max(1, round(SAMPLE / self.model.opt.timestep))
@@ -163,7 +163,7 @@ class World:
 
     def _body_name(self, link: str) -> str:
         """Return what the MJCF calls a link."""
-        name: str = self._named(self.robot, link)
+        name: str = body_name(self.robot, link)
         return name
 
     def _actuators(self) -> list[Actuator]:

@@ -1,0 +1,375 @@
+"""MJCF becomes a description that is the same robot: MuJoCo has the file, pinocchio the URDF that we make of it.
+
+Every file in tests/data/mjcf/corners and tests/data/mjcf/public is imported, and so is what our own compiler writes.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import struct
+import zlib
+from functools import cache
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", minversion="4")
+
+from dataclasses import replace
+
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
+from rosorin_compile.sections.disabled_contacts import DISABLED_CONTACTS
+from rosorin_compile_mujoco.mjcf.contacts import contacts
+from rosorin_compile_mujoco.mjcf.masks import Masks
+from rosorin_compile_mujoco.mjcf.robot import read_mjcf
+from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
+from support.paths import DATA, OUTPUTS, ROOT
+from support.robots import compiled
+from support.simulator import emit
+
+pytestmark = pytest.mark.slow
+
+MJCF = DATA / "mjcf"
+CORNERS = {path.stem: path for path in sorted(MJCF.glob("corners/*.xml"))}
+PUBLIC = {path.stem: path for path in sorted(MJCF.glob("public/*.xml"))}
+EXAMPLES = sorted(ROOT.glob("examples/*/robot.yaml"))
+STATES = 200
+SAME = 1e-9
+
+
+def holds(case: Case, folder: Path) -> None:
+    """Fail unless frames, masses, limits and shapes are those of the MJCF."""
+    assert frames_differ(case, STATES) < SAME
+    assert inertias_differ(case) < SAME
+    assert limits_differ(case) < SAME
+    assert shapes_differ(case, folder) < 1e-6  # MuJoCo keeps vertices with seven digits
+
+
+def said(path: Path) -> list[str]:
+    """Return what is said of a file, as line: severity[rule]: message."""
+    return [
+        f"{d.span.line if d.span else 0}: {d.severity}[{d.rule}]: {d.message}"
+        for d in read_mjcf(path, ReadOptions()).diagnostics
+    ]
+
+
+@cache
+def tree(name: str) -> Any:
+    """Return the tree of a corner case."""
+    made = read_mjcf(CORNERS[name], ReadOptions())
+    assert made.tree is not None, said(CORNERS[name])
+    return made.tree
+
+
+def test_there_are_cases() -> None:
+    assert len(CORNERS) >= 13
+    assert len(PUBLIC) >= 5
+    assert len(EXAMPLES) >= 3
+
+
+@pytest.mark.parametrize("name", [*CORNERS, *PUBLIC])
+def test_the_robot_is_the_same(name: str) -> None:
+    path = {**CORNERS, **PUBLIC}[name]
+    holds(imported(path), path.parent)
+
+
+def driven(joint: Joint) -> tuple[object, float]:
+    """Return what drives a joint, and all its damping: an MJCF of ours has that of the drive in that of the joint."""
+    return joint.actuator and replace(joint.actuator, damping=0.0), joint.braking
+
+
+def test_our_own_mjcf_comes_back() -> None:
+    case = imported(OUTPUTS / "rosorin.xml")
+    holds(case, OUTPUTS)
+    robot = compiled().robot
+    assert robot is not None
+    assert case.robot.root == robot.root
+    assert set(robot.link) <= set(case.robot.link)
+    moving = {joint.name: joint for joint in robot.joints if joint.moves}
+    ours = {joint.name: joint for joint in case.robot.joints if joint.moves}
+    assert {name: (j.type, j.parent, j.child, j.mimic) for name, j in moving.items()} == {
+        name: (j.type, j.parent, j.child, j.mimic) for name, j in ours.items()
+    }
+    assert {name: driven(j) for name, j in moving.items()} == {name: driven(j) for name, j in ours.items()}
+    assert {pose.name for pose in robot.poses} == {pose.name for pose in case.robot.poses}
+    excluded = ElementTree.parse(OUTPUTS / "rosorin.xml").iter("exclude")
+    back = {frozenset(pair) for pair in contacts(case.robot).excluded}
+    assert back == {frozenset((one.get("body1"), one.get("body2"))) for one in excluded}
+    masks = Masks(case.robot, True)  # of hubs and rollers the bits of their shapes say it
+    assert not [pair for pair in robot.sections[DISABLED_CONTACTS] if frozenset(pair) not in back and masks.meet(*pair)]
+    assert not case.robot.sections[DISABLED_CONTACTS]
+    for name, link in robot.link.items():
+        solids = [solid for shape in link.collision for solid in shape.solids("merged")]
+        assert len(case.robot.link[name].collision) == len(solids)
+        assert bool(case.robot.link[name].visual) == bool(link.visual)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.parent.name)
+def test_examples_come_back_from_their_mjcf(path: Path, tmp_path: Path) -> None:
+    robot = compiled(path).robot
+    assert robot is not None
+    file = tmp_path / "robot.xml"
+    file.write_text(emit(robot), "utf-8")
+    case = imported(file)
+    holds(case, tmp_path)
+    for joint in robot.joints:
+        if joint.moves:
+            again = case.robot.joint[joint.name]
+            assert (again.type, again.parent, again.child) == (joint.type, joint.parent, joint.child)
+            if joint.limit is not None and again.limit is not None:
+                assert again.limit.lower == pytest.approx(joint.limit.lower, abs=1e-12)
+                assert again.limit.effort == joint.limit.effort
+
+
+def test_classes_and_degrees() -> None:
+    joints = tree("defaults")["joints"]
+    assert joints["shoulder"]["axis"] == [0, 1, 0]
+    assert joints["shoulder"]["dynamics"] == {"damping": 0.25, "armature": 0.01}
+    assert joints["shoulder"]["limit"]["lower"] == -90 * (math.pi / 180)
+    assert joints["wrist"]["limit"]["upper"] == 60 * (math.pi / 180)
+    assert joints["wrist"]["limit"]["effort"] == 5
+    assert joints["wrist"]["dynamics"]["friction"] == 0.125
+
+
+def test_numbers_are_those_of_a_person() -> None:
+    joints = tree("angles")["joints"]
+    quarter = math.pi / 2
+    assert joints["a"]["rpy"] == [0, 0, -quarter]
+    assert joints["c"]["rpy"] == [quarter, 0, quarter]
+    assert joints["c"]["axis"] == [0, 0, 1]
+    assert joints["c"]["limit"]["lower"] == -0.1
+    trunk = tree("free")["links"]["trunk"]
+    assert trunk["sites"]["imu"]["rpy"] == [math.pi, 0, 0]
+    assert trunk["cameras"]["eye"]["rpy"] == [quarter, 0, -quarter]
+
+
+def test_numbers_point_at_their_digits() -> None:
+    made = tree("free")
+    mass = made["links"]["trunk"]["inertial"].value_spans["mass"]
+    line = CORNERS["free"].read_text("utf-8").splitlines()[mass.line - 1]
+    assert line[mass.column - 1 : mass.column - 1 + mass.length] == "3"
+    spans = made["links"]["trunk"]["sites"]["imu"]["xyz"].value_spans
+    line = CORNERS["free"].read_text("utf-8").splitlines()[spans[2].line - 1]
+    assert line[spans[2].column - 1 :].startswith("0.05")
+
+
+def test_limits_that_the_file_has_not_are_declared_stand_ins() -> None:
+    joints = tree("followers")["joints"]
+    status = {"status": "stand_in", "note": "velocity is a stand-in: the MJCF does not limit it"}
+    assert joints["thumb"]["limit"]["effort"] == 3
+    assert joints["thumb"]["limit"]["source"] == status
+    status["note"] = "effort and velocity are stand-ins: the MJCF does not limit them"
+    assert joints["finger"]["limit"]["source"] == status
+    assert "limit" not in joints["tip"]
+    limit = tree("anchors")["joints"]["x"]["limit"]
+    note = "lower, upper, effort and velocity are stand-ins: the MJCF does not limit them"
+    assert limit["source"]["note"] == note
+    assert (limit["lower"], limit["upper"]) == (-1000, 1000)
+
+
+def test_a_joint_beside_the_origin_has_a_link_at_its_anchor() -> None:
+    joints = tree("anchors")["joints"]
+    assert list(joints) == [
+        *("x", "z", "turn", "torso_joint", "hip", "thigh_joint"),
+        *("knee_x", "knee_slide", "knee_y", "knee_z"),
+    ]
+    assert (joints["turn"]["parent"], joints["turn"]["child"]) == ("z_link", "turn_anchor")
+    assert joints["torso_joint"] == {"type": "fixed", "parent": "turn_anchor", "child": "torso", "xyz": [0, 0, 0.25]}
+    assert joints["knee_slide"]["type"] == "prismatic"
+    assert "xyz" not in joints["knee_slide"]
+
+
+def test_joints_that_follow_count_from_zero() -> None:
+    """MuJoCo counts both from where the file has them: the finger from -5 degrees, the thumb from 20."""
+    made = tree("followers")
+    soft = {"solref": [0.02, 1], "solimp": [0.9, 0.95, 0.001, 0.5, 2]}
+    mimic = made["joints"]["finger"]["mimic"]
+    assert mimic.pop("offset") == pytest.approx(0.1 + math.radians(-5) + 0.5 * math.radians(20), abs=1e-12)
+    assert mimic == {"joint": "thumb", "multiplier": -0.5, **soft}
+    mimic = made["joints"]["tip"]["mimic"]
+    assert mimic.pop("offset") == pytest.approx(2 * math.radians(5), abs=1e-12)
+    assert mimic == {"joint": "finger", "multiplier": 2, **soft}
+    assert "mimic" not in made["joints"]["bent"]
+    assert made["joints"]["thumb"]["actuator"] == {"kp": 20, "kv": 1.5, "unlimited": True, "force": [-3, 3]}
+    assert made["joints"]["slider"]["limit"]["lower"] == 0
+    assert made["joints"]["slider"]["mjcf"] == {"ref": 0.02}
+    degree = math.pi / 180
+    assert made["poses"]["shut"]["positions"] == {"thumb": 70 * degree, "bent": 1}
+    assert len(made["poses"]["shut"]["mjcf"]["qpos"]) == 5  # the followers are not where they follow
+    assert list(made["poses"]) == ["shut", "key_1"]
+
+
+def test_a_ball_stays_one() -> None:
+    made = tree("balls")
+    shoulder = made["joints"]["shoulder"]
+    assert (shoulder["type"], shoulder["dynamics"]) == ("ball", {"damping": 0.1})
+    assert shoulder["mjcf"]["range"] == [0, pytest.approx(math.pi / 3)]
+    assert made["poses"]["bent"]["mjcf"]["qpos"] == pytest.approx([0.5, 0.5, 0.5, 0.5, 0.8, 0, 0.6, 0])
+
+
+def test_who_may_stand_at_the_root() -> None:
+    free = tree("free")
+    assert next(iter(free["links"])) == "trunk"
+    assert free["outputs"]["mjcf"]["base"] == "free"
+    several = tree("several")
+    assert next(iter(several["links"])) == "ground"
+    assert [shape["name"] for shape in several["links"]["ground"]["collision"]] == ["table"]
+    assert {name: joint["type"] for name, joint in several["joints"].items()} == {
+        "pan": "revolute",
+        "cube": "floating",
+        "ball_joint": "floating",
+        "goal_joint": "fixed",
+    }
+    asked = {"file": "robot.xml", "contacts": "described", "groups": {"visual": 0}, "option": {"integrator": "Euler"}}
+    assert several["outputs"]["mjcf"] == asked
+    assert several["root"] == {"world": True}
+    assert next(iter(tree("defaults")["links"])) == "base"
+
+
+def test_names_made_up_are_plain() -> None:
+    made = tree("nameless")
+    assert list(made["links"]) == ["base_link", "base_link_body", "lift_link", "lift_link_body"]
+    assert list(made["links"]["lift_link_body"]["cameras"]) == ["lift_link_body_camera"]
+    assert list(made["joints"])[:3] == ["base_link_body_joint", "lift", "lift_link_body_joint"]
+    assert made["robot"] == "nameless"
+
+
+def test_what_is_seen_and_what_collides() -> None:
+    links = tree("bricks")["links"]
+    assert [sorted(set(shape) & {"mesh", "box"}) for shape in links["base"]["visual"]] == [["mesh"]]
+    assert [sorted(set(shape) & {"mesh", "box"}) for shape in links["base"]["collision"]] == [["box"]]
+    assert links["base"]["visual"][0]["material"] == "steel"
+    assert links["arm"]["visual"][1]["rgba"] == [1, 1, 0, 1]
+    assert links["arm"]["visual"][0]["mesh"] == {"file": "meshes/wedge.obj", "scale": [0.5, -0.25, 2]}
+    assert len(links["plain"]["visual"]) == len(links["plain"]["collision"]) == 1
+    assert tree("bricks")["materials"] == {"steel": {"rgba": [0.7, 0.7, 0.75, 1]}}
+
+
+def test_inertias_are_those_of_the_file_or_said_to_be_calculated() -> None:
+    links = tree("masses")["links"]
+    written = {"ixx": 0.3, "iyy": 0.4, "izz": 0.5, "ixy": 0.01, "ixz": -0.02, "iyz": 0.03}
+    assert links["full"]["inertial"] == {"mass": 2, "xyz": [0.1, 0.2, 0.3], "inertia": written}
+    assert links["turned"]["inertial"]["inertia"] == {"ixx": 0.1, "iyy": 0.2, "izz": 0.25}
+    assert links["balanced"]["inertial"]["inertia"]["izz"] == pytest.approx(0.7 / 3)  # bounded by MuJoCo
+    assert links["tiny"]["inertial"]["mass"] == 0.01
+    assert links["geoms"]["inertial"]["source"] == {"status": "calculated", "note": "by MuJoCo from the geoms"}
+
+
+def test_comments_stay_with_what_they_are_about() -> None:
+    made = read_mjcf(CORNERS["defaults"], ReadOptions())
+    assert [(comment.text.strip(), comment.path, comment.where) for comment in made.comments] == [
+        (
+            "Classes: nested defaults, childclass, a class of its own, and what an element says itself.",
+            ("robot",),
+            "before",
+        ),
+        ("the foot of it all", ("links", "base"), "before"),
+        ("bends one way", ("joints", "elbow"), "beside"),
+        ("nothing more", ("links", "hand"), "inside"),
+        ("the end", (), "end"),
+    ]
+    leg = read_mjcf(CORNERS["included"], ReadOptions())
+    assert [(comment.text.strip(), comment.path) for comment in leg.comments] == [("the only leg", ("links", "leg"))]
+    assert [file.name for file in leg.files] == ["included.xml", "classes.xml", "leg.xml"]
+
+
+def test_the_ending_is_mjcf(tmp_path: Path) -> None:
+    """MuJoCo itself takes .xml alone; includes are found as they are of an .xml."""
+    source = CORNERS["included"]
+    shutil.copytree(source.parent / "parts", tmp_path / "parts")
+    shutil.copy(source, tmp_path / "included.mjcf")
+    xml, mjcf = read_mjcf(source, ReadOptions()), read_mjcf(tmp_path / "included.mjcf", ReadOptions())
+    assert xml.tree is not None
+    assert mjcf.tree is not None
+    assert {**mjcf.tree, "source": xml.tree["source"]} == xml.tree
+    assert [file.name for file in mjcf.files] == ["included.mjcf", "classes.xml", "leg.xml"]
+
+
+def test_the_files_that_were_read_include_meshes_height_fields_and_textures(tmp_path: Path) -> None:
+    text = (
+        '<mujoco><compiler meshdir="solid" texturedir="look"/><asset><mesh name="m" file="m.obj"/>'
+        '<hfield name="h" file="h.bin" size="1 1 1 1"/><texture name="t" type="2d" file="t.png"/></asset>'
+        '<worldbody><geom type="hfield" hfield="h"/><body name="b"><geom type="mesh" mesh="m"/></body></worldbody>'
+        "</mujoco>"
+    )
+    (tmp_path / "robot.xml").write_text(text, "utf-8")
+    for folder in ("solid", "look"):
+        (tmp_path / folder).mkdir()
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (tmp_path / "solid" / "m.obj").write_text(corners, "utf-8")
+    (tmp_path / "solid" / "h.bin").write_bytes(np.array([2, 2], np.int32).tobytes() + np.ones(4, np.float32).tobytes())
+    pixels = b"\0\xff\xff\xff"
+    chunks = [(b"IHDR", b"\0\0\0\1\0\0\0\1\x08\x02\0\0\0"), (b"IDAT", zlib.compress(pixels)), (b"IEND", b"")]
+    png = [struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in chunks]
+    (tmp_path / "look" / "t.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(png))
+    made = read_mjcf(tmp_path / "robot.xml", ReadOptions())
+    assert made.tree is not None, made.diagnostics
+    names = [file.relative_to(tmp_path).as_posix() for file in made.files]
+    assert names == ["robot.xml", "solid/m.obj", "solid/h.bin", "look/t.png"]
+
+
+def test_pairs_that_may_touch_are_those_of_the_file() -> None:
+    pairs = tree("free")["disabled_contacts"]
+    assert [list(pair["links"]) for pair in pairs] == [["trunk", "leg"], ["tail", "leg"]]
+    assert [pair.span.line for pair in pairs] == [29, 30]
+    assert {pair["reason"] for pair in pairs} == {"excluded from contact in the MJCF"}
+
+
+def test_a_position_keeps_its_side(tmp_path: Path) -> None:
+    text = (
+        '<mujoco model="turned"><worldbody><body name="base"><geom size="0.1"/><body name="arm"><geom size="0.1"/>'
+        '<joint name="arm" range="-200 100"/></body></body></worldbody>'
+        f'<keyframe><key name="back" qpos="{-math.pi!r}"/></keyframe></mujoco>'
+    )
+    path = tmp_path / "turned.xml"
+    path.write_text(text, "utf-8")
+    made = read_mjcf(path, ReadOptions()).tree
+    assert made is not None
+    assert made["poses"] == {"back": {"positions": {"arm": -math.pi}}}
+
+
+def test_planar_and_floating_joints_come_back_from_our_mjcf(tmp_path: Path) -> None:
+    body = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)
+    links = tuple(Link(name, body) for name in ("base", "tray", "drone", "tilted"))
+    joints = (
+        Joint("plane", "planar", "base", "tray", Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.5)), (0.0, 0.0, 1.0)),
+        Joint("fly", "floating", "tray", "drone", Pose((0.0, 0.0, 1.0), (0.25, 0.0, 0.0))),
+        Joint("slope", "planar", "base", "tilted", Pose(), (0.6, 0.0, 0.8)),
+    )
+    file = tmp_path / "robot.xml"
+    file.write_text(emit(Robot("free_things", links, joints)), "utf-8")
+    made = imported(file).robot
+    assert [(j.name, j.type, j.parent, j.child) for j in made.joints] == [
+        (j.name, j.type, j.parent, j.child) for j in (joints[0], joints[1], joints[2])
+    ]
+    for joint in joints:
+        again = made.joint[joint.name]
+        assert again.origin.xyz == pytest.approx(joint.origin.xyz, abs=1e-12)
+        assert again.origin.rpy == pytest.approx(joint.origin.rpy, abs=1e-12)
+        if joint.type == "planar":
+            assert again.axis == pytest.approx(joint.axis, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["anchors", "balls", "hopper", "masses"])
+def test_a_second_turn_is_the_same_robot(name: str, tmp_path: Path) -> None:
+    """MJCF -> description -> MJCF -> description: links between joints have no mass in either."""
+    first = imported({**CORNERS, **PUBLIC}[name])
+    file = tmp_path / "robot.xml"
+    file.write_text(emit(first.robot), "utf-8")
+    second = imported(file)
+    assert frames_differ(second, 20) < SAME
+    assert set(first.robot.link) == set(second.robot.link)
+    for joint in first.robot.joints:
+        again = second.robot.joint[joint.name]
+        assert (again.type, again.parent, again.child) == (joint.type, joint.parent, joint.child)
+        assert again.origin.xyz == pytest.approx(joint.origin.xyz, abs=1e-12)
+    for name, link in first.robot.link.items():
+        ours, theirs = link.inertial, second.robot.link[name].inertial
+        assert (ours is None) == (theirs is None), name
+        if ours is not None and theirs is not None:
+            assert theirs.mass == pytest.approx(ours.mass, rel=1e-12)

@@ -1,0 +1,140 @@
+"""Rules of the import of MJCF that hold for every input: numbers, rotations, and chains of joints of every kind."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
+from rosorin_compile_mujoco.mjcf import engine, resolved, robot  # noqa: E402
+from rosorin_compile_mujoco.mjcf.process import Answer  # noqa: E402
+from rosorin_compile_mujoco.mjcf.reading import angles_about_xyz, full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
+from support.mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
+
+pytestmark = pytest.mark.slow
+
+finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
+component = st.floats(-1, 1)
+quaternion = st.tuples(component, component, component, component)
+QUICK = settings(max_examples=300, deadline=None)
+
+
+@QUICK
+@given(finite)
+def test_a_number_is_hardly_moved(value: float) -> None:
+    assert abs(tidy(value) - value) <= max(1e-15, 1e-15 * abs(value))
+    assert tidy(tidy(value)) == tidy(value)
+
+
+@QUICK
+@given(st.floats(-10, 10))
+def test_an_angle_is_hardly_moved(value: float) -> None:
+    off = abs(tidy_angle(value) - value)
+    assert min(off, abs(off - 2 * math.pi)) <= 1e-12
+
+
+@QUICK
+@given(st.integers(-360, 360), st.floats(-1e-13, 1e-13))
+def test_a_whole_number_of_degrees_is_found(degrees: int, noise: float) -> None:
+    assume(degrees % 360 != 180 or degrees > 0)
+    assert tidy_angle(degrees * (math.pi / 180) + noise) == degrees * (math.pi / 180)
+
+
+@QUICK
+@given(st.decimals(-1000, 1000, places=4), st.sampled_from([0, 1, -1]))
+def test_a_short_decimal_is_found(decimal: Any, ulps: int) -> None:
+    value = float(decimal)
+    assert tidy(value + ulps * math.ulp(value)) == value or abs(value) < 1e-12
+
+
+@QUICK
+@given(quaternion)
+def test_a_rotation_is_kept(quat: tuple[float, float, float, float]) -> None:
+    assume(math.hypot(*quat) > 1e-3)
+    rows = np.array(rotation(quat))
+    assert np.abs(rows @ rows.T - np.eye(3)).max() < 1e-14
+    assert np.abs(np.array(rotation_of_rpy(rpy_of(rotation(quat)))) - rows).max() < 2e-12
+    again = Rotation.from_euler("XYZ", angles_about_xyz(quat)).as_matrix()
+    assert np.abs(again - rows).max() < 3e-12
+
+
+@QUICK
+@given(
+    st.floats(-3, 3), st.floats(-14, -1), st.sampled_from([-1.0, 1.0]), st.sampled_from([-1.0, 1.0]), st.floats(-3, 3)
+)
+def test_a_rotation_near_the_pole_is_kept(roll: float, exponent: float, side: float, up: float, yaw: float) -> None:
+    turned = Rotation.from_euler("xyz", [roll, up * math.pi / 2 + side * 10**exponent, yaw])
+    x, y, z, w = turned.as_quat()
+    rows = rotation((w, x, y, z))
+    assert np.abs(np.array(rotation_of_rpy(rpy_of(rows))) - rows).max() < 3e-12
+
+
+@QUICK
+@given(quaternion, st.tuples(*[st.floats(1e-6, 10)] * 3))
+def test_an_inertia_is_kept(quat: tuple[float, float, float, float], diagonal: tuple[float, float, float]) -> None:
+    assume(math.hypot(*quat) > 1e-3)
+    made = full_inertia(diagonal, rotation(quat))
+    matrix = np.array(rotation(quat)) @ np.diag(diagonal) @ np.array(rotation(quat)).T
+    ours = [[made[key] for key in row] for row in (["ixx", "ixy", "ixz"], ["ixy", "iyy", "iyz"], ["ixz", "iyz", "izz"])]
+    assert np.abs(matrix - ours).max() <= 1e-14 * max(diagonal)
+
+
+metre = st.integers(-20, 20).map(lambda n: n / 16)
+three = st.tuples(metre, metre, metre).map(lambda v: " ".join(map(str, v)))
+turn = st.tuples(*[st.integers(-3, 3)] * 4).filter(any).map(lambda v: " ".join(map(str, v)))
+axis = st.tuples(*[st.integers(-2, 2)] * 3).filter(any).map(lambda v: " ".join(map(str, v)))
+
+
+@st.composite
+def joints(draw: st.DrawFn) -> str:
+    """Return the joints of a body: none, a few hinges and slides, or a ball."""
+    if draw(st.integers(0, 5)) == 0:
+        return f'<joint type="ball" pos="{draw(three)}"/>'
+    made = ""
+    for _ in range(draw(st.integers(0, 3))):
+        kind, low = draw(st.sampled_from(["hinge", "slide"])), draw(st.integers(-90, 0))
+        limit = draw(st.sampled_from(["", f'range="{low} {low + 60}"', f'range="{low} 5" ref="{low}"']))
+        damping = draw(st.sampled_from(["", 'damping="0.5"']))
+        made += f'<joint type="{kind}" axis="{draw(axis)}" pos="{draw(three)}" {limit} {damping}/>'
+    return made
+
+
+@st.composite
+def body(draw: st.DrawFn, depth: int = 0) -> str:
+    """Return a body with what is in it."""
+    geom = f'<geom type="box" size="0.1 0.2 0.3" pos="{draw(three)}" quat="{draw(turn)}"/>'
+    inner = "".join(draw(st.lists(body(depth + 1), max_size=2))) if depth < 3 else ""
+    here = f'<body pos="{draw(three)}" quat="{draw(turn)}">{draw(joints())}{geom}{inner}</body>'
+    return f'<frame pos="{draw(three)}" euler="10 20 30">{here}</frame>' if draw(st.booleans()) else here
+
+
+def here(path: Path) -> Answer:
+    """Ask MuJoCo in this process: a child process for each of many models would take minutes."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        spec = mujoco.MjSpec.from_file(str(path))
+        resolved.name_all(spec)
+        return Answer(engine.facts(mujoco, spec, spec.compile()))
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.lists(body(), min_size=1, max_size=2))
+def test_any_tree_of_bodies_moves_as_in_mujoco(tmp_path_factory: pytest.TempPathFactory, bodies: list[str]) -> None:
+    path = tmp_path_factory.mktemp("any") / "robot.xml"
+    path.write_text(f"<mujoco><worldbody>{''.join(bodies)}</worldbody></mujoco>", "utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(robot, "ask", here)
+        case = imported(path)
+    assert frames_differ(case, 5) < 1e-9
+    assert inertias_differ(case) < 1e-9
+    assert limits_differ(case) < 1e-9

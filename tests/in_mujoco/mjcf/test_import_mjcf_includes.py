@@ -1,0 +1,164 @@
+"""Files that include files are found as MuJoCo finds them: MuJoCo reads the same folder, and has the same bodies."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile_mujoco.mjcf.robot import read_mjcf
+
+mujoco = pytest.importorskip("mujoco")
+pytestmark = pytest.mark.slow
+
+
+def _file(*names: str) -> str:
+    return f"<mujocoinclude>{''.join(f'<include file={name!r}/>' for name in names)}</mujocoinclude>"
+
+
+def _body(name: str) -> str:
+    return f'<mujocoinclude><worldbody><body name="{name}"><geom size="1"/></body></worldbody></mujocoinclude>'
+
+
+def _main(*names: str, more: str = "") -> str:
+    return _file(*names).replace("mujocoinclude", "mujoco").replace("</mujoco>", f"{more}</mujoco>")
+
+
+_ATTACH = '<worldbody><frame><attach model="arm" body="arm" prefix="left_"/></frame></worldbody>'
+_ARM = '<mujoco>{}<worldbody><body name="arm"><geom size="1"/></body></worldbody></mujoco>'
+
+LAYOUTS = {
+    "beside the main file": {"main.xml": _main("in/a.xml"), "in/a.xml": _file("b.xml"), "b.xml": _body("main")},
+    "beside the including file": {"main.xml": _main("in/a.xml"), "in/a.xml": _file("b.xml"), "in/b.xml": _body("own")},
+    "both: the one beside the main file": {
+        "main.xml": _main("in/a.xml"),
+        "in/a.xml": _file("b.xml"),
+        "b.xml": _body("main"),
+        "in/b.xml": _body("own"),
+    },
+    "three folders deep": {
+        "main.xml": _main("in/a.xml"),
+        "in/a.xml": _file("deep/b.xml"),
+        "in/deep/b.xml": _file("c.xml"),
+        "in/deep/c.xml": _body("deep"),
+        "in/c.xml": _body("between"),
+    },
+    "not beside the one between": {
+        "main.xml": _main("in/a.xml"),
+        "in/a.xml": _file("deep/b.xml"),
+        "in/deep/b.xml": _file("c.xml"),
+        "in/c.xml": _body("between"),
+    },
+    "two files of one name": {
+        "main.xml": _main("left/a.xml", "right/a.xml"),
+        "left/a.xml": _file("b.xml"),
+        "right/a.xml": _file("b.xml"),
+        "left/b.xml": _body("left"),
+        "right/b.xml": _body("right"),
+    },
+    "twice": {"main.xml": _main("c.xml", "c.xml"), "c.xml": _body("c")},
+    "twice, written in two ways": {"main.xml": _main("c.xml", "./c.xml"), "c.xml": _body("c")},
+    "twice, through a folder": {"main.xml": _main("c.xml", "in/../c.xml"), "c.xml": _body("c"), "in/x.xml": ""},
+    "twice, from two files": {"main.xml": _main("in/a.xml", "c.xml"), "in/a.xml": _file("c.xml"), "c.xml": _body("c")},
+    "itself": {"main.xml": _main("main.xml")},
+    "in a circle": {"main.xml": _main("a.xml"), "a.xml": _file("b.xml"), "b.xml": _file("a.xml")},
+    "a model, beside the file that names it": {
+        "main.xml": _main("in/a.xml", more=_ATTACH),
+        "in/a.xml": '<mujocoinclude><asset><model name="arm" file="arm.xml"/></asset></mujocoinclude>',
+        "in/arm.xml": _ARM.format(""),
+    },
+    "a model includes what is beside it, and what the main file includes too": {
+        "main.xml": _main("c.xml", more=f'<asset><model name="arm" file="in/arm.xml"/></asset>{_ATTACH}'),
+        "c.xml": _body("c"),
+        "in/arm.xml": _ARM.format('<include file="d.xml"/><include file="../c.xml"/>'),
+        "in/d.xml": '<mujocoinclude><option timestep="0.01"/></mujocoinclude>',
+    },
+    "a model does not look beside the main file": {
+        "main.xml": _main(more=f'<asset><model name="arm" file="in/arm.xml"/></asset>{_ATTACH}'),
+        "in/arm.xml": _ARM.format('<include file="d.xml"/>'),
+        "d.xml": '<mujocoinclude><option timestep="0.01"/></mujocoinclude>',
+    },
+}
+
+
+@pytest.mark.parametrize("files", LAYOUTS.values(), ids=LAYOUTS)
+def test_included_files_are_found_as_mujoco_finds_them(files: dict[str, str], tmp_path: Path) -> None:
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True, parents=True)
+        (tmp_path / name).write_text(text, "utf-8")
+    made = read_mjcf(tmp_path / "main.xml", ReadOptions())
+    try:
+        model = mujoco.MjModel.from_xml_path(str(tmp_path / "main.xml"))
+    except ValueError:
+        assert made.tree is None
+        assert [d.rule for d in made.diagnostics if d.span] in (
+            ["mjcf-refused"],
+            ["include-cycle"],
+            ["file-unreadable"],
+        )
+    else:
+        assert made.tree is not None
+        assert {model.body(index).name for index in range(1, model.nbody)} == set(made.tree["links"]) - {"ground"}
+
+
+_OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+_MESH = '<asset><mesh name="m" file="corner.obj"/></asset>'
+_SHOWN = '<worldbody><body name="base"><geom type="mesh" mesh="m"/></body></worldbody>'
+
+
+def test_a_mesh_beside_an_included_file_is_named_as_seen_from_the_main_one(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "corner.obj").write_text(_OBJ, "utf-8")
+    (tmp_path / "in" / "a.xml").write_text(f"<mujocoinclude>{_MESH}{_SHOWN}</mujocoinclude>", "utf-8")
+    (tmp_path / "main.xml").write_text(_main("in/a.xml"), "utf-8")
+    made = read_mjcf(tmp_path / "main.xml", ReadOptions())
+    assert made.tree is not None
+    assert made.tree["links"]["base"]["collision"][0]["mesh"] == {"file": "in/corner.obj"}
+    assert [file.name for file in made.files] == ["main.xml", "a.xml", "corner.obj"]
+
+
+def test_a_mesh_of_an_attached_model_is_named_as_seen_from_the_main_one(tmp_path: Path) -> None:
+    (tmp_path / "in" / "assets").mkdir(parents=True)
+    (tmp_path / "in" / "assets" / "corner.obj").write_text(_OBJ, "utf-8")
+    inner = f'<compiler meshdir="assets"/>{_MESH}{_SHOWN}'
+    (tmp_path / "in" / "arm.xml").write_text(f"<mujoco>{inner}</mujoco>", "utf-8")
+    attach = '<worldbody><attach model="arm" body="base" prefix="left_"/></worldbody>'
+    (tmp_path / "main.xml").write_text(
+        _main(more=f'<asset><model name="arm" file="in/arm.xml"/></asset>{attach}'), "utf-8"
+    )
+    made = read_mjcf(tmp_path / "main.xml", ReadOptions())
+    assert made.tree is not None
+    assert made.tree["links"]["left_base"]["collision"][0]["mesh"] == {"file": "in/assets/corner.obj"}
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_a_mesh_that_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
+    (tmp_path / "assets").mkdir()
+    path = tmp_path / "assets" / "corner.obj"
+    if kind == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to("/dev/zero")
+    (tmp_path / "main.xml").write_text(f'<mujoco><compiler meshdir="assets"/>{_MESH}{_SHOWN}</mujoco>', "utf-8")
+    (found,) = read_mjcf(tmp_path / "main.xml", ReadOptions()).diagnostics
+    assert (found.rule, found.message) == ("file-unreadable", "corner.obj is no regular file")
+    assert found.span is not None
+    assert (found.span.line, found.span.column) == (1, 65)
+
+
+def test_a_file_outside_names_the_folder_that_allows_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As --package takes it, seen from where the command runs; no folder where the file is not there."""
+    home = tmp_path / "hand"
+    home.mkdir()
+    (home / "main.xml").write_text(_main("../scene/b.xml"), "utf-8")
+    monkeypatch.chdir(home)
+    said = [d.help for d in read_mjcf(Path("main.xml"), ReadOptions()).diagnostics if d.rule == "include-outside"]
+    assert said == ["move it there, or allow its folder: --package NAME=FOLDER"]
+    (tmp_path / "scene").mkdir()
+    (tmp_path / "scene" / "b.xml").write_text(_body("b"), "utf-8")
+    said = [d.help for d in read_mjcf(Path("main.xml"), ReadOptions()).diagnostics if d.rule == "include-outside"]
+    assert said == [f"move it there, or allow its folder: --package {tmp_path.name}=.."]
+    made = read_mjcf(Path("main.xml"), ReadOptions(packages={tmp_path.name: Path("..")}))
+    assert not [d for d in made.diagnostics if d.severity == "error"]

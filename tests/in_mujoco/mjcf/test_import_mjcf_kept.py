@@ -1,0 +1,160 @@
+"""What an imported MJCF keeps, in MuJoCo's own terms: the compiled models of source and result are compared."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile_mujoco.mjcf.robot import read_mjcf
+from support.paths import DATA
+
+mujoco = pytest.importorskip("mujoco")
+pytestmark = pytest.mark.slow
+
+KEPT = sorted((DATA / "mjcf" / "kept").glob("*.xml"))
+
+GRIPPER = """<mujoco model="gripper">
+  <option timestep="0.001" cone="elliptic" impratio="10" gravity="0 0 -1.6"><flag eulerdamp="disable"/></option>
+  <asset>
+    <mesh name="sheet" file="meshes/sheet.obj" inertia="shell" scale="2 2 2"/>
+    <mesh name="corner" file="meshes/corner.obj"/>
+  </asset>
+  <worldbody>
+    <body name="palm">
+      <geom name="palm_box" type="box" size="0.1 0.1 0.02" mass="0.5"/>
+      <geom name="skin" type="mesh" mesh="sheet" density="10"/>
+      <geom name="twin" type="mesh" mesh="corner" density="10"/>
+      <body name="left" pos="0.1 0 0.1">
+        <joint name="left" axis="0 1 0" range="-20 60" damping="0.1"/>
+        <geom name="left_pad" type="box" size="0.01 0.02 0.05" mass="0.1"/>
+      </body>
+      <body name="right" pos="-0.1 0 0.1">
+        <joint name="right" axis="0 -1 0" range="-20 60" armature="0.01"/>
+        <geom name="right_pad" type="box" size="0.01 0.02 0.05" mass="0.1"/>
+      </body>
+      <body name="lift" pos="0 0 0.2">
+        <joint name="lift" type="slide" axis="0 0 1"/>
+        <geom name="lift_box" type="box" size="0.01 0.02 0.05" mass="0.1"/>
+        <body name="spin">
+          <joint name="spin" axis="0 0 1" range="-90 90" actuatorfrcrange="-2 2"/>
+          <geom name="spin_box" type="box" size="0.01 0.02 0.05" mass="0.1"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <equality><joint joint1="right" joint2="left" solref="0.005 1" solimp="0.95 0.99 0.001"/></equality>
+  <actuator>
+    <position name="turn" joint="spin" kp="5" kv="0.5" ctrlrange="-0.5 0.5"/>
+    <position name="raise" joint="lift" kp="50"/>
+    <position name="grip" joint="left" kp="20" inheritrange="1"/>
+  </actuator>
+</mujoco>
+"""
+SHEET = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1e-4\nf 1 2 3\nf 1 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n"
+CORNER = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+@pytest.fixture(name="models")
+def _models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
+    """The compiled model of a source, and that of the MJCF that its description becomes."""
+    monkeypatch.chdir(tmp_path)
+    Path("meshes").mkdir()
+    Path("meshes/sheet.obj").write_text(SHEET, "utf-8")
+    Path("meshes/corner.obj").write_text(CORNER, "utf-8")
+    Path("gripper.xml").write_text(GRIPPER, "utf-8")
+    assert main(["import", "gripper.xml", "--meshes", "../.."]) == 0
+    assert main(["all"]) == 0
+    assert main(["check"]) == 0
+    return tuple(map(mujoco.MjModel.from_xml_path, ("gripper.xml", "outputs/gripper/gripper.xml")))
+
+
+def test_no_limit_of_force_is_made_up(models: tuple[Any, Any]) -> None:
+    for name, limited in (("left", False), ("lift", False), ("spin", True)):
+        source, ours = ((model, model.joint(name).id) for model in models)
+        for word in ("actfrclimited", "actfrcrange", "limited", "range"):
+            theirs, own = (getattr(model, f"jnt_{word}")[at].tolist() for model, at in (source, ours))
+            assert own == pytest.approx(theirs), f"{name} {word}"
+        assert bool(ours[0].jnt_actfrclimited[ours[1]]) == limited
+
+
+def test_the_settings_of_the_source_hold(models: tuple[Any, Any]) -> None:
+    source, ours = models
+    for word in ("integrator", "timestep", "cone", "impratio", "disableflags", "enableflags", "iterations", "solver"):
+        assert getattr(source.opt, word) == getattr(ours.opt, word), word
+    assert source.opt.gravity.tolist() == ours.opt.gravity.tolist()
+
+
+def test_actuators_keep_names_order_and_what_they_are_asked_for(models: tuple[Any, Any]) -> None:
+    source, ours = models
+    assert [source.actuator(i).name for i in range(source.nu)] == [ours.actuator(i).name for i in range(ours.nu)]
+    for word in ("actuator_ctrllimited", "actuator_ctrlrange", "actuator_gainprm", "actuator_biasprm"):
+        assert getattr(ours, word).ravel().tolist() == pytest.approx(getattr(source, word).ravel().tolist()), word
+
+
+def test_geoms_keep_their_names(models: tuple[Any, Any]) -> None:
+    source, ours = models
+    names = {source.geom(i).name for i in range(source.ngeom)}
+    assert names <= {ours.geom(i).name for i in range(ours.ngeom)}
+
+
+def test_a_coupling_is_as_stiff_as_it_was(models: tuple[Any, Any]) -> None:
+    source, ours = models
+    assert ours.eq_solref.tolist() == source.eq_solref.tolist()
+    assert ours.eq_solimp.tolist() == source.eq_solimp.tolist()
+
+
+def test_a_thin_mesh_stays_a_shell(models: tuple[Any, Any]) -> None:
+    source, ours = models
+    assert ours.body("palm").mass[0] == pytest.approx(source.body("palm").mass[0])
+    assert ours.body("palm").inertia.tolist() == pytest.approx(source.body("palm").inertia.tolist())
+    text = Path("outputs/gripper/gripper.xml").read_text("utf-8")
+    assert text.count('inertia="shell"') == 1
+
+
+@pytest.mark.parametrize("path", KEPT, ids=lambda path: path.stem)
+def test_all_is_kept_and_moves_the_same(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """MuJoCo's model of what an import becomes is that of the source, field by field, and so is how it moves."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["import", str(path), "--strict"]) == 0
+    said = "".join(capsys.readouterr())
+    assert "MuJoCo's model of the MJCF is that of the source" in said
+    assert "largest difference" in said.partition("MuJoCo's model")[2]
+    assert "import-untold" not in said
+    assert main(["all"]) == 0
+    assert main(["check"]) == 0
+
+
+def test_actuators_are_called_by_what_they_are() -> None:
+    tree = read_mjcf(DATA / "mjcf" / "kept" / "everything.xml", ReadOptions()).tree
+    assert tree is not None
+    kinds = {name: entry.get("type", "position") for name, entry in tree["actuators"].items()}
+    assert kinds == {
+        "f_velocity": "velocity",
+        "s_motor": "motor",
+        "arm_adhesion": "adhesion",
+        "iv": "general",
+        "j_position": "position",
+        "j_position_2": "position",
+    }
+    assert tree["joints"]["j"]["actuator"]["name"] == "a"
+    assert tree["joints"]["k"]["actuator"]["mjcf"]["gaintype"] == "muscle"
+    assert tree["constraints"]["arm_connect"] == {"type": "connect", "links": ["arm", "base"], "at": [0, 0.1, 0.2]}
+    assert tree["tendons"]["sp"]["path"][2] == {"pulley": 2}
+    assert tree["mjcf_sensors"]["arm_framepos"]["object"] == {"link": "arm"}
+    assert tree["links"]["base"]["gravity_compensation"] == 0.5
+    assert tree["joints"]["k"]["mjcf"]["stiffness"] == [1, 2]
+
+
+def test_keys_of_the_source_stand_before_the_home_of_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulators begin at the first key."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["import", str(DATA / "mjcf" / "kept" / "hovering.xml")]) == 0
+    assert main(["all"]) == 0
+    ours = mujoco.MjModel.from_xml_path("outputs/hovering/hovering.xml")
+    assert [ours.key(index).name for index in range(ours.nkey)] == ["hover", "crouched", "home"]

@@ -1,0 +1,152 @@
+"""What an MJCF says and the description does not is told, with its line; what is broken is refused, with its line.
+
+A file in tests/data/mjcf/told or tests/data/mjcf/bad carries, in comments, all that has to be said about it:
+``SEVERITY[RULE]: LINE: MESSAGE`` and ``FILE:LINE:COLUMN: SEVERITY[RULE]: MESSAGE``.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.diagnostics.installing import pip_install
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile_mujoco.mjcf import process
+from rosorin_compile_mujoco.mjcf.robot import read_mjcf
+from support.paths import DATA
+
+pytestmark = pytest.mark.slow
+
+MJCF = DATA / "mjcf"
+TOLD = sorted(MJCF.glob("told/*.xml"))
+BAD = sorted(MJCF.glob("bad/*.xml"))
+_TOLD = re.compile(r"<!-- ((?:warning|note)\[[^]]+\]: \d+: .*?) -->")
+_BAD = re.compile(r"<!-- ([a-z_.]+:\d+:\d+: error\[.*?) -->")
+
+
+def test_there_are_cases() -> None:
+    assert len(TOLD) >= 2
+    assert len(BAD) >= 14
+
+
+@pytest.mark.parametrize("path", TOLD, ids=lambda path: path.stem)
+def test_all_is_told_that_is_not_carried(path: Path) -> None:
+    made = read_mjcf(path, ReadOptions())
+    said = [f"{d.severity}[{d.rule}]: {d.span.line if d.span else 0}: {d.message}" for d in made.diagnostics]
+    assert made.tree is not None
+    assert sorted(said) == sorted(_TOLD.findall(path.read_text("utf-8")))
+    carried_not = [d for d in made.diagnostics if d.rule == "import-cannot-carry"]
+    assert [left.span for left in made.left_out if left.span] == [left.span for left in made.left_out]
+    assert len(made.left_out) == len(carried_not)
+
+
+@pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
+def test_what_is_broken_is_refused_with_its_line(path: Path) -> None:
+    made = read_mjcf(path, ReadOptions())
+    assert made.tree is None
+    said = [
+        f"{Path(d.span.source.path).name}:{d.span.line}:{d.span.column}: {d.severity}[{d.rule}]: {d.message}"
+        for d in made.diagnostics
+        if d.span
+    ]
+    assert said == _BAD.findall(path.read_text("utf-8"))
+    assert all(d.help for d in made.diagnostics)
+    assert not any(str(MJCF) in d.message for d in made.diagnostics)
+
+
+def test_what_is_told_of_many_names_the_other_places(tmp_path: Path) -> None:
+    file = tmp_path / "hills.xml"
+    hills = '<geom type="hfield" hfield="hills"/>'
+    asset = '<asset><hfield name="hills" nrow="2" ncol="2" size="1 1 1 1" elevation="0 1 2 3"/></asset>'
+    file.write_text(f"<mujoco>{asset}<worldbody><body>\n{hills}\n{hills}\n</body></worldbody></mujoco>", "utf-8")
+    made = read_mjcf(file, ReadOptions())
+    (found,) = [d for d in made.diagnostics if d.message.startswith("2 elements (geom: height field)")]
+    assert [(related.message, related.span and related.span.line) for related in found.related] == [("and here", 3)]
+
+
+def test_a_folder_may_be_allowed() -> None:
+    options = ReadOptions(packages={"corners": MJCF / "corners"})
+    made = read_mjcf(MJCF / "bad" / "outside.xml", options)
+    assert made.tree is not None
+    assert [file.name for file in made.files] == ["outside.xml", "classes.xml"]
+
+
+def test_any_format_is_known_by_its_root() -> None:
+    made = read_robot(MJCF / "corners" / "defaults.xml", ReadOptions())
+    assert made.tree is not None
+    assert made.tree["robot"] == "defaults"
+
+
+def test_a_warning_of_mujoco_is_passed_on() -> None:
+    made = read_mjcf(MJCF / "public" / "half_cheetah.xml", ReadOptions())
+    (found,) = [d for d in made.diagnostics if d.rule == "mjcf-warning"]
+    assert found.severity == "warning"
+    assert found.message.startswith("MuJoCo warns: compiler attribute 'settotalmass' is deprecated")
+    assert found.span is not None
+    assert found.span.source.line(found.span.line)[found.span.column - 1 :].startswith("settotalmass")
+
+
+def test_mujoco_has_an_end() -> None:
+    began = time.monotonic()
+    answer = process.ask(MJCF / "bad" / "many.xml", seconds=2)
+    assert answer.facts is None
+    assert answer.own
+    assert answer.refusal.startswith(("MuJoCo did not come to an end", "MuJoCo crashed", "MuJoCo gave up"))
+    assert time.monotonic() - began < 30
+
+
+def test_the_limits_of_a_shell_are_kept(tmp_path: Path) -> None:
+    """ulimit -v, as batch systems and services set it: a process may lower it, and not raise it."""
+    file = MJCF / "corners" / "defaults.xml"
+    words = [sys.executable, "-m", "rosorin_compile", "import", str(file), "-o", str(tmp_path / "out")]
+    limited = ["sh", "-c", 'ulimit -v 8000000; ulimit -t 50; exec "$@"', "sh", *words]
+    done = subprocess.run(limited, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_crash_of_mujoco_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process, "_START", "import os; os.abort()")
+    made = read_mjcf(MJCF / "corners" / "defaults.xml", ReadOptions())
+    assert [(d.rule, d.message) for d in made.diagnostics] == [
+        ("mjcf-refused", "MuJoCo crashed on the file (signal 6)")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [
+        ("mujoco", "MuJoCo, which reads MJCF,"),
+        ("mujoco._specs", "MuJoCo, which reads MJCF,"),
+        ("numpy", "the package numpy, which MuJoCo needs,"),
+    ],
+)
+def test_no_mujoco_is_told(monkeypatch: pytest.MonkeyPatch, name: str, what: str) -> None:
+    problem = f"ModuleNotFoundError(\"No module named '{name}'\")"
+    monkeypatch.setattr(process, "_START", f"raise {problem}")
+    made = read_mjcf(MJCF / "corners" / "defaults.xml", ReadOptions())
+    (found,) = made.diagnostics
+    assert found.rule == "extra-missing"
+    assert found.message == f"{what} is not installed"
+    assert found.help == pip_install("import")
+
+
+def test_files_that_include_files_have_an_end(tmp_path: Path) -> None:
+    for number in range(30):
+        text = f'<include file="part{number + 1}.xml"/>' if number < 29 else ""
+        root = "mujocoinclude" if number else "mujoco"
+        (tmp_path / f"part{number}.xml").write_text(f"<{root}>{text}</{root}>", "utf-8")
+    made = read_mjcf(tmp_path / "part0.xml", ReadOptions())
+    assert [(d.rule, d.message) for d in made.diagnostics] == [
+        ("include-too-many", "files include each other 20 levels deep")
+    ]
+
+
+def test_a_missing_mesh_tells_where_to_put_it() -> None:
+    (found,) = read_mjcf(MJCF / "bad" / "no_mesh.xml", ReadOptions()).diagnostics
+    assert found.help == "put the file where the MJCF looks for it: MuJoCo wants to see every mesh and texture"

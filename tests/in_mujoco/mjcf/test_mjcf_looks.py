@@ -1,0 +1,261 @@
+"""What people expect of an MJCF: classes, groups, materials and a key home; to MuJoCo the robot is the same."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
+from rosorin_compile.model import Shape  # noqa: E402
+from rosorin_compile.model.shape import Material  # noqa: E402
+from rosorin_compile.sections.simulation import MJCF_ELEMENTS  # noqa: E402
+from rosorin_compile_mujoco.mjcf.robot import read_mjcf  # noqa: E402
+from support.machines import machine, overlapping  # noqa: E402
+from support.paths import OUTPUTS  # noqa: E402
+from support.robots import compiled, compiled_text, sound  # noqa: E402
+from support.simulator import emit, load  # noqa: E402
+
+ARMS = """\
+robot: pair
+links:
+  trunk: {inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.2, 0.2, 0.1]}}]}
+parts:
+  leg:
+    links:
+      hip: {inertial: {mass: 1, of: collision}, collision: [{capsule: {radius: 2 cm, length: 10 cm}}]}
+      knee: {inertial: {mass: 1, of: collision}, collision: [{capsule: {radius: 2 cm, length: 10 cm}}]}
+    joints:
+      hip_joint:
+        {type: revolute, parent: mount, child: hip, axis: [0, 1, 0], dynamics: "${moves}", actuator: "${drive}",
+         limit: {lower: -1, upper: 1, effort: 20 N*m, velocity: 10}}
+      knee_joint:
+        {type: revolute, parent: hip, child: knee, axis: [0, 1, 0], dynamics: "${moves}", actuator: "${drive}",
+         xyz: [0, 0, -0.2], limit: {lower: 0.5, upper: 2.5, effort: 20 N*m, velocity: 10}}
+    let: {moves: {damping: 0.25, armature: 0.0125}, drive: {kp: 125, kv: 1.5}}
+use:
+  left: {part: leg, parent: trunk, xyz: [0, 0.1, 0]}
+  right: {part: leg, parent: trunk, xyz: [0, -0.1, 0]}
+  middle: {part: leg, parent: trunk, xyz: [0.1, 0, 0]}
+  last: {part: leg, parent: trunk, xyz: [-0.1, 0, 0]}
+"""
+OUTPUT = "outputs: {mjcf: {file: pair.xml}}\n"
+
+
+def pair(folder: Path, more: str = OUTPUT) -> str:
+    folder.mkdir(exist_ok=True)
+    _, artifacts, _ = sound(compiled_text(folder, ARMS + more))
+    return artifacts["mjcf"]
+
+
+def test_joints_that_move_alike_share_a_class_with_their_actuators(tmp_path: Path) -> None:
+    text = pair(tmp_path)
+    classes = re.findall(r'<default class="pair_(\w+)">\n        <joint', text)
+    assert classes == ["hip", "knee"]
+    assert '<joint name="left_knee_joint" class="pair_knee"/>' in text
+    assert '<position name="right_hip_joint" class="pair_hip" joint="right_hip_joint"/>' in text
+    model, _ = load(text)
+    for name in ("left_hip_joint", "right_hip_joint", "left_knee_joint", "right_knee_joint"):
+        joint, servo = model.joint(name), model.actuator(name)
+        ends = [-1, 1] if "hip" in name else [0.5, 2.5]
+        assert joint.range.tolist() == servo.ctrlrange.tolist() == ends
+        assert (joint.damping[0], joint.armature[0]) == (0.25, 0.0125)
+        assert model.jnt_actfrcrange[joint.id].tolist() == [-20, 20]
+        assert servo.gainprm[0] == 125
+        assert servo.biasprm[:3].tolist() == [0, -125, -1.5]
+
+
+def test_one_joint_of_its_kind_has_its_values_itself() -> None:
+    assert re.findall(r"<default class=[^>]*>\n\s*<joint", emit(overlapping())) == []
+
+
+UNSAID = ("autolimits=", 'type="hinge"', 'type="sphere"', 'axis="0 0 1"', ' 0 0 0"/>')
+
+
+@pytest.mark.parametrize("which", ["rosorin", "machine", "overlapping"])
+def test_nothing_is_said_twice_and_no_class_is_empty(which: str) -> None:
+    """And no class has a number for a name, nor is there one that nothing is of."""
+    own = {"machine": machine, "overlapping": overlapping}
+    text = emit(own[which]()) if which in own else (OUTPUTS / "rosorin.xml").read_text("utf-8")
+    assert not [words for words in UNSAID if words in re.sub(r"<key .*", "", text)]
+    assert not re.search(r'<(body|geom|site|camera)[^>]* pos="0 0 0"', text)
+    root = ElementTree.fromstring(text)
+    classes = [one for one in root.iter("default") if one.get("class")]
+    used = {one.get("class") for one in root.iter() if one.tag != "default"}
+    assert all(used & {inner.get("class") for inner in one.iter("default")} for one in classes)
+    assert not [one.get("class") for one in classes if len(one) == 0 or one.attrib["class"][-1].isdigit()]
+    for body in root.iter("body"):
+        solids = [one for one in body.iterfind("geom") if one.attrib["class"].endswith("shown_collision")]
+        assert not (solids and [one for one in body.iterfind("geom") if one.attrib["class"].endswith("visual")])
+
+
+def arrays(model: mujoco.MjModel) -> dict[str, np.ndarray]:
+    """Return what a model computes with: of geoms those that collide, of names none."""
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    made = {}
+    for name in dir(model):
+        value = getattr(model, name) if not name.startswith("_") else None
+        if isinstance(value, np.ndarray) and not re.match(r"names|name_|mat_|geom_(group|matid)", name):
+            made[name] = value[solid] if name.startswith("geom_") and len(value) == model.ngeom else value
+    return made
+
+
+@pytest.mark.parametrize("base", ["fixed", "free"])
+def test_collision_shapes_that_are_seen_change_nothing_that_moves(base: str) -> None:
+    (seen, _), (bare, _) = (load(emit(machine(), base, visuals=one)) for one in ("from_collision", "own"))
+    one, other = arrays(seen), arrays(bare)
+    assert one.keys() == other.keys()
+    assert [name for name in one if not np.array_equal(one[name], other[name])] == []
+    assert seen.ngeom == bare.ngeom
+    assert set(seen.geom_group) == {2}
+    assert set(bare.geom_group) == {0}
+
+
+def test_each_link_that_is_only_solid_is_seen_in_a_colour_of_its_own() -> None:
+    model, _ = load(emit(overlapping()))
+    looks: dict[int, set[int]] = {}
+    for geom in map(model.geom, range(model.ngeom)):
+        if geom.group[0] == 2:
+            looks.setdefault(geom.bodyid[0], set()).add(geom.matid[0])
+    assert all(len(materials) == 1 for materials in looks.values())
+    assert len(set.union(*looks.values())) == len(looks) == 5
+
+
+def test_visuals_of_the_description_are_the_only_ones_unless_it_is_asked() -> None:
+    robot = overlapping()
+    link = replace(robot.links[0], visual=(Shape(robot.links[0].collision[0].geometry),))
+    robot = replace(robot, links=(link, *robot.links[1:]))
+    own, _ = load(emit(robot))
+    every, _ = load(emit(robot, visuals="from_collision"))
+    assert [int((model.geom_group == 2).sum()) for model in (own, every)] == [1, 5]
+
+
+def test_materials_are_assets_and_a_colour_of_a_visual_stays_its_own() -> None:
+    robot = overlapping()
+    solid = robot.links[0].collision[0].geometry
+    shapes = (Shape(solid, material="steel"), Shape(solid, material="steel", rgba=(1, 0, 0, 1)), Shape(solid))
+    materials = (Material("steel", (0.25, 0.5, 0.75, 1), mjcf={"specular": 0.9, "reflectance": 0.125}),)
+    robot = replace(robot, materials=materials, links=(replace(robot.links[0], visual=shapes), *robot.links[1:]))
+    model, _ = load(emit(robot))
+    steel = model.material(f"{robot.name}_steel")
+    assert (steel.rgba.tolist(), steel.reflectance[0]) == ([0.25, 0.5, 0.75, 1], 0.125)
+    geoms = [model.geom(f"{robot.links[0].name}_visual_{number}") for number in (1, 2, 3)]
+    assert [geom.matid[0] for geom in geoms] == [steel.id, steel.id, -1]
+    assert geoms[1].rgba.tolist() == [1, 0, 0, 1]
+
+
+def test_two_robots_are_included_into_one_scene(tmp_path: Path) -> None:
+    """But for the keys: both have one called home, and MuJoCo wants other names."""
+    keys = re.compile(r"  <keyframe>.*</keyframe>\n", re.DOTALL)
+    (tmp_path / "machine.xml").write_text(keys.sub("", emit(machine())), "utf-8")
+    (tmp_path / "pair.xml").write_text(pair(tmp_path / "pair"), "utf-8")
+    scene = tmp_path / "both.xml"
+    scene.write_text('<mujoco><include file="machine.xml"/><include file="pair.xml"/></mujoco>', "utf-8")
+    model = mujoco.MjModel.from_xml_path(str(scene))
+    assert model.joint("left_knee_joint").damping[0] == 0.25
+
+
+def test_a_class_that_is_kept_verbatim_keeps_its_name() -> None:
+    robot = machine()
+    kept = '<default><default class="machine"><geom group="5"/></default></default>'
+    text = emit(robot.having(MJCF_ELEMENTS, (kept,)))
+    assert '<default class="machine_">' in text
+    load(text)
+
+
+def test_home_is_the_first_key_and_within_limits(tmp_path: Path) -> None:
+    model, _ = load(pair(tmp_path))
+    assert model.key(0).name == "home"
+    assert model.key(0).qpos.tolist() == model.key(0).ctrl.tolist() == [0, 0.5] * 4
+    said = "poses: {up: {positions: {left_hip_joint: 1}}, home: {positions: {left_knee_joint: 2}}}\n"
+    model, _ = load(pair(tmp_path, said + OUTPUT))
+    assert [model.key(at).name for at in range(model.nkey)] == ["home", "up"]
+    assert model.key("home").qpos.tolist() == [0, 2, 0, 0, 0, 0, 0, 0]
+
+
+def test_what_is_made_for_people_does_not_come_back(tmp_path: Path) -> None:
+    """The key home that no description has, visuals that show what collides, and the name of the robot in materials."""
+    file = tmp_path / "pair.xml"
+    file.write_text(pair(tmp_path / "pair"), "utf-8")
+    tree = read_mjcf(file, ReadOptions()).tree
+    assert tree is not None
+    assert "poses" not in tree
+    assert "materials" not in tree
+    assert not any("visual" in link for link in tree["links"].values())
+    assert "visuals" not in tree["outputs"]["mjcf"]  # it is seen as before
+    file.write_text(pair(tmp_path / "pair", "poses: {home: {positions: {left_hip_joint: 1}}}\n" + OUTPUT), "utf-8")
+    tree = read_mjcf(file, ReadOptions()).tree
+    assert tree is not None
+    assert tree["poses"]["home"]["positions"]["left_hip_joint"] == 1
+
+
+def test_collision_shapes_that_are_seen_come_back_as_that() -> None:
+    tree = read_mjcf(OUTPUTS / "rosorin.xml", ReadOptions()).tree
+    assert tree is not None
+    assert tree["outputs"]["mjcf"]["visuals"] == "from_collision"  # its wheels have visuals of their own
+    assert "visual" not in tree["links"]["link1"]
+    assert "materials" not in tree
+
+
+def floor_gap(text: str, key: str) -> float:
+    """Return how far the robot is above the floor at a key (m)."""
+    floor = '<geom name="the_floor" type="plane" size="0 0 1"/>'
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model = mujoco.MjModel.from_xml_string(text.replace("<worldbody>", f"<worldbody>{floor}"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)
+    mujoco.mj_forward(model, data)
+    solid = [at for at in range(model.ngeom) if model.geom(at).contype[0] and model.geom(at).name != "the_floor"]
+    ends, plane = np.zeros(6), model.geom("the_floor").id
+    return min(mujoco.mj_geomDistance(model, data, plane, geom, 10.0, ends) for geom in solid)
+
+
+def test_a_free_base_stands_on_the_floor_in_every_pose() -> None:
+    """With boxes, capsules, cylinders and spheres, turned in every way."""
+    text = emit(machine(), "free")
+    for key in ("home", "up"):
+        assert floor_gap(text, key) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_root_that_the_description_places_stays_there(tmp_path: Path) -> None:
+    outputs = "outputs: {mjcf: {file: pair.xml, base: free}}\n"
+    for said, height in (("root: {xyz: [0, 0, 0]}\n", 0.0), ("root: {xyz: [1, 0, 2]}\n", 2.0), ("", None)):
+        folder = tmp_path / f"at_{height}"
+        folder.mkdir()
+        _, artifacts, _ = sound(compiled_text(folder, ARMS + said + outputs))
+        model, _ = load(artifacts["mjcf"])
+        if height is None:
+            assert floor_gap(artifacts["mjcf"], "home") == pytest.approx(0.0, abs=1e-6)
+        else:
+            assert model.body("trunk").pos[2] == model.key("home").qpos[2] == height
+
+
+def test_the_reference_robot_has_what_people_expect() -> None:
+    (text,) = [one.text for one in compiled().artifacts if one.file == "rosorin.xml"]
+    sections = re.findall(r"^  <(\w+)", text, re.MULTILINE)
+    order = [
+        "compiler",
+        "option",
+        "default",
+        "asset",
+        "worldbody",
+        "contact",
+        "equality",
+        "actuator",
+        "sensor",
+        "keyframe",
+    ]
+    assert sections == order
+    assert all(
+        re.match(r'\s*<geom name="[^"]*" class="rosorin_', line) for line in text.splitlines() if "<geom name" in line
+    )
+    coloured = [line for line in text[text.index("<worldbody>") :].splitlines() if "rgba" in line]
+    assert all("_wheel_" in line for line in coloured)  # of the wheels it is known how they look

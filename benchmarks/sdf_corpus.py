@@ -23,12 +23,12 @@ from pathlib import Path
 from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import Proof, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.formats.sdf.proof import prove
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.sameness import different
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
 from rosorin_compile_import.description import outputs, write
+from rosorin_compile_sdf.sdf.proof import prove
 
 NICE = 10
 TOLERANCE = 1e-9

@@ -22,6 +22,7 @@ SHIPPED = (
 FORMATS = (
     "rosorin_compile_mujoco.mjcf",
     "rosorin_compile_mujoco.scene",
+    "rosorin_compile_sdf.sdf",
     "rosorin_compile_view.frames_picture",
     "rosorin_compile_view.page",
 )

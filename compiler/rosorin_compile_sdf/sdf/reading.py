@@ -7,15 +7,13 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import NOTE, Diagnostic, Span
-from ...diagnostics.wording import counted
-from ...model import Pose, Transform
-from ...rules.remarkable import FULL_TURN
-from ...rules.values import FAR
-from ...units import ANGLE, LENGTH, Quantity
-from ...xml.markup import TEXT, Element, Remark, Word
-from ..format import Placed
-from ..urdf.reading import Reading, meant, named
+from rosorin_compile import Diagnostic
+from rosorin_compile.backend.formats import Placed, Reading, meant, named
+from rosorin_compile.backend.support import ANGLE, FAR, FULL_TURN, LENGTH
+from rosorin_compile.backend.xml import TEXT, Word
+from rosorin_compile.diagnostics import NOTE, Span, counted
+from rosorin_compile.extending import Element, Quantity, Remark
+from rosorin_compile.model import Pose, Transform
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _ENDLESS = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)

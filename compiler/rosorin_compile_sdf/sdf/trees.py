@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import Span, did_you_mean
-from ...diagnostics.registry import READING, Rule
-from ...model import Transform
-from ...xml.markup import Element
-from ..urdf.reading import Reading, named
+from rosorin_compile import Rule
+from rosorin_compile.backend.formats import Reading, named
+from rosorin_compile.diagnostics import Heading, Span, did_you_mean
+from rosorin_compile.extending import Element
+from rosorin_compile.model import Transform
+
 from .names import WORLD
 from .reading import Said, changed, place
 from .scopes import FRAME, JOINT, LINK, Models, Node, Scope
@@ -24,7 +25,7 @@ RULES = (
         "sdf-joint",
         "A joint of an SDF that no description can have, or that joins nothing.",
         "The message says what it is; `--lenient` may take another in its place.",
-        READING,
+        Heading.READING,
     ),
 )
 

@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ...diagnostics import Diagnostic
-from ...diagnostics.registry import FORMATS, Rule
-from ...model import Output, Robot
+from rosorin_compile import Diagnostic, Robot, Rule
+from rosorin_compile.diagnostics import Heading
+from rosorin_compile.model import Output
 
 if TYPE_CHECKING:
-    from ...rules.case import Case
+    from rosorin_compile import Case
 
 RULES = (
     Rule(
@@ -19,7 +19,7 @@ RULES = (
         "A name that SDF keeps for itself: `world`, names between two underscores and two, and those with `::`, which"
         " leads into a model.",
         "Rename it.",
-        FORMATS,
+        Heading.FORMATS,
     ),
 )
 

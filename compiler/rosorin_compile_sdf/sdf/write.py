@@ -12,10 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import counted, first_of, quoted
-from ...model import (
+from rosorin_compile import Diagnostic, Robot, Rule, Templates
+from rosorin_compile.backend.formats import GAZEBO_DISTRIBUTIONS as DISTRIBUTIONS
+from rosorin_compile.backend.formats import attributes, comment, distribution, sensor_lines
+from rosorin_compile.backend.model import CLASSIC, IDENTITY, ROWS, GazeboSensor
+from rosorin_compile.backend.support import NumberFormat, number_format, numbers, vector
+from rosorin_compile.backend.xml import escape, with_noise
+from rosorin_compile.diagnostics import NOTE, WARNING, Heading, counted, first_of, quoted
+from rosorin_compile.model import (
     Box,
     Capsule,
     Cylinder,
@@ -26,19 +30,11 @@ from ...model import (
     Mesh,
     Output,
     Pose,
-    Robot,
     Sensor,
     Shape,
     Sphere,
 )
-from ...model.geometry import IDENTITY
-from ...model.shape import ROWS
-from ...model.simulated import CLASSIC, GazeboSensor
-from ...numbers import NumberFormat, number_format, numbers, vector
-from ...xml.escaping import escape
-from ...xml.imu import with_noise
-from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
-from ..templating import Templates, attributes, comment
+
 from .bodies import LEAST, Bodies, bodies_of
 from .classic import of_collision
 from .kept import Kept, at, kept, own
@@ -50,14 +46,14 @@ RULES = (
         "A warning: SDF has no planar joint; before 1.11 it has no mimic; a joint and a link have one name, which is "
         "one too many. A note: what a description has for the reader of URDF alone.",
         "The message says what is written, or what to do.",
-        FORMATS,
+        Heading.FORMATS,
     ),
     Rule(
         "sdf-without-mass",
         "A warning: a link that moves has no mass, nor what is fixed to it. SDF would take it for 1 kg, so that the "
         "least that engines take is written.",
         "Give it an `inertial`.",
-        FORMATS,
+        Heading.FORMATS,
     ),
 )
 
@@ -103,7 +99,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     number = number_format(output.options)
     form = _Form(number, version_of(robot, output), str(output.options.get("height_maps", ROWS)))
     if output.options.get("visuals") == "from_collision":
-        from ...model.looks import with_visuals
+        from rosorin_compile.backend.model import with_visuals
 
         robot = with_visuals(robot)
     writer = _Writer(robot, form, output.options.get("gazebo"))

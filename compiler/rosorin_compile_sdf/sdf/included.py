@@ -12,12 +12,11 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from ... import world
-from ...diagnostics import Span
-from ...frontend.packages import OF_GAZEBO, Packages
-from ...xml.files import read_source
-from ...xml.markup import Document, Element, MarkupError, parse
-from ..urdf.reading import Reading
+from rosorin_compile.backend.formats import Reading
+from rosorin_compile.backend.support import OF_GAZEBO
+from rosorin_compile.backend.xml import parse, read_source
+from rosorin_compile.diagnostics import Span
+from rosorin_compile.extending import Document, Element, MarkupError, Packages, world
 
 _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 _OF_A_MODEL = ("model.config", "package.xml", "model.sdf")

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ...diagnostics import NOTE, Diagnostic, Span, did_you_mean
-from ...diagnostics.wording import counted, first_of, listed
-from ...model import Transform, Vector
-from ...xml.markup import Element
-from ..format import Placed
-from ..urdf.reading import Reading, named
+from rosorin_compile import Diagnostic
+from rosorin_compile.backend.formats import Placed, Reading, named
+from rosorin_compile.diagnostics import NOTE, Span, counted, did_you_mean, first_of, listed
+from rosorin_compile.extending import Element
+from rosorin_compile.model import Transform, Vector
+
 from .read_links import Entries
 from .reading import Numbers, Said, cleaned, converted, entry_of, others, place, words
 from .scopes import JOINT, OWN, Models, Node

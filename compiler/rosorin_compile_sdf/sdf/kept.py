@@ -12,15 +12,16 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...diagnostics import Source
-from ...model import Link, Robot
-from ...xml.elements import indented
-from ...xml.imu import with_noise
+from rosorin_compile import Robot
+from rosorin_compile.backend.xml import indented, with_noise
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.model import Link
+
 from .classic import OF_COLLISIONS, numbers_of
 from .words import OF_JOINT, OF_LINK, OF_MODEL
 
 if TYPE_CHECKING:
-    from ...xml.markup import Element
+    from rosorin_compile.extending import Element
 
 POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
 # What says how a URDF becomes an SDF, which this one does not come from.
@@ -87,7 +88,8 @@ def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
     for text in texts:
         if f"<{tag}" not in text:
             continue
-        from ...xml.markup import MarkupError, parse  # few robots have such elements
+        from rosorin_compile.backend.xml import parse
+        from rosorin_compile.extending import MarkupError
 
         try:
             document = parse(Source("", f"<all>{text}</all>"))

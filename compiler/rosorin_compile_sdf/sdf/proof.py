@@ -11,11 +11,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...diagnostics.wording import counted
-from ...frontend.lower import lower
-from ...model import Robot
-from ...world import package
-from ..imported import Imported, Proof
+from rosorin_compile import Robot
+from rosorin_compile.backend.support import lower
+from rosorin_compile.diagnostics import counted
+from rosorin_compile.extending import Imported, Proof, world
 
 STATES = 20
 TOLERANCE = 1e-9  # between the poses of frames, in metres and entries of rotations
@@ -30,7 +29,7 @@ def prove(imported: Imported, text: str, files: Mapping[str, str], python: str =
 
     ``python`` has Drake; default: this one, if it has. Meshes are not opened.
     """
-    if not python and not package("pydrake"):
+    if not python and not world.package("pydrake"):
         return Proof()
     robot = lower(imported.tree).robot if imported.tree is not None else None
     if robot is None:

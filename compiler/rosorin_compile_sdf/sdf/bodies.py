@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from ...model import Inertial, Joint, Robot
-from ...model.geometry import IDENTITY
+from rosorin_compile import Robot
+from rosorin_compile.backend.model import IDENTITY
+from rosorin_compile.model import Inertial, Joint
+
 from .names import world_of
 
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).

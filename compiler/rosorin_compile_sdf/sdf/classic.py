@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from ...xml.markup import Element
+    from rosorin_compile.extending import Element
 
 
 class _Word(NamedTuple):

@@ -12,12 +12,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from ...diagnostics import Related, Span, did_you_mean
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted, quoted
-from ...model import Transform
-from ...xml.markup import Element
-from ..urdf.reading import NAME, Reading, named
+from rosorin_compile import Rule
+from rosorin_compile.backend.formats import NAME, Reading, named
+from rosorin_compile.diagnostics import Heading, Related, Span, counted, did_you_mean, quoted
+from rosorin_compile.extending import Element
+from rosorin_compile.model import Transform
+
 from .included import Included
 from .names import RESERVED, WORLD
 from .reading import Numbers, Said
@@ -27,25 +27,25 @@ RULES = (
         "sdf-version",
         "An SDF of a version that is not read.",
         "1.4 to 1.12 are; `gz sdf -p FILE` converts older ones.",
-        READING,
+        Heading.READING,
     ),
     Rule(
         "sdf-models",
         "A file holds no model, or more than one, or a world.",
         "Name a file of one model.",
-        READING,
+        Heading.READING,
     ),
     Rule(
         "sdf-include",
         "What an SDF includes is not found, or is not read.",
         "Put the model beside the file, or say where it is: `--package NAME=FOLDER`.",
-        READING,
+        Heading.READING,
     ),
     Rule(
         "sdf-name-unknown",
         "A name of an SDF stands for nothing, or for itself in a circle.",
         "Correct it.",
-        READING,
+        Heading.READING,
     ),
 )
 

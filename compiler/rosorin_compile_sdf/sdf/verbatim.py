@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.sax.saxutils import quoteattr
 
-from ...frontend.tree import Text
-from ...xml.elements import indented
-from ...xml.markup import Element
-from ..format import Placed
-from ..urdf.reading import kept
+from rosorin_compile.backend.formats import Placed, kept
+from rosorin_compile.backend.xml import indented
+from rosorin_compile.extending import Element, Text
+
 from .scopes import Models, Scope
 
 _SHORT = 80

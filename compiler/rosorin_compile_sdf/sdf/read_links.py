@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from typing import Any, NamedTuple
 
-from ...diagnostics import NOTE, Diagnostic
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted, first_of, listed
-from ...model import Transform
-from ...xml.markup import Element
-from ..format import Placed
-from ..urdf.reading import NAME, Reading, named
+from rosorin_compile import Diagnostic, Rule
+from rosorin_compile.backend.formats import NAME, Placed, Reading, named
+from rosorin_compile.diagnostics import NOTE, Heading, counted, first_of, listed
+from rosorin_compile.extending import Element
+from rosorin_compile.model import Transform
+
 from .reading import Numbers, Said, converted, entry_of, others, several
 from .scopes import FRAME, LINK, Models, Node, Scope
 from .trees import Tree
@@ -23,7 +22,7 @@ RULES = (
         "sdf-inertia",
         "An inertial of an SDF is to be computed, and of what it is not done here: meshes, several densities.",
         "Say mass and inertia; `--lenient` takes 1 kg.",
-        READING,
+        Heading.READING,
     ),
 )
 

@@ -15,17 +15,18 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...model import Transform
-from ...model.geometry import rotation_of_rpy
-from ...xml.elements import canonical
-from ..facts import FactSheet, numbers_of
-from ..format import Fact, Facts
+from rosorin_compile import Fact, Facts
+from rosorin_compile.backend.formats import FactSheet
+from rosorin_compile.backend.formats import fact_numbers as numbers_of
+from rosorin_compile.backend.model import rotation_of_rpy
+from rosorin_compile.backend.xml import canonical
+from rosorin_compile.model import Transform
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from ..format import Value
-    from ..known import Block, Held, Known
+    from rosorin_compile import Value
+    from rosorin_compile.backend.formats import Block, Held, Known
 
 _WORLD, _MODEL = "world", "__model__"
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")

@@ -9,16 +9,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...diagnostics import Diagnostic, has_errors
-from ...frontend.tree import Map
-from ...xml.files import printable_name
-from ...xml.markup import Document, Element
-from ..checked import accept
-from ..described import as_tree
-from ..format import Opened, Placed
-from ..imported import Comment, Imported
-from ..urdf.reading import Reading, named
-from ..urdf.robot import comments_of
+from rosorin_compile import Diagnostic, Opened
+from rosorin_compile.backend.formats import Placed, Reading, accept, as_tree, comments_of, named
+from rosorin_compile.backend.xml import printable_name
+from rosorin_compile.diagnostics import has_errors
+from rosorin_compile.extending import Comment, Document, Element, Imported, Map
+
 from .names import WORLD
 from .read_joints import Joints
 from .read_links import Entries, Links

@@ -14,16 +14,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
+from rosorin_compile import Fact, Facts, Format, Opened
+from rosorin_compile.backend.formats import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked
 
 if TYPE_CHECKING:
-    from ...diagnostics import Diagnostic
-    from ...frontend.tree import Map
-    from ...model import Output, Robot, Shape
-    from ...rules.case import Case
-    from ..imported import Imported, Proof
-    from ..known import Held, Known
-    from ..templating import Templates
+    from rosorin_compile import Case, Diagnostic, Robot, Templates
+    from rosorin_compile.backend.formats import Held, Known
+    from rosorin_compile.extending import Imported, Map, Proof
+    from rosorin_compile.model import Output, Shape
 
 __all__ = ["FORMAT"]
 
@@ -65,7 +63,7 @@ def _against(text: str, known: Known) -> Held:
 
 
 def _syntax(text: str) -> object:
-    from ...xml.elements import canonical, tree_of
+    from rosorin_compile.backend.xml import canonical, tree_of
 
     return canonical(tree_of(text))
 

@@ -1,6 +1,6 @@
 """Writes anew what is committed and made by a program; the difference is then read like any other change.
 
-python tests/renew.py docs | schema | surface | wall | planted | goldens | from-xacro | findings | upgrade
+python tests/renew.py docs | schema | surface | planted | goldens | from-xacro | findings | upgrade
 python tests/renew.py imported | translated | pictures [NAME...]
 """
 
@@ -16,7 +16,6 @@ WRITERS = {
     "docs": "docs/test_docs.py",
     "schema": "support/generated.py",
     "surface": "surface/test_surface.py",
-    "wall": "whole/test_wall.py",
     "planted": "judges/planted/test_planted.py",
     "goldens": "judges/goldens/test_goldens.py",
     "from-xacro": "support/xacro_page.py",

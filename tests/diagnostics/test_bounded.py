@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.bounded import MAX_DEPTH, json_of, python_of, yaml_of
-from rosorin_compile.formats.parameters.files import value_of
+from rosorin_compile_ros.parameters.files import value_of
 
 DEEP = 100_000
 

@@ -28,7 +28,7 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.geometry import Transform
 from rosorin_compile.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal
-from rosorin_compile.tools.package.package import Options, make
+from rosorin_compile_ros.package.package import Options, make
 from support.launch import command_line, read, run
 from support.robots import found as problems
 from support.schemas import schema

@@ -65,10 +65,10 @@ NAMED = {
 
 
 def named() -> Iterator[tuple[str, str]]:
-    """Yield the modules that name a section of a folder outside of the folders, formats and tools, each with it."""
+    """Yield the modules that name a section of a folder outside of the folders and formats, each with it."""
     for path in sorted(PACKAGE.rglob("*.py")):
         module = path.relative_to(PACKAGE).as_posix()
-        if not module.startswith(("sections/", "formats/", "tools/")):
+        if not module.startswith(("sections/", "formats/", "backend/")):
             yield from ((module, section) for section in sections_in(path))
 
 

@@ -175,7 +175,7 @@ def test_the_old_option_of_physics_compares_as_well(capsys: Shown) -> None:
     ],
 )
 def test_a_robot_is_told_from_a_parameter_file(words: str, robot: list[str], files: list[str], carts: Path) -> None:
-    from rosorin_compile.tools.parameters.command import _take_words
+    from rosorin_compile_ros.check_parameters.command import _take_words
 
     text = "a: {ros__parameters: {b: 1}}\n"
     write_files(carts, {"p.yaml": text, "q.yaml": text, "named_robot.yaml": "robot:\n  ros__parameters: {b: 1}\n"})

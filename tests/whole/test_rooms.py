@@ -22,9 +22,9 @@ PAGE = DOCS / "architecture.md"
 
 # Each room and the rooms that it may import, itself aside.
 MAY_KNOW: Mapping[str, Sequence[str]] = {
-    "tools": (
-        *("__init__", "extending", "commands", "pipeline", "meaning", "output", "formats", "rules", "frontend"),
-        *("sections", "model", "xml", "diagnostics", "plugins", "project", "units", "numbers", "world", "startup"),
+    "backend": (
+        *("output", "formats", "rules", "frontend", "sections"),
+        *("model", "xml", "diagnostics", "project", "units", "numbers", "startup"),
     ),
     "commands": (
         *("pipeline", "meaning", "output", "formats", "rules", "frontend"),
@@ -62,7 +62,7 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     ),
     "formats": (
         *("rules", "frontend", "sections", "model", "xml"),
-        *("diagnostics", "plugins", "project", "units", "numbers", "world", "startup"),
+        *("diagnostics", "plugins", "shipped", "project", "units", "numbers", "world", "startup"),
     ),
     "rules": ("frontend", "sections", "model", "xml", "diagnostics", "plugins", "units", "numbers", "world", "startup"),
     "frontend": (
@@ -85,8 +85,6 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     "__main__": ("cli", "world", "startup"),
     "__init__": (),
 }
-# Commands of the core that still import tools, and those tools: this list only becomes shorter.
-STILL: Mapping[str, Sequence[str]] = {}
 # All may ask which version this is. The other names of the public API are not for us: they would lead round.
 VERSION = "__version__"
 
@@ -105,15 +103,11 @@ def room(module: str) -> str:
     return next(found, top or "__init__")
 
 
-def is_still(one: Import) -> bool:
-    return room(one.of) == "tools" and one.of.split(".")[1:2] != [] and one.of.split(".")[1] in STILL.get(one.by, ())
-
-
 def arrows(found: Sequence[Import]) -> dict[tuple[str, str], list[Import]]:
     """Return the imports between rooms, by the two rooms."""
     made: dict[tuple[str, str], list[Import]] = defaultdict(list)
     for one in found:
-        if room(one.by) != room(one.of) and (one.of, one.name) != ("", VERSION) and not is_still(one):
+        if room(one.by) != room(one.of) and (one.of, one.name) != ("", VERSION):
             made[room(one.by), room(one.of)].append(one)
     return made
 

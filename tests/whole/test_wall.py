@@ -1,6 +1,7 @@
 """The wall: what stands beside the core takes nothing of it but the public names, which are few and stand on a page.
 
-``still_private.txt`` has the names that tools still take past the door, a line each. It only becomes shorter.
+The tool's own packages take beside them what ``rosorin_compile.backend`` hands on, which is written down there, name by
+name, and only becomes less.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from types import ModuleType
 
 import pytest
 
-from support.door import DOOR, breaches, owner, past_the_door
+from support.door import BACKEND, DOOR, breaches
 from support.paths import DOCS, PACKAGE, PACKAGES
 
 MOST = 150
+MOST_HANDED_ON = 219
 PAGE = DOCS / "python.md"
-STILL_PRIVATE = Path(__file__).with_name("still_private.txt")
 
 
 def door() -> dict[str, ModuleType]:
@@ -32,21 +33,16 @@ def public() -> dict[str, list[str]]:
     return {name: module.__all__ for name, module in door().items()}
 
 
-def still() -> set[tuple[str, str]]:
-    """Return the package and the name of what is taken past the door."""
-    return {(taken.package, taken.name) for taken in past_the_door(PACKAGE, public())}
-
-
-def test_tools_take_the_public_names_alone() -> None:
-    listed = {tuple(line.split()) for line in STILL_PRIVATE.read_text("utf-8").splitlines()}
-    new = [str(taken) for taken in past_the_door(PACKAGE, public()) if (taken.package, taken.name) not in listed]
-    assert not new, "\n".join(new)
-    assert not listed - still(), "nobody takes these any more: take them off the list"
+def backend() -> dict[str, list[str]]:
+    """Return the names that the door hands on to the tool's own packages, by module."""
+    folder = PACKAGE / BACKEND
+    names = [f"{BACKEND}.{path.stem}" for path in sorted(folder.glob("*.py")) if path.stem != "__init__"]
+    return {name: import_module(f"{PACKAGE.name}.{name}").__all__ for name in names}
 
 
 @pytest.mark.parametrize("package", [one for one in PACKAGES if one != PACKAGE], ids=lambda path: path.name)
 def test_a_package_beside_the_core_takes_the_public_names_alone(package: Path) -> None:
-    wrong = breaches(package, PACKAGE.name, public())
+    wrong = breaches(package, PACKAGE.name, {**public(), **backend()})
     assert not wrong, "\n".join(wrong)
 
 
@@ -79,12 +75,6 @@ def test_a_breach_of_the_wall_is_told(line: str, breach: str, tmp_path: Path) ->
     assert told == ([breach] if breach else [])
 
 
-def test_the_list_only_becomes_shorter() -> None:
-    lines = STILL_PRIVATE.read_text("utf-8").splitlines()
-    assert lines == sorted(set(lines))
-    assert len(lines) <= AT_MOST_PRIVATE
-
-
 @pytest.mark.parametrize("script", sorted((DOCS / "make").glob("*.py")), ids=lambda path: path.name)
 def test_what_makes_the_pages_takes_the_public_names_alone(script: Path) -> None:
     doors = {f"{PACKAGE.name}.{name}".rstrip(".") for name in DOOR}
@@ -93,9 +83,6 @@ def test_what_makes_the_pages_takes_the_public_names_alone(script: Path) -> None
     assert {node.module for node in taken} <= doors
     named = {name for names in public().values() for name in names}
     assert {alias.name for node in taken for alias in node.names} <= named
-
-
-AT_MOST_PRIVATE = 0
 
 
 @pytest.mark.parametrize("name", DOOR)
@@ -137,44 +124,27 @@ def test_importing_the_door_loads_none_of_the_rooms() -> None:
     }
 
 
-# ---- That these tests can fail ----
-
-HOUSE = {
-    "__init__.py": "",
-    "world/__init__.py": "",
-    "tools/__init__.py": "",
-    "tools/view/__init__.py": "from house.model import Robot\n",
-    "tools/view/command.py": "from ...model import Robot\nfrom .page import html\nfrom ...formats.page import data\n",
-    "tools/view/page.py": "",
-    "tools/package/__init__.py": "",
-    "formats/page/__init__.py": "from ...world import kind\n",
-}
-
-
-@pytest.mark.parametrize(
-    ("file", "line", "name"),
-    [
-        ("view/page.py", "from ...model.kinematics import chain", "model.kinematics.chain"),
-        ("view/page.py", "from house.model import Actuator", "model.Actuator"),
-        ("view/page.py", "from house import world\nworld.kind('a')", "world.kind"),
-        ("view/page.py", "from ... import world as asked\n", "world"),
-        ("view/page.py", "import house.world", "world"),
-        ("view/page.py", "def f():\n    from ...world import kind", "world.kind"),
-        ("view/page.py", "if TYPE_CHECKING:\n    from ...world import kind", "world.kind"),
-        ("view/page.py", "from ...formats.page import kind", "world.kind"),
-        ("view/page.py", "from importlib import import_module\nimport_module('house.world')", "world"),
-        ("view/page.py", "import importlib\nimportlib.import_module('house.' + 'world')", "?"),
-        ("package/page.py", "from ..view.page import html", "tools.view.page.html"),
-        ("package/page.py", "from ...formats.page import html", "formats.page.html"),
-    ],
-)
-def test_a_name_past_the_door_is_found(tmp_path: Path, file: str, line: str, name: str) -> None:
-    for each, text in {**HOUSE, f"tools/{file}": line}.items():
-        (tmp_path / "house" / each).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "house" / each).write_text(text, "utf-8")
-    (taken,) = past_the_door(tmp_path / "house", {"model": ["Robot"]})
-    assert (taken.package, taken.name) == (owner(f"tools.{file.partition('/')[0]}"), name)
+@pytest.mark.parametrize("name", backend())
+def test_what_is_handed_on_is_no_public_name_and_some_package_takes_it(name: str) -> None:
+    names, module = backend()[name], f"{PACKAGE.name}.{name}"
+    taken = {
+        alias.name
+        for package in PACKAGES
+        for path in package.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.module == module
+        for alias in node.names
+    }
+    assert set(names) == taken
+    open_to_all = {id(getattr(part, each)) for part in door().values() for each in part.__all__}
+    there = import_module(module)
+    assert [each for each in names if callable(getattr(there, each)) and id(getattr(there, each)) in open_to_all] == []
 
 
-if __name__ == "__main__":
-    STILL_PRIVATE.write_text("".join(f"{package} {name}\n" for package, name in sorted(still())), "utf-8")
+def test_the_core_does_without_what_it_hands_on() -> None:
+    known = {path: path.read_text("utf-8") for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE / BACKEND}
+    assert [path for path, text in known.items() if re.search(rf"^\s*from \.+{BACKEND}\b", text, re.MULTILINE)] == []
+
+
+def test_it_does_not_become_more() -> None:
+    assert sum(map(len, backend().values())) <= MOST_HANDED_ON

@@ -13,6 +13,18 @@ from ..formats.gazebo_sensors import DISTRIBUTIONS as GAZEBO_DISTRIBUTIONS
 from ..formats.gazebo_sensors import distribution, sensor_lines
 from ..formats.imported import BEFORE, BESIDE, END, INSIDE, LeftOut, cannot_carry
 from ..formats.known import Block, Held, Known
+from ..formats.launching import (
+    STATES,
+    Condition,
+    condition,
+    free_names,
+    if_condition,
+    imported,
+    in_frontends,
+    in_python,
+    mode_arguments,
+    substitutions,
+)
 from ..formats.mesh_vertices import clouds_of
 from ..formats.static_tf import describe
 from ..formats.templating import attribute, attributes, comment
@@ -38,9 +50,11 @@ __all__ = [
     "NAME",
     "NUMBER_FORMAT",
     "PLAIN",
+    "STATES",
     "VISUAL",
     "Asked",
     "Block",
+    "Condition",
     "FactSheet",
     "Held",
     "Joined",
@@ -59,18 +73,26 @@ __all__ = [
     "clouds_of",
     "comment",
     "comments_of",
+    "condition",
     "describe",
     "distribution",
     "fact_number",
     "fact_numbers",
+    "free_names",
+    "if_condition",
+    "imported",
+    "in_frontends",
+    "in_python",
     "joints_of",
     "kept",
     "known",
     "links_of",
     "meant",
+    "mode_arguments",
     "named",
     "number_of",
     "numbers",
     "sensor_lines",
+    "substitutions",
     "title",
 ]

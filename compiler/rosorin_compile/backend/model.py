@@ -7,7 +7,6 @@ from ..model.footprint import CORNERS, Footprint, footprint, outside, padded, so
 from ..model.frame_tree import NO_TOPIC, NOBODY, Line, Row, lines, publishers, rows, way
 from ..model.geometry import IDENTITY, Rows, dot, norm, pose_of, rotation_about, rotation_of_rpy, unit
 from ..model.joint import MOVING_TYPES, NODE, UNPUBLISHED, Dynamics
-from ..model.link import NO_SOURCE
 from ..model.looks import colours_of, with_visuals
 from ..model.mass import principal_moments
 from ..model.motion import motion, plane_axes
@@ -22,16 +21,14 @@ from ..model.simulated import (
     Attribute,
     GazeboSensor,
     Replicas,
-    SdfElement,
     Simulated,
 )
-from ..model.simulation import AT_ORIGIN, GENERAL, MOTOR, SHARED_LAYER, VELOCITY, Actuator, Contact, Marked, Values
+from ..model.simulation import GENERAL, MOTOR, SHARED_LAYER, VELOCITY, Actuator, Contact, Marked, Values
 from ..model.standing import HOME, Cloud, Clouds, home_of, reach, stands_at
 from ..model.touching import NEAR, Solid, Touching, around
 from ..model.tucked import left_out
 
 __all__ = [
-    "AT_ORIGIN",
     "BODY_ELEMENT",
     "CLASSIC",
     "CORNERS",
@@ -44,7 +41,6 @@ __all__ = [
     "NEAR",
     "NOBODY",
     "NODE",
-    "NO_SOURCE",
     "NO_TOPIC",
     "ROWS",
     "SENSOR_ELEMENT",
@@ -69,7 +65,6 @@ __all__ = [
     "Rgba",
     "Row",
     "Rows",
-    "SdfElement",
     "Simulated",
     "Solid",
     "Touching",

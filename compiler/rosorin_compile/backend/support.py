@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from ..diagnostics import and_here
+from ..diagnostics import and_here, swaps
 from ..diagnostics.bounded import json_of
 from ..diagnostics.console import paint
 from ..diagnostics.wording import plural
-from ..frontend.expression import parsed
 from ..frontend.lower import lower
 from ..frontend.misnamed import name_meant
 from ..frontend.packages import OF_GAZEBO
@@ -16,7 +15,7 @@ from ..numbers import NumberFormat, number_format, numbers, six, vector
 from ..output import write_set
 from ..output.one_file import replace_text
 from ..project import DESCRIPTIONS, data_folder
-from ..rules.conditions import MAX_MODES, combinations, holds, modes_in
+from ..rules.conditions import MAX_MODES, holds, modes_in
 from ..rules.remarkable import FULL_TURN
 from ..rules.tf_tree import is_tree
 from ..rules.values import FAR
@@ -35,7 +34,6 @@ __all__ = [
     "NumberFormat",
     "and_here",
     "at",
-    "combinations",
     "data_folder",
     "exists",
     "holds",
@@ -47,7 +45,6 @@ __all__ = [
     "number_format",
     "numbers",
     "paint",
-    "parsed",
     "plural",
     "remembered",
     "replace_text",
@@ -55,6 +52,7 @@ __all__ = [
     "schema",
     "sha256",
     "six",
+    "swaps",
     "vector",
     "write_set",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..xml.elements import Found, canonical, found_in, indented, tree_of
+from ..xml.elements import canonical, found_in, indented, tree_of
 from ..xml.escaping import Markup, escape
 from ..xml.files import mended, printable_name, read_source
 from ..xml.imu import with_noise
@@ -12,7 +12,6 @@ __all__ = [
     "COMMENT",
     "TEXT",
     "Attribute",
-    "Found",
     "Markup",
     "Word",
     "canonical",

@@ -1,6 +1,6 @@
 """What MoveIt has to know of a robot beside its URDF: groups of joints, end effectors, pairs that need no check.
 
-Which joints a group has is a question about one URDF: ``formats.srdf.planning`` answers it.
+Which joints a group has is a question about one URDF: the format ``srdf`` answers it (``planning``).
 """
 
 from __future__ import annotations

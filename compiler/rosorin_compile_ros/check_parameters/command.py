@@ -1,0 +1,89 @@
+"""rosorin-compile check parameters: hold the parameter files of nodes against one robot."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.diagnostics import has_errors
+from rosorin_compile.extending import (
+    FINE,
+    PROBLEMS,
+    Description,
+    Run,
+    WrongUsage,
+    for_each,
+    is_foreign,
+    world,
+)
+
+from ..parameters import DISTRIBUTION
+from .checking import asked, look, summary
+
+if TYPE_CHECKING:
+    from rosorin_compile.extending import Parser
+
+
+_HOW = "rosorin-compile check parameters ROBOT FILE ..."
+_DESCRIPTION = re.compile(r"""^["']?robot["']?[ \t]*:[ \t]*[^\s#{]""", re.MULTILINE)
+_MARK = ":="
+_MOST = 1_000_000  # bytes of a file that are looked at
+
+
+def options(command: Parser) -> None:
+    """Add what this check takes; ``--parameters`` is what its words were before it had a name."""
+    command.add_check_options("ROBOT FILE", "the robot, where there are several, and the parameter files of its nodes")
+    add = command.add_argument_group("parameter files").add_argument
+    many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": "path", "metavar": "FILE"}
+    add("--parameters", **{**many, "help": argparse.SUPPRESS})
+    add("--controllers", **many, help="files of a controller_manager: they have to name controllers")
+    add("--launch", **many, help="launch files that say remaps")
+    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="a remap")
+    add("--namespace", default="", metavar="NS", help="the namespace that the nodes run in")
+    add(
+        "--distribution",
+        choices=DISTRIBUTION["enum"],
+        help="that of ROS 2; default: that of the outputs, else any of them",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Hold the parameter files against the robot."""
+    _take_words(options)
+    wanted = asked(options)
+
+    def held(run: Run, description: Description) -> int:
+        case = run.understood(description)
+        if case is None:
+            return PROBLEMS
+        looked = look(case, wanted)
+        run.console.show(looked.diagnostics)
+        run.console.say(f"{description.name}: {summary(looked)}")
+        return PROBLEMS if has_errors(looked.diagnostics) else FINE
+
+    return for_each(options, held, alone=_HOW)
+
+
+def _take_words(options: argparse.Namespace) -> None:
+    """Leave the robot and its arguments in the words; the others are parameter files. Raises WrongUsage."""
+    for words in (options.parameters, options.controllers, options.launch):  # arguments may stand behind files
+        options.words += [word for word in words if _MARK in word]
+        words[:] = [word for word in words if _MARK not in word]
+    names = Run.of(options).words
+    arguments = [word for word in options.words if word not in names]
+    robots = names if options.parameters else names[: bool(names) and _is_robot(names[0])]
+    options.parameters = [*options.parameters, *names[len(robots) :]]  # the list of none is one for all options
+    if not options.parameters and not options.controllers:
+        raise WrongUsage(f"there is no parameter file to hold against a robot: {_HOW}")
+    if len(robots) > 1:
+        raise WrongUsage(f"parameter files are those of one robot: {_HOW}")
+    options.words = [*robots, *arguments]
+
+
+def _is_robot(word: str) -> bool:
+    """Say whether a word names a robot, rather than a parameter file: there is no such file, or it describes one."""
+    if world.kind(word) != world.FILE or is_foreign(Path(word)) or Path(word).name == Description.ROOT_FILE:
+        return True
+    return _DESCRIPTION.search(world.head(word, _MOST).decode("utf-8", "replace")) is not None

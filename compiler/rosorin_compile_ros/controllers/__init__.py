@@ -1,0 +1,66 @@
+"""controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
+
+``filled`` makes the text of ``controllers`` in a description and of what the robot knows (``known``), ``checking``
+holds parameters against the robot: those of a description (``described``), and those of files (``check_parameters``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from rosorin_compile import Format
+
+from ..parameters import DISTRIBUTION, facts, syntax
+
+if TYPE_CHECKING:
+    from rosorin_compile import Case, Diagnostic, Robot, Templates
+    from rosorin_compile.model import Output
+
+__all__ = ["FORMAT"]
+
+
+def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    from .filled import write
+
+    return write(robot, output, templates)
+
+
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .described import check
+
+    yield from check(case, output)
+
+
+FORMAT = Format(
+    name="controllers",
+    word="controllers.yaml",
+    article="a",
+    about="the parameters of ros2_control's controllers",
+    rank=61,
+    options={
+        "distribution": DISTRIBUTION,
+        "update_rate": {
+            "type": "integer",
+            "x-unit": "Hz",
+            "minimum": 1,
+            "description": "How often the controller_manager updates its controllers, in Hz; default 100.",
+        },
+        "manager": {
+            "type": "object",
+            "description": "Other parameters of the controller_manager, in its words.",
+        },
+        "namespace": {
+            "type": "string",
+            "description": "Namespace of the controller_manager and its controllers; default: none.",
+        },
+    },
+    file="controllers.yaml",
+    check=_check,
+    write=_write,
+    facts=facts,
+    syntax=syntax,
+    folder="config",
+    deploys=True,
+    names_robot=False,
+)

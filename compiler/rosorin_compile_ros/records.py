@@ -1,0 +1,55 @@
+"""What this package brings to the command line, and does for others."""
+
+from __future__ import annotations
+
+from rosorin_compile import Check, Command
+
+COMMANDS = (
+    Command(
+        name="package",
+        group="run on the robot",
+        words="[ROBOT] -o FOLDER",
+        help="write a ROS 2 package that is ready to build",
+        exits="0 written or unchanged, 1 errors",
+        options="package.command:options",
+        run="package.command:run",
+        order=10,
+    ),
+    Command(
+        name="deploy",
+        group="run on the robot",
+        words="[ROBOT] -o FOLDER",
+        help="write the artifacts into a ROS 2 package that you have",
+        exits="0 written or unchanged, 1 errors; with --dry-run also 1 something would change",
+        options="package.deploy_command:options",
+        run="package.deploy_command:run",
+        order=20,
+    ),
+)
+CHECKS = (
+    Check(
+        name="parameters",
+        words="[ROBOT] FILE ...",
+        help="hold parameter files of nodes against a robot: who publishes which edge, frames",
+        exits="0 at most warnings, 1 errors",
+        options="check_parameters.command:options",
+        run="check_parameters.command:run",
+        old=("--parameters", "--controllers", "--launch", "--remap", "--namespace", "--distribution"),
+    ),
+    Check(
+        name="deployed",
+        words="[ROBOT] FOLDER",
+        help="compare with the copies in a package, an install space or any folder",
+        exits="0 as compiled, 1 differences or errors",
+        options="package.deployed_command:options",
+        run="package.deployed_command:run",
+        old=("--deployed",),
+    ),
+)
+SERVICES = {
+    "planning of MoveIt": "package.bringup:planning_of",
+    "package around a folder": "package.finding:package_of",
+    "files below a folder": "package.finding:files_below",
+    "files that are not installed": "package.installing:missing",
+    "is a launch file": "package.launch_files:is_launch_file",
+}

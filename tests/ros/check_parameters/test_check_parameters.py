@@ -1,0 +1,85 @@
+"""check parameters: each file of tests/data/parameters says at its top what has to be said about it, word for word.
+
+A folder is one robot, with files after the real defaults of its nodes: ``sound.yaml``, of which nothing is said, and
+others with a conflict. The comments at the top are those of tests/bad, after ``# options:`` of the command line; with
+``--controllers`` as the first of them the file has to have controllers.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main, parser
+from rosorin_compile.commands.given import Given
+from rosorin_compile.commands.understanding import understood
+from rosorin_compile.diagnostics import Diagnostic
+from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.diagnostics.registry import PARAMETERS, every_rule
+from rosorin_compile.project import Description
+from rosorin_compile_ros.check_parameters.checking import asked, look
+from support.cases import told
+from support.paths import DATA
+
+FOLDER = DATA / "parameters"
+CASES = sorted(one for one in FOLDER.glob("*/*.yaml") if one.name != "robot.yaml" and ".launch" not in one.name)
+
+
+def comments(case: Path) -> list[str]:
+    return [line for line in case.read_text("utf-8").splitlines() if line.startswith(("# expect: ", "#   "))]
+
+
+def options(case: Path) -> argparse.Namespace:
+    """Return the options of a case, as the command line would parse them."""
+    lines = case.read_text("utf-8").splitlines()
+    words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
+    command = parser(["check", "parameters"]).within["check"]
+    flag = words.pop(0) if words[:1] == ["--controllers"] else "--parameters"
+    return command.parse_args(["robot.yaml", flag, case.name, *words])
+
+
+def looked_at(case: Path) -> list[Diagnostic]:
+    known = understood(Given({}, ()), Description("robot", Path("robot.yaml"), Path("outputs")), Console("json"))
+    assert known is not None
+    return look(known.case, asked(options(case))).diagnostics
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.parent.name}-{case.stem}")
+def test_what_is_said_of_parameters(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(case.parent)
+    found = told(looked_at(case), case.name)
+    assert found == comments(case), "\n".join(["", *found])
+    assert (case.stem == "sound") == (not found)
+
+
+def test_each_rule_of_parameters_has_a_case() -> None:
+    said = {line.split("[")[1].split("]")[0] for case in CASES for line in comments(case) if "expect" in line}
+    assert said >= {rule.id for rule in every_rule().values() if rule.topic == PARAMETERS}
+
+
+def test_each_conflict_has_its_sound_twin() -> None:
+    assert all((case.parent / "sound.yaml").is_file() for case in CASES)
+    assert len({case.parent for case in CASES}) >= 10
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "shown"),
+    [
+        (["sound.yaml"], 0, "controllers: 1 edge of nodes held against the files: as described\n"),
+        (["--controllers", "sound.yaml", "--distribution", "rolling"], 0, "as described"),
+        (["--controllers", "sound.yaml", "frames.yaml"], 1, "parameters-other-edge"),
+        (["nothing.yaml"], 2, 'there is no file "nothing.yaml"'),
+        (["sound.yaml", "--remap", "a"], 2, '"a" is no remap: write NODE:FROM:=TO'),
+        (["--launch", "a.launch.py"], 2, "there is no parameter file to hold against a robot: rosorin-compile check "),
+        (["--controllers", "sound.yaml", "--physics"], 2, "check parameters has no option --physics"),
+    ],
+)
+def test_the_command_line(
+    words: list[str], code: int, shown: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(FOLDER / "controllers")
+    assert main(["check", "parameters", "robot.yaml", *words]) == code
+    captured = capsys.readouterr()
+    assert shown in captured.out + captured.err

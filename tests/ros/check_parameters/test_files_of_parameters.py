@@ -1,0 +1,243 @@
+"""Parameter files of ROS 2 nodes as rcl reads them: names, namespaces, wildcards, values, places, what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from rosorin_compile.diagnostics import Source
+from rosorin_compile_ros.check_parameters.files import NoParameters, Section, read
+
+FILE = """\
+/**:
+  ros__parameters: {use_sim_time: yes, rate: 1}
+base:
+  controller_manager:
+    ros__parameters:
+      rate: 2
+      wheels.radius: 0.05
+      wheels: {names: [a, b]}
+/other/node:
+  ros__parameters:
+    text: "yes"
+    size: 12.5 mm
+    path: $(find-pkg-share robot)/map.yaml
+    mixed: [0.5, $(var rate)]
+"""
+
+
+def parsed(text: str) -> list[Section]:
+    return read(Source("params.yaml", text))[0]
+
+
+def value(text: str) -> Any:
+    """Return what a node gets for a value of a file."""
+    return parsed(f"node: {{ros__parameters: {{a: {text}}}}}\n")[0].parameters["a"].value
+
+
+def test_nodes_have_full_names_and_keys_with_dots() -> None:
+    sections = parsed(FILE)
+    assert [section.name for section in sections] == ["/**", "/base/controller_manager", "/other/node"]
+    values = sections[1].parameters
+    assert {key: one.value for key, one in values.items()} == {
+        "rate": 2,
+        "wheels.radius": 0.05,
+        "wheels.names": ["a", "b"],
+    }
+    radius = values["wheels.radius"]
+    assert (radius.span.line, radius.span.column, radius.key.column) == (7, 22, 7)
+
+
+def test_what_a_launch_file_puts_in_has_no_type() -> None:
+    values = parsed(FILE)[2].parameters
+    assert [key for key, one in values.items() if one.substituted] == ["path", "mixed"]
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("yes", True),
+        ("Off", False),
+        ('"yes"', "yes"),
+        ("12.5 mm", "12.5 mm"),
+        ("010", 8),
+        ("08", 8.0),
+        ("-0x1f", -31),
+        ("1e3", 1000.0),
+        (".5", 0.5),
+        ("99999999999999999999", 1e20),
+        ("-9223372036854775808", -(2**63)),
+        ("1e400", "1e400"),
+        ("1e-310", "1e-310"),
+        ("0e-400", 0.0),
+        ("!!str 1", "1"),
+        ("-.inf", -math.inf),
+        ("infinity", math.inf),
+        ("null", "null"),
+        ("~", "~"),
+        ("1_000", "1_000"),
+        ("2026-11-22", "2026-11-22"),
+        ("[1, 2]", [1, 2]),
+        ("[]", []),
+    ],
+)
+def test_values_are_those_of_rcl(text: str, wanted: Any) -> None:
+    found = value(text)
+    assert (found, type(found)) == (wanted, type(wanted))
+
+
+def test_not_a_number() -> None:
+    assert math.isnan(value(".nan"))
+    assert math.isnan(value("nan"))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name", "fits"),
+    [
+        ("/**", "/a/b/c", True),
+        ("/*", "/a/b", False),
+        ("/*", "/a", True),
+        ("/a/**", "/a/b/c", True),
+        ("/**/b", "/b", True),
+    ],
+)
+def test_patterns(pattern: str, name: str, fits: bool) -> None:
+    section = parsed(f"{pattern}: {{ros__parameters: {{a: 1}}}}\n")[0]
+    assert section.matches(name) is fits
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("ros__parameters: {a: 1}\n", (1, 1), "ros__parameters stands at the top: no node is named"),
+        ("node: {ros__parameters: {}, a: 1}\n", (1, 29), '"a" has a value, and no ros__parameters stands above it'),
+        (
+            "n: {ros__parameters: {a: {}, b: 1}}\n",
+            (1, 30),
+            '"b" stands behind "a", which is empty: ROS 2 refuses the whole file',
+        ),
+        ("n: {ros__parameters: {'': 1}}\n", (1, 23), "a parameter has no name: ROS 2 refuses the whole file"),
+        ("'': {m: {ros__parameters: {a: 1}}}\n", (1, 1), "a node has no name: ROS 2 refuses the whole file"),
+        (
+            "n: {ros__parameters: {a: 1}, ros__parameters: {b: 1}}\n",
+            (1, 30),
+            "ros__parameters stands twice for one node, which ROS 2 refuses",
+        ),
+        *(
+            (text, (1, column), f'"{name}" is no name of a node or a namespace: ROS 2 refuses the whole file')
+            for text, column, name in (
+                ("n: {/m: {ros__parameters: {a: 1}}}\n", 5, "/n//m"),
+                ("/n/: {ros__parameters: {a: 1}}\n", 1, "/n/"),
+                ("~: {ros__parameters: {a: 1}}\n", 1, "~"),
+            )
+        ),
+        ("node: {ros__parameters: 3}\n", (1, 25), "ros__parameters is a mapping of keys to values"),
+        ("node: {ros__parameters: {a: [[1]]}}\n", (1, 30), '"a" holds a list in a list, which ROS 2 refuses'),
+        (
+            "node: {ros__parameters: {a: [{b: 1, c: 2}]}}\n",
+            (1, 37),
+            '"a.b" mixes int and string: ROS 2 refuses the whole file, and no node starts',
+        ),
+        (
+            "n: {ros__parameters: {a: 1}, m: {ros__parameters: {a: 1}}}\n",
+            (1, 30),
+            '"m" stands behind the ros__parameters of "n", which ROS 2 refuses',
+        ),
+        (
+            "my node: {ros__parameters: {a: 1}}\n",
+            (1, 1),
+            '"my node" is no name of a node or a namespace: ROS 2 refuses the whole file',
+        ),
+        (
+            "node: {ros__parameters: {a: [0, 0.5]}}\n",
+            (1, 33),
+            '"a" mixes int and double: ROS 2 refuses the whole file, and no node starts',
+        ),
+        (
+            "node: {ros__parameters: {a: }}\n",
+            (1, 29),
+            "this key has no value: ROS 2 refuses the whole file",
+        ),
+        (
+            "node: {ros__parameters: {a: &x 1, b: *x}}\n",
+            (1, 38),
+            "ROS 2 takes no aliases in a parameter file",
+        ),
+        ("- 1\n", (1, 1), "this is no parameter file: its top is no mapping"),
+    ],
+)
+def test_what_rcl_refuses(text: str, place: tuple[int, int], message: str) -> None:
+    with pytest.raises(NoParameters) as raised:
+        parsed(text)
+    told = raised.value.diagnostic
+    assert told.span is not None
+    assert ((told.span.line, told.span.column), told.rule, told.message) == (place, "parameters-syntax", message)
+
+
+def test_what_is_no_yaml_has_a_place() -> None:
+    with pytest.raises(NoParameters) as raised:
+        parsed("a: [1\n")
+    assert raised.value.diagnostic.span is not None
+
+
+def test_depth_is_bounded() -> None:
+    with pytest.raises(NoParameters, match="nested deeper than 40 levels"):
+        parsed("a: {" * 200 + "}" * 200 + "\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("[{b: 1}]", {"a.b": [1]}),
+        ("[{b: [x, z]}]", {"a.b": ["x", "z"]}),
+        ("[{b: [x], c: 1}]", {"a.b": ["x"], "a.c": 1}),
+        ("[{b: [x, z]}], y: {c: 1}", {"a.b": ["x", "z"], "y.c": 1}),
+        ("[{b: {c: 1.5}}]", {"a.b.c": [1.5]}),
+    ],
+)
+def test_a_mapping_in_a_list_is_one_of_parameters(text: str, wanted: dict[str, Any]) -> None:
+    sections, told = read(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
+    assert told == []
+    assert {key: one.value for key, one in sections[0].parameters.items()} == {**wanted, "z": 1}
+
+
+@pytest.mark.parametrize("text", ["[{b: x, c: z}]", "[{b: x, c: {d: 1}}]", "[{b: [x]}, {b: [x, [z], {c: 1}]}]"])
+def test_what_ros_reads_otherwise_than_it_looks_is_told(text: str) -> None:
+    sections, told = read(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
+    assert [(one.rule, one.severity) for one in told] == [("parameters-syntax", "warning")]
+    assert sections[0].parameters["z"].value == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "told", "wanted"),
+    [
+        ("x: {a: {}, b: 1}, c: 2", '"b" stands behind "x.a", which is empty: ROS 2 reads it otherwise', {"c": 2}),
+        ("c: 2, a: []", '"a" is an empty list, and ROS 2 does not know of what', {"c": 2, "a": []}),
+    ],
+)
+def test_what_is_empty_is_told(text: str, told: str, wanted: dict[str, Any]) -> None:
+    sections, found = read(Source("params.yaml", f"n: {{ros__parameters: {{{text}}}}}\n"))
+    assert [(one.rule, one.severity) for one in found] == [("parameters-syntax", "warning")]
+    assert found[0].message.startswith(told)
+    assert wanted.items() <= {key: one.value for key, one in sections[0].parameters.items()}.items()
+
+
+@pytest.mark.parametrize("text", ["a: {b: {}}\n", "{}\n"])
+def test_a_file_of_nothing_but_empty_nodes_is_told_and_no_mistake(text: str) -> None:
+    """As rcl takes it; with parameters elsewhere nobody is missed."""
+    sections, (told,) = read(Source("params.yaml", text))
+    assert (sections, told.severity) == ([], "warning")
+    assert told.message == "no node has parameters here: there is no ros__parameters"
+
+
+@pytest.mark.parametrize("text", ["", "# nothing yet\n", "\n\n"])
+def test_a_file_without_anything_is_one(text: str) -> None:
+    assert read(Source("params.yaml", text)) == ([], [])
+
+
+@pytest.mark.parametrize("name", ["$(var ns)/node", "<robot_namespace>/node", "/**/node", "/a/*", "a/b"])
+def test_names_that_are_put_in_or_match_are_no_mistakes(name: str) -> None:
+    assert len(parsed(f'"{name}": {{ros__parameters: {{a: 1}}}}\n')) == 1
+    assert len(parsed("n: {m: {ros__parameters: {a: 1}}, ros__parameters: {a: 1}}\n")) == 2

@@ -1,0 +1,294 @@
+"""Static transforms in launch files of people: read from every form, and held against the description."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.formats import static_tf
+from rosorin_compile.model import (
+    STATIC_TRANSFORM_PUBLISHER,
+    UNPUBLISHED,
+    Edge,
+    Joint,
+    Limit,
+    Link,
+    Pose,
+    Publisher,
+    Robot,
+)
+from rosorin_compile.model.joint import NODE
+from rosorin_compile_ros.package.launch_files import Unreadable, calls, check, is_launch_file, understood
+
+LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))
+STATIC = Publisher(STATIC_TRANSFORM_PUBLISHER, "tf_base_laser")
+ROBOT = Robot(
+    "r",
+    tuple(map(Link, ("base_link", "laser", "arm", "claw"))),
+    (
+        Joint("lidar_joint", "fixed", "base_link", "laser", LASER, publisher=STATIC),
+        Joint("arm_joint", "revolute", "base_link", "arm", limit=Limit(-1, 1, 1, 1)),
+        Joint("claw_joint", "fixed", "arm", "claw", publisher=Publisher(UNPUBLISHED, about="nobody")),
+    ),
+    edges=(Edge("map", "base_link", Publisher(NODE, "amcl"), moving=True),),
+)
+RIGHT = (
+    "--x 0.048156 --y 0.0000756 --z 0.106748 --roll 0 --pitch 0 --yaw 3.14159265"
+    " --frame-id base_link --child-frame-id laser"
+)
+WORDS = RIGHT.split()
+
+DIRECT = """\
+from launch import LaunchDescription
+from launch_ros.actions import Node
+
+def generate_launch_description():
+    return LaunchDescription([
+        Node(package='tf2_ros', executable='static_transform_publisher', name='n', arguments=ARGUMENTS),
+    ])
+"""
+HELPER = """\
+import math
+from launch_ros.actions import Node
+X = '0.048156'
+
+def mounted(node, place, angles, on, child='laser'):
+    turned = ['--roll', angles[0], '--pitch', angles[1], '--yaw', angles[2]]
+    return Node(package='tf2_ros', executable='static_transform_publisher', name=node, arguments=[
+        '--x', place[0], '--y', place[1], '--z', place[2]] + turned + ['--frame-id', on, '--child-frame-id', child])
+
+def generate_launch_description():
+    zero = '0'
+    return [
+        mounted('tf_base_laser', [X, '0.0000756', '0.106748'], [zero, '0', YAW], 'base_link'),
+        mounted('other', (X, '0', '0'), ('0', '0', '0'), on='base_link', child='x'),
+    ]
+"""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        repr(WORDS),
+        repr(tuple(WORDS)),
+        f"{RIGHT!r}.split()",
+        f"['--x', '0.048156'] + {WORDS[2:]!r}",
+        f"{WORDS[:10]!r} + ['--yaw', str(math.pi)] + {WORDS[12:]!r}",
+        f"{WORDS[:13]!r} + [f'base_{{\"link\"}}'] + {WORDS[14:]!r}",
+    ],
+)
+def test_python_with_plain_arguments(arguments: str) -> None:
+    found = calls("a.launch.py", DIRECT.replace("ARGUMENTS", arguments))
+    assert [call.line for call in found] == [6]
+    said = understood(found[0].arguments or ())
+    assert said is not None
+    assert (said.parent, said.child) == ("base_link", "laser")
+    assert said.transform.xyz == (0.048156, 0.0000756, 0.106748)
+    assert said.transform.angle_to(LASER.transform()) < 1e-8
+
+
+def test_python_with_a_helper_tells_the_line_of_each_call() -> None:
+    text = HELPER.replace("YAW", "'3.14159265'")
+    found = calls("a.launch.py", text)
+    assert [call.line for call in found] == [13, 14]
+    assert found[0].arguments == tuple(WORDS)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.launch.xml", f'<launch>\n<node pkg="tf2_ros" exec="static_transform_publisher" args="{RIGHT}"/></launch>'),
+        ("a.launch.xml", f'<launch><arg name="p" default="base_link"/>\n<group><node pkg="tf2_ros" '
+         f'exec="static_transform_publisher" args="{RIGHT.replace("base_link", "$(var p)")}"/></group></launch>'),
+        ("a.launch.yaml", f"launch:\n- node: {{pkg: tf2_ros, exec: static_transform_publisher, args: '{RIGHT}'}}\n"),
+        ("a.launch.yml", "launch:\n- node:\n    pkg: tf2_ros\n    exec: static_transform_publisher\n"
+         f'    args: "{RIGHT.replace("laser", "$(var c)")}"\n- arg: {{name: c, default: laser}}\n'),
+    ],
+)  # fmt: skip
+def test_xml_and_yaml(name: str, text: str) -> None:
+    found = calls(name, text)
+    assert [call.arguments for call in found] == [tuple(WORDS)]
+    assert found[0].line == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.launch.py", "static_transform_publisher (", "not a Python file"),
+        ("a.launch.xml", "<launch static_transform_publisher", "not XML"),
+        ("a.launch.xml", '<!DOCTYPE a [<!ENTITY b "c">]><launch>static_transform_publisher</launch>', "not XML"),
+        ("a.launch.yaml", "launch: [static_transform_publisher", "not YAML"),
+        ("a.launch.py", "static_transform_publisher = " + "(" * 500 + ")" * 500, "not a Python file"),
+    ],
+)
+def test_launch_files_that_cannot_be_read(name: str, text: str, message: str) -> None:
+    with pytest.raises(Unreadable, match=message):
+        calls(name, text)
+
+
+@pytest.mark.parametrize("text", ["while True: pass", "import os; os.abort()", "x = 'a' * 10 ** 12"])
+def test_nothing_is_run(text: str) -> None:
+    assert calls("a.launch.py", f"{text}\n# static_transform_publisher\n") == []
+
+
+@pytest.mark.parametrize("name", ["a.launch.py", "a_launch.py", "launch/a.py", "b/launch/a.launch.xml", "a.launch"])
+def test_what_a_launch_file_is(name: str) -> None:
+    assert is_launch_file(name)
+    assert not is_launch_file(name.replace("launch", "lunch"))
+
+
+def told(args: str) -> list[str]:
+    source = Source("a.launch.xml", f'<launch>\n<node exec="static_transform_publisher" args="{args}"/>\n</launch>')
+    return [
+        f"{d.severity}[{d.rule}]:{d.span.line if d.span else 0}: {d.message}"
+        for call in calls("a.launch.xml", source.text)
+        for d in check(ROBOT, source, call)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (RIGHT, []),
+        (RIGHT.replace("0.0000756", "0.00007"), []),
+        (RIGHT.replace("3.14159265", "-3.1416"), []),
+        (RIGHT.replace("3.14159265", "0"), ["--yaw 0 -> 3.14159265, rotation 180 deg off"]),
+        (RIGHT.replace("0.048156", "0.48156"), ["--x 0.48156 -> 0.048156"]),
+        (RIGHT.replace("--z 0.106748", ""), ["--z 0 -> 0.106748"]),
+        (RIGHT.replace("base_link", "base_footprint"), ["parent base_footprint -> base_link"]),
+        (
+            RIGHT.replace("--roll 0 --pitch 0 --yaw 3.14159265", "--qz 0.7071068 --qw 0.7071068"),
+            ["rotation 90 deg off, described: --qx 0 --qy 0 --qz 1 --qw 0"],
+        ),
+        ("0.048156 0.0000756 0.106748 3.14159265 0 0 base_link laser", []),
+        ("0.048156 0.0000756 0.106748 0 0 1 0 base_link laser", []),
+        (
+            "0.048156 0.0000756 0.106748 0 0 3.14159265 base_link laser",
+            ["--roll 3.14159265 -> 0, --yaw 0 -> 3.14159265, rotation 180 deg off"],
+        ),
+    ],
+)
+def test_what_differs(args: str, said: list[str]) -> None:
+    parent = "base_footprint" if "base_footprint" in args else "base_link"
+    begin = f"error[deployed-launch-differs]:2: {parent} -> laser is not as described: "
+    assert told(args) == [begin + one for one in said]
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (
+            RIGHT.replace("laser", "arm"),
+            "error[deployed-launch-owner]:2: base_link -> arm is published here, but the description gives it to"
+            " robot_state_publisher, from the URDF",
+        ),
+        (
+            RIGHT.replace("laser", "claw"),
+            "error[deployed-launch-owner]:2: base_link -> claw is published here, but the description gives it to"
+            " nobody",
+        ),
+        (
+            RIGHT.replace("base_link", "map").replace("laser", "base_link"),
+            "error[deployed-launch-owner]:2: map -> base_link is published here, but the description gives it to amcl",
+        ),
+        (
+            RIGHT.replace("laser", "lidar_frame"),
+            "warning[deployed-launch-unknown]:2: base_link -> lidar_frame is no frame of the description",
+        ),
+        ("--x", "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments"),
+        (f"{RIGHT} --spin 1", "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments"),
+        (f"{RIGHT} --qw 1", "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments"),
+        (
+            RIGHT.replace("3.14159265", "nan"),
+            "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments",
+        ),
+        (
+            RIGHT.replace("laser", "$(var unknown)"),
+            "note[deployed-launch-unread]:2: the arguments of this static_transform_publisher are known only when the"
+            " launch file runs",
+        ),
+    ],
+)
+def test_what_else_is_said(args: str, said: str) -> None:
+    assert told(args) == [said]
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_what_we_print_is_as_described(data: st.DataObject) -> None:
+    number = st.floats(-10, 10)
+    pose = Pose(data.draw(st.tuples(number, number, number)), data.draw(st.tuples(number, number, number)))
+    joint = Joint("j", "fixed", "a", "b", pose, publisher=STATIC)
+    robot = Robot("r", (Link("a"), Link("b")), (joint,))
+    text = DIRECT.replace("ARGUMENTS", repr(list(static_tf.static_transforms(robot)[0][0].arguments)))
+    (call,) = calls("a.launch.py", text)
+    assert list(check(robot, Source("a.launch.py", text), call)) == []
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_a_change_is_told(data: st.DataObject) -> None:
+    flag = data.draw(st.sampled_from(["--x", "--y", "--z", "--roll", "--pitch", "--yaw"]))
+    step = data.draw(st.floats(2e-4, 3) | st.floats(-3, -2e-4))
+    words = dict(zip(WORDS[::2], WORDS[1::2], strict=True))
+    words[flag] = repr(float(words[flag]) + step)
+    said = told(" ".join(f"{key} {value}" for key, value in words.items()))
+    assert len(said) == 1
+    assert f"{flag} {words[flag]} -> " in said[0]
+
+
+def test_the_artifact_itself_is_read(tmp_path: Path) -> None:
+    from support.robots import compiled
+
+    robot = compiled().robot
+    assert robot is not None
+    text = next(artifact.text for artifact in compiled().artifacts if artifact.backend == "static_tf")
+    found = calls(str(tmp_path / "static_tf.launch.py"), text)
+    assert [call.arguments for call in found] == [t.arguments for t in static_tf.static_transforms(robot)[0]]
+
+
+PIECES = st.sampled_from(
+    [
+        *HELPER.split("\n"),
+        "x = [",
+        "]",
+        "(",
+        "static_tf(",
+        "    ",
+        "\n",
+        "f'{",
+        "}'",
+        "\0",
+        "*",
+        "9" * 40,
+        "x = x",
+        "lambda: ",
+    ]
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(PIECES, max_size=30), st.sampled_from(["a.launch.py", "a.launch.xml", "a.launch.yaml"]))
+def test_any_text_is_read_or_refused(pieces: list[str], name: str) -> None:
+    text = "static_transform_publisher\n" + "\n".join(pieces)
+    try:
+        found = calls(name, text)
+    except Unreadable:
+        return
+    source = Source(name, text)
+    for call in found:
+        list(check(ROBOT, source, call))
+
+
+@pytest.mark.parametrize("step", ["{0} * {0}", "{0} + {0}", "f'{{{0}}}{{{0}}}'"])
+def test_values_that_grow_are_left_unknown(step: str) -> None:
+    lines = ["a = 99" if "*" in step else "a = 'xx'"]
+    lines += [f"{after} = {step.format(before)}" for before, after in pairwise("abcdefghijklmnopqrstu")]
+    text = "\n".join([*lines, DIRECT.replace("ARGUMENTS", "[str(u)]")])
+    assert calls("a.launch.py", text)[0].arguments is None

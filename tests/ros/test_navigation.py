@@ -1,0 +1,266 @@
+"""Nav2 and robot_localization: what is written is what the description knows, and nodes would take it.
+
+The robots of tests/data/navigation have their artifacts in ``outputs`` there, which are read by people and renewed by
+``rosorin-compile all tests/data/navigation/NAME/robot.yaml -o tests/data/navigation/outputs/NAME``. The judges are
+check --parameters, which reads files and tables by itself, and points of the shapes (test_footprint.py).
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+
+from rosorin_compile.cli import main
+from rosorin_compile.commands.given import Given
+from rosorin_compile.commands.understanding import Known, understood
+from rosorin_compile.diagnostics import Diagnostic, Source, has_errors
+from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.project import Description
+from rosorin_compile_ros.check_parameters import checking, files, nodes
+from rosorin_compile_ros.navigation import FILTER, frames_of, kind_of
+from rosorin_compile_ros.parameters.files import nodes_of
+from rosorin_compile_ros.parameters.tables import kinds
+from rosorin_compile_ros.parameters.values import fits, refused
+from rosorin_compile_ros.robot_localization import STATES
+from support.paths import DATA, ROOT, ROSORIN
+from support.robots import compiled, compiled_text
+
+FOLDER = DATA / "navigation"
+NAMES = ("fetcher", "husky", "lopsided", "mule")
+EMITTED = sorted((FOLDER / "outputs").glob("*/*.yaml"))
+ROBOTS = [
+    *(FOLDER / name / "robot.yaml" for name in NAMES),
+    *sorted((DATA / "parameters").glob("*/robot.yaml")),
+    ROSORIN,
+    *sorted((ROOT / "examples").glob("*/robot.yaml")),
+]
+INPUTS = {"odom0": {"topic": "odom", "uses": ["vx", "vyaw"]}, "imu0": {"topic": "imu", "uses": ["vyaw"]}}
+
+
+def of(path: Path) -> str:
+    return f"{path.parent.parent.name}-{path.parent.name}"
+
+
+def known(path: Path) -> Known:
+    found = understood(Given({}, ()), Description(path.parent.name, path, Path("outputs")), Console("json"))
+    assert found is not None
+    return found
+
+
+def outputs(robot: Robot, distribution: str) -> Iterator[Output]:
+    """Yield the outputs of a robot that has none of ours: one for Nav2, one for each filter."""
+    yield Output("nav2", "nav2", "nav2.yaml", {"distribution": distribution})
+    filters = [publisher.name for publisher in robot.publishers if kind_of(publisher) == FILTER]
+    for name in filters or [""]:
+        options = {"distribution": distribution, "inputs": INPUTS, **({"node": name} if name else {})}
+        yield Output("robot_localization", "robot_localization", f"ekf{name}.yaml", options)
+
+
+def written(robot: Robot, output: Output) -> str:
+    text, said = FORMATS[output.backend].written(robot, output, Templates())
+    assert not has_errors(said), said
+    return text
+
+
+def looked_at(robot: Known, paths: list[Path], distribution: str) -> list[Diagnostic]:
+    return checking.look(robot.case, checking.Asked(paths, [], [], [], "", distribution)).diagnostics
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_artifacts_are_those_that_people_have_read(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code = main(["check", str(FOLDER / name / "robot.yaml"), "-o", str(FOLDER / "outputs" / name)])
+    assert code == 0, capsys.readouterr().out
+
+
+@pytest.mark.parametrize("distribution", ["humble", "jazzy"])
+@pytest.mark.parametrize("path", ROBOTS, ids=of)
+def test_what_is_written_is_sound_for_check_parameters(path: Path, distribution: str, tmp_path: Path) -> None:
+    """Each file by itself and all together: no other node than the declared one publishes an edge."""
+    robot = known(path)
+    made = []
+    for output in outputs(robot.robot, distribution):
+        if frames_of(robot.robot, output)[0] is None:
+            assert not any(
+                edge.child in robot.robot.link for edge in robot.robot.edges if not edge.joint and edge.moving
+            )
+            return
+        made.append(tmp_path / output.file)
+        made[-1].write_text(written(robot.robot, output), "utf-8")
+        assert looked_at(robot, made[-1:], distribution) == []
+    assert looked_at(robot, made, distribution) == []
+
+
+@pytest.mark.parametrize("path", EMITTED, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_each_key_is_one_of_its_distribution_and_has_its_type(path: Path) -> None:
+    """Read as a node reads it, by the reader and the tables of check --parameters."""
+    said = path.read_text("utf-8").splitlines()[1].lower()
+    distribution = "humble" if "humble" in said else "jazzy"
+    sections, told = files.read(Source(path.name, path.read_text("utf-8")))
+    assert told == []
+    made, told = nodes.found(nodes.Files([sections], "", distribution))
+    assert told == []
+    for node in made:
+        kind = node.kind or kinds(distribution)["ekf"]  # a filter of another name
+        for name, parameter in node.parameters.items():
+            key = kind.key(name)
+            assert key is not None, (node.full, name)
+            assert distribution in key.only, (node.full, name)
+            assert fits(parameter.value, key.type), (node.full, name, parameter.value)
+            assert refused(key.valid, parameter.value) is None
+
+
+@pytest.mark.parametrize("path", EMITTED, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_what_is_written_is_read_back(path: Path) -> None:
+    """As YAML has it, and as facts have it."""
+    backend = "robot_localization" if path.stem.startswith("ekf") else "nav2"
+    text = path.read_text("utf-8")
+    facts = FORMATS[backend].facts(text)
+    assert facts
+    flat = {(node, key): value for node, found in nodes_of(text).items() for key, value in found.items()}
+    assert {(fact.name, fact.quantity) for fact in facts} == set(flat)
+    for fact, value in facts.items():
+        meant = flat[fact.name, fact.quantity]
+        if isinstance(meant, (int, float)) and not isinstance(meant, bool):
+            assert value.value == meant
+        elif isinstance(meant, str):
+            assert value.value.strip('"') == meant
+        else:
+            assert value.value == str(meant).lower()
+
+
+@pytest.mark.parametrize("text", ["a: [", "[1, 2]", "a: 1", "a: {b: {}}", "- a", ""])
+@pytest.mark.parametrize("backend", ["nav2", "robot_localization"])
+def test_a_damaged_artifact_is_an_error(backend: str, text: str) -> None:
+    with pytest.raises(ValueError, match=r"YAML|parameter file"):
+        FORMATS[backend].facts(text)
+
+
+def test_an_artifact_with_too_small_a_footprint_disagrees() -> None:
+    made = compiled(FOLDER / "husky" / "robot.yaml")
+    robot = made.robot
+    (nav2,) = [one for one in made.artifacts if one.backend == "nav2"]
+    assert agreement(robot, made.artifacts) == []
+    small = nav2.text.replace('footprint: "[]"', 'footprint: "[[0.4, 0.3], [-0.49, 0.3], [-0.49, -0.3], [0.4, -0.3]]"')
+    assert small != nav2.text
+    (first, _) = agreement(robot, [replace(nav2, text=small)])
+    assert '"base_link" reaches 90 mm out of the footprint of local_costmap/local_costmap' in first.message
+
+
+@pytest.mark.parametrize("footprint", ["[[0.4, 0.3]]_x", "wide", "[[0.4]]", "7"])
+def test_an_artifact_whose_footprint_cannot_be_read_disagrees(footprint: str) -> None:
+    made = compiled(FOLDER / "husky" / "robot.yaml")
+    (nav2,) = [one for one in made.artifacts if one.backend == "nav2"]
+    wrong = replace(nav2, text=nav2.text.replace('footprint: "[]"', f'footprint: "{footprint}"'))
+    assert any("it cannot be read back" in one.message for one in agreement(made.robot, [wrong]))
+
+
+def test_check_says_what_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A number and a frame of the description, and the sentences that the artifacts make of them."""
+    shutil.copytree(FOLDER / "lopsided", tmp_path / "lopsided")
+    path, committed = tmp_path / "lopsided" / "robot.yaml", ["-o", str(FOLDER / "outputs" / "lopsided")]
+    path.write_text(path.read_text("utf-8").replace("length: 1.2", "length: 1.6").replace("map,", "site,"), "utf-8")
+    assert main(["check", str(path), *committed]) == 1
+    shown = capsys.readouterr().out
+    assert "node amcl global_frame_id map -> site: nav2" in shown
+    assert "node local_costmap/local_costmap voxel_layer.max_obstacle_height 1.5 -> 1.7: nav2" in shown
+
+
+CAR = """robot: car
+links:
+  base_link: {{collision: [{{box: {{size: [0.4, 0.2, 0.1]}}}}]}}
+  l: {{collision: [{{cylinder: {{radius: 50 mm, length: 20 mm}}, rpy: [90 deg, 0, 0]}}]}}
+  r: {{collision: [{{cylinder: {{radius: 50 mm, length: 20 mm}}, rpy: [90 deg, 0, 0]}}]}}
+  f: {{collision: [{{cylinder: {{radius: 50 mm, length: 20 mm}}, rpy: [90 deg, 0, 0]}}]}}
+  fork: {{}}
+  b: {{collision: [{{cylinder: {{radius: 50 mm, length: 20 mm}}, rpy: [90 deg, 0, 0]}}]}}
+joints:
+  l: {{type: continuous, parent: base_link, child: l, xyz: [{x}, 0.1, 0], axis: [0, 1, 0]}}
+  r: {{type: continuous, parent: base_link, child: r, xyz: [{x}, -0.1, 0], axis: [0, 1, 0]}}
+  fork: {{type: continuous, parent: base_link, child: fork, xyz: [0.3, 0.1, 0], axis: [0, 0, 1]}}
+  f: {{type: continuous, parent: fork, child: f, axis: [0, 1, 0]}}
+  b: {{type: continuous, parent: base_link, child: b, xyz: [0.3, -0.1, 0], axis: [0, 1, 0]}}
+drive: {{{drive}}}
+publishers: {{amcl: {{package: nav2_amcl}}, driver: {{package: car_driver}}}}
+edges:
+  - {{parent: odom, child: base_link, publisher: driver}}
+  - {{parent: map, child: odom, publisher: amcl}}
+outputs:
+  nav2: {{file: nav2.yaml}}
+  robot_localization:
+    file: ekf.yaml
+    inputs: {{odom0: {{topic: odom}}, imu0: {{topic: imu}}, twist0: {{topic: flow}}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("drive", "x", "uses", "model"),
+    [
+        ("differential: {left: [l], right: [r]}", 0.0, "vx vy vyaw", "nav2_amcl::DifferentialMotionModel"),
+        ("differential: {left: [l], right: [r]}", -0.1, "vx vyaw", "nav2_amcl::DifferentialMotionModel"),
+        ("tricycle: {steering: fork, driven: [f], rolling: [l, r]}", 0.0, "vx vy vyaw", "nav2_amcl::Differ"),
+        ("tricycle: {steering: fork, driven: [f], rolling: [l, r]}", 0.1, "vx vyaw", "nav2_amcl::Differ"),
+        ("mecanum: {front_left: f, rear_left: l, front_right: b, rear_right: r}", 0.0, "vx vy vyaw", "nav2_amcl::Omni"),
+        (
+            "mecanum: {front_left: f, rear_left: l, front_right: b, rear_right: r}",
+            -0.1,
+            "vx vy vyaw",
+            "nav2_amcl::Omni",
+        ),
+    ],
+)
+def test_inputs_and_motion_follow_from_the_drive(tmp_path: Path, drive: str, x: float, uses: str, model: str) -> None:
+    """A base that cannot go sideways has no speed sideways at its axle; elsewhere it has one as it turns."""
+    made = compiled_text(tmp_path, CAR.format(drive=drive, x=x))
+    assert not has_errors(made.diagnostics), made.diagnostics
+    texts = {one.backend: yaml.safe_load(one.text) for one in made.artifacts}
+    keys = texts["robot_localization"]["ekf_filter_node"]["ros__parameters"]
+    assert [state for state, on in zip(STATES, keys["odom0_config"], strict=True) if on] == uses.split()
+    assert keys["twist0_config"] == keys["odom0_config"]
+    assert [state for state, on in zip(STATES, keys["imu0_config"], strict=True) if on] == ["vyaw"]
+    assert keys["two_d_mode"] is True
+    assert texts["nav2"]["amcl"]["ros__parameters"]["robot_model_type"].startswith(model)
+
+
+def test_the_radius_holds_the_robot() -> None:
+    """Of a radius a costmap makes a polygon of 16 corners that lies within the circle (nav2_costmap_2d)."""
+    text = (FOLDER / "outputs" / "husky" / "nav2.yaml").read_text("utf-8")
+    radius = nodes_of(text)["local_costmap/local_costmap"]["robot_radius"]
+    way = math.pi / 16  # half-way between two corners
+    farthest = math.hypot(0.49, 0.285)  # a corner of the base
+    assert radius * math.cos(way) >= farthest - 1e-4
+    assert radius < 1.05 * farthest
+
+
+def test_an_artifact_is_the_same_whether_others_are_made_or_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its meshes are measured also where no URDF names them."""
+    shutil.copytree(FOLDER / "fetcher", tmp_path / "fetcher")
+    monkeypatch.chdir(tmp_path)
+    assert main(["all", "fetcher/robot.yaml", "--only", "nav2", "--depfile", "made.d", "-q"]) == 0
+    capsys.readouterr()
+    assert "shell.stl" in (tmp_path / "made.d").read_text("utf-8")
+    text = next((tmp_path / "outputs").glob("*/nav2.yaml")).read_text("utf-8")
+    assert text == (FOLDER / "outputs" / "fetcher" / "nav2.yaml").read_text("utf-8")
+
+
+def test_without_a_table_of_its_own_a_later_distribution_is_as_jazzy() -> None:
+    robot = known(FOLDER / "mule" / "robot.yaml").robot
+    texts = [written(robot, Output("nav2", "nav2", "a.yaml", {"distribution": one})) for one in ("jazzy", "rolling")]
+    jazzy, rolling = map(nodes_of, texts)
+    # After Jazzy there is a node more.
+    assert rolling.pop("route_server") == {"base_frame": "base_footprint", "route_frame": "map"}
+    assert jazzy == rolling
+    humble = written(robot, Output("nav2", "nav2", "a.yaml", {"distribution": "humble"}))
+    assert "local_frame" in texts[0]
+    assert "local_frame" not in humble

@@ -322,7 +322,7 @@ def _test(package: Package, source: str, description: str, given: Mapping[str, s
         "registry": f"{package.registry} and package.xml",
         "literal": repr,
     }
-    return Templates().own("import_test.py.jinja", values)
+    return Templates().own("importing/test.py.jinja", values)
 
 
 def _to_add(package: Package, description: str, test: str, files: Mapping[str, str]) -> dict[str, list[str]]:

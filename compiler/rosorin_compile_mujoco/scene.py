@@ -94,7 +94,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "ground": six(0.0 if stands_free(robot, of) else round(min(0.0, c), 6)),
         "name": lambda name: _free(name, robot),
     }
-    return templates.own("scene.xml.jinja", values), []
+    return templates.own("mujoco/scene.xml.jinja", values), []
 
 
 def _included(robot: Robot, output: Output) -> tuple[Output | None, tuple[str, None, str]]:

@@ -85,7 +85,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "source": describe,
         "escape": _escape,
     }
-    return templates.own("frames.md.jinja", values), []
+    return templates.own("core/frames.md.jinja", values), []
 
 
 def _frames(robot: Robot) -> list[_Frame]:

@@ -147,7 +147,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     values["urdf"] = urdf and posixpath.relpath(urdf, posixpath.dirname(output.file) or ".")
     values["declared"] = list(_declared(values))
     values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
-    return templates.own("static_tf.launch.py.jinja", values), diagnostics
+    return templates.own("core/static_tf.launch.py.jinja", values), diagnostics
 
 
 def _declared(values: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Sequence[str]]]:

@@ -116,7 +116,7 @@ class Templates:
 
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
-        """Return the text of a template that the tool itself brings for a format ("robot.urdf.jinja")."""
+        """Return the text of a template that the tool itself brings for a format ("core/robot.urdf.jinja")."""
         return _own().get_template(name).render(values)
 
     def package(self, name: str) -> Templates:

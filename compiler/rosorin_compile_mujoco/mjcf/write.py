@@ -163,7 +163,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "printed": printer.simulated.printed,
         "kept": [indented(text, "  ") for text in robot.sections[MJCF_ELEMENTS]],
     }
-    text = templates.own("robot.xml.jinja", values)
+    text = templates.own("mujoco/robot.xml.jinja", values)
     told = [*refused(robot, free), *unsaid(robot, joints), *unpaired(touching.left), *elements.diagnostics]
     return text, [*told, *(named(text, printer.left_out) if printer.left_out else ())]
 

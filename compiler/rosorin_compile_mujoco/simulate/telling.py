@@ -240,7 +240,7 @@ def page(world: World, trials: Trials, found: Sequence[Diagnostic]) -> str:
         "tables": _titled(tables(world, trials)),
         "groups": list(_groups(trials)),
     }
-    return Templates().own("simulation.html.jinja", values)
+    return Templates().own("mujoco/simulation.html.jinja", values)
 
 
 def _groups(trials: Trials) -> Iterator[tuple[str, list[dict[str, Any]]]]:

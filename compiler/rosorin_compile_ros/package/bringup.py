@@ -115,9 +115,9 @@ class Bringup(NamedTuple):
         """Return the templates of what is made, by the places of the files."""
         if not self.starts:
             return {}
-        found = {f"launch/{_LAUNCH[word]}": f"package_{_LAUNCH[word]}" for word in self.starts}
-        made = {f"config/{name}": f"package_{name}" for name in _MADE if MOVEIT in self.starts}
-        return {**found, **made, f"launch/{BRINGUP}": f"package_{BRINGUP}"}
+        found = {f"launch/{_LAUNCH[word]}": _LAUNCH[word] for word in self.starts}
+        made = {f"config/{name}": name for name in _MADE if MOVEIT in self.starts}
+        return {**found, **made, f"launch/{BRINGUP}": BRINGUP}
 
     def contents(self) -> list[tuple[str, str]]:
         """Return the files that are made with what each is."""

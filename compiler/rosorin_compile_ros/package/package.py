@@ -220,11 +220,12 @@ def _made(
         **papers.values(options, target),
         **views.view(robot, options.topics),
     }
-    templates = {f"rviz/{rviz}": "package_rviz"}
-    templates |= {name: f"package_{name}" for name in ("package.xml", "README.md", *_BUILT_BY[options.build_type])}
+    templates = {f"rviz/{rviz}": "rviz"}
+    templates |= {name: name for name in ("package.xml", "README.md", *_BUILT_BY[options.build_type])}
     templates |= starting.templates(carried) | papers.templates(options) | started.templates()
     engine = Templates()
-    texts = {n: engine.render(f"{engine.BUILTIN}{template}.jinja", values) for n, template in templates.items()}
+    home = f"{engine.BUILTIN}ros/package"
+    texts = {name: engine.render(f"{home}/{template}.jinja", values) for name, template in templates.items()}
     made = {name: text.encode() for name, text in texts.items()}
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
 

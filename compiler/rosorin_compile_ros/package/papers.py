@@ -38,8 +38,8 @@ NO_MAIL = "nobody@example.com"
 
 def templates(options: Options) -> dict[str, str]:
     """Return the templates of the papers, by the names of the files."""
-    papers = {CHANGELOG: "package_CHANGELOG.rst", TEST: "package_test_urdf.py"}
-    return papers | ({LICENSE: f"license_{options.license}"} if options.license in LICENSES else {})
+    papers = {CHANGELOG: "CHANGELOG.rst", TEST: "test_urdf.py"}
+    return papers | ({LICENSE: f"licenses/{options.license}"} if options.license in LICENSES else {})
 
 
 def values(options: Options, target: Path) -> dict[str, Any]:

@@ -162,10 +162,10 @@ def values(robot: Robot, carried: Carried | None, package: str) -> dict[str, Any
 def templates(carried: Carried | None) -> dict[str, str]:
     """Return the templates of the launch files by their names."""
     kind = "compiled_launch" if carried else "launch"
-    found = {f"launch/{LAUNCH}.{form}": f"package_{kind}.{form}" for form in ("py", "xml", "yaml")}
+    found = {f"launch/{LAUNCH}.{form}": f"{kind}.{form}" for form in ("py", "xml", "yaml")}
     if carried:
-        return {**found, f"launch/{STATICS}": "package_compiled_statics.launch.py"}
-    return {**found, f"launch/{PUBLISHER}": "package_publisher.launch.py"}
+        return {**found, f"launch/{STATICS}": "compiled_statics.launch.py"}
+    return {**found, f"launch/{PUBLISHER}": "publisher.launch.py"}
 
 
 def contents(carried: Carried | None) -> list[tuple[str, str]]:

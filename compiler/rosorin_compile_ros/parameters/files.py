@@ -54,7 +54,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
                 path = [*node.name.strip("/").split("/"), PARAMETERS, *key.split(".")]
                 _put(tree, path, converted(value, known.type) if known is not None else value)
     values = {"robot": robot, "distribution": title(asked(output)), "head": head, "rows": list(_rows(tree))}
-    return templates.own("parameters.yaml.jinja", values)
+    return templates.own("ros/parameters.yaml.jinja", values)
 
 
 def _put(tree: dict[str, Any], path: Sequence[str], value: Any) -> None:

@@ -83,7 +83,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     current = planning.said.matrix is not None and not others and planning.said.matrix.of == planning.digest
     values["computed"] = _computed(planning) if current else ""
     values["disabled"] = [_disabled(one) for one in planning.disabled(current)]
-    return templates.own("robot.srdf.jinja", values), [*_of_meshes(others), *_left_out(planning)]
+    return templates.own("ros/robot.srdf.jinja", values), [*_of_meshes(others), *_left_out(planning)]
 
 
 def _group(group: Group) -> tuple[Markup, Markup | None, list[tuple[str, Markup]]]:

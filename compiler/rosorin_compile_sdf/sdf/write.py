@@ -114,7 +114,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "joints": [writer.joint(joint) for joint in robot.joints if writer.bodies.says(joint)],
         "elements": at(writer.kept.model, "    "),
     }
-    return templates.own("robot.sdf.jinja", values), [*writer.told()]
+    return templates.own("sdf/robot.sdf.jinja", values), [*writer.told()]
 
 
 class _Writer:

@@ -129,7 +129,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         diagnostics += told
     kept += _control(robot, output, form)
     values["elements"] = kept
-    return templates.own("robot.urdf.jinja", values), diagnostics
+    return templates.own("core/robot.urdf.jinja", values), diagnostics
 
 
 def _seen(robot: Robot, output: Output) -> Robot:

@@ -28,7 +28,7 @@ from .frontend.validate import validate
 from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
-from .sections.simulation import MJCF_ELEMENTS
+from .sections.mjcf_elements import MJCF_ELEMENTS
 
 if TYPE_CHECKING:
     from .formats.imported import Imported

@@ -4,6 +4,11 @@ Packages of others say theirs by entry points (``plugins``).
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # for ``rosorin_compile.model``, whose public names they are
+    from rosorin_compile_ros.sections.controllers.value import Controller as Controller
+    from rosorin_compile_ros.sections.moveit.value import DisabledCollision as DisabledCollision
 
 SHIPPED = (
     "rosorin_compile.commands.records",
@@ -32,23 +37,34 @@ FORMATS = (
 
 # The sections of the language that stand in folders of their own: where the record of each is.
 SECTIONS = (
-    "sections.servos:SERVOS",
-    "sections.drive:DRIVE",
-    "sections.control:CONTROL",
-    "sections.controllers:CONTROLLERS",
-    "sections.moveit:MOVEIT",
-    "sections.disabled_contacts:DISABLED_CONTACTS",
-    "sections.simulation:ACTUATORS",
-    "sections.simulation:TENDONS",
-    "sections.simulation:CONSTRAINTS",
-    "sections.simulation:MJCF_SENSORS",
-    "sections.simulation:CONTACT_LAYERS",
-    "sections.simulation:CONTACT_PAIRS",
-    "sections.simulation:MJCF_ELEMENTS",
+    "rosorin_compile.sections.servos:SERVOS",
+    "rosorin_compile.sections.drive:DRIVE",
+    "rosorin_compile_ros.sections.control:CONTROL",
+    "rosorin_compile_ros.sections.controllers:CONTROLLERS",
+    "rosorin_compile_ros.sections.moveit:MOVEIT",
+    "rosorin_compile.sections.disabled_contacts:DISABLED_CONTACTS",
+    "rosorin_compile_mujoco.sections.simulation:ACTUATORS",
+    "rosorin_compile_mujoco.sections.simulation:TENDONS",
+    "rosorin_compile_mujoco.sections.simulation:CONSTRAINTS",
+    "rosorin_compile_mujoco.sections.simulation:MJCF_SENSORS",
+    "rosorin_compile_mujoco.sections.simulation:CONTACT_LAYERS",
+    "rosorin_compile_mujoco.sections.simulation:CONTACT_PAIRS",
+    "rosorin_compile.sections.mjcf_elements:MJCF_ELEMENTS",
+)
+
+# Values of those sections that ``rosorin_compile.model`` has, and those that it had in 0.2.
+VALUES = {
+    "Controller": "rosorin_compile_ros.sections.controllers.value",
+    "DisabledCollision": "rosorin_compile_ros.sections.moveit.value",
+}
+VALUES_BEFORE = dict.fromkeys(
+    ("ContactPair", "Entry", "NO_SIMULATION", "Simulation", "Stop", "Tendon"),
+    "rosorin_compile_mujoco.sections.simulation.value",
 )
 
 
 def folders() -> dict[str, Path]:
     """Return the folders of the packages that are the program, by name; they stand beside each other."""
-    here = Path(__file__).parent
-    return {name: here.parent / name for name in dict.fromkeys(one.partition(".")[0] for one in SHIPPED)}
+    home = Path(__file__).parents[1]
+    packages = dict.fromkeys(one.partition(".")[0] for one in (*SHIPPED, *FORMATS, *SECTIONS))
+    return {name: home / name for name in packages}

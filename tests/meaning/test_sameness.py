@@ -11,8 +11,8 @@ from rosorin_compile.model import Joint, Link, Robot, Sensor
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.sections import Sections
-from rosorin_compile.sections.control.value import Block, Component
-from rosorin_compile.sections.moveit.value import Moveit
+from rosorin_compile_ros.sections.control.value import Block, Component
+from rosorin_compile_ros.sections.moveit.value import Moveit
 
 
 @pytest.mark.parametrize(

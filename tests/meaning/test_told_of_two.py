@@ -13,7 +13,7 @@ from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Mesh, P
 from rosorin_compile.model.robot import JointPose, Sensor
 from rosorin_compile.model.sections import Sections
 from rosorin_compile.model.simulated import BODY_ELEMENT, Simulated
-from rosorin_compile.sections.moveit.value import CollisionSearch, Moveit
+from rosorin_compile_ros.sections.moveit.value import CollisionSearch, Moveit
 
 URDF, MJCF, DRIVER = FORMATS["urdf"], FORMATS["mjcf"], FORMATS["robot_model"]
 BALL = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)

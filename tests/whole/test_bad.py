@@ -28,17 +28,30 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.rules import acceptable
 from support.cases import told
-from support.paths import BAD, PACKAGE
+from support.paths import BAD, COMPILER, PACKAGE
 
 CASES = sorted([*BAD.glob("*.yaml"), *BAD.glob("*/robot.yaml")])
 FIELD_DEFECTS = [case for case in CASES if case.stem.startswith("field-defect-")]
 
 # What the stages of a compilation can say, beside the rules for writing, which have tests of their own.
-WRITERS = ["__init__", "facts", "format", "static_tf*", "template", "templating", "robot_model/__init__"]
-WRITERS += ["frames", "frames_picture", "mjcf/write*", "mjcf/unsaid", "mjcf/masses", "mjcf/facts"]
-WRITERS += ["urdf/write", "urdf/facts", "urdf/control_rules", "page/__init__", "controllers/*", "parameters/checking"]
-WRITERS += ["navigation", "nav2/write", "robot_localization/write"]
-STAGES = ["pipeline", "frontend/**/*", "rules/*", *(f"formats/{writer}" for writer in WRITERS)]
+CORE = ("pipeline", "frontend/**/*", "rules/*", "sections/**/*")
+WRITERS = ("__init__", "facts", "format", "static_tf*", "template", "templating", "robot_model/__init__", "frames")
+OF_MUJOCO = ("mjcf/write*", "mjcf/unsaid", "mjcf/masses", "mjcf/facts", "sections/**/*")
+OF_ROS = (
+    "controllers/*",
+    "parameters/checking",
+    "navigation",
+    "nav2/write",
+    "robot_localization/write",
+    "sections/**/*",
+)
+STAGES = (
+    *(f"{PACKAGE.name}/{stage}" for stage in (*CORE, *(f"formats/{writer}" for writer in WRITERS))),
+    *(f"{PACKAGE.name}/formats/urdf/{writer}" for writer in ("write", "facts")),
+    *(f"{PACKAGE.name}_mujoco/{stage}" for stage in OF_MUJOCO),
+    *(f"{PACKAGE.name}_ros/{stage}" for stage in OF_ROS),
+    *(f"{PACKAGE.name}_view/{stage}" for stage in ("frames_picture", "page/__init__")),
+)
 TELLERS = {"Diagnostic", "Finding", "ShapeProblem", "_error", "_make", "_problem", "error", "fail", "problem", "report"}
 
 # Said by the functions below, whose input cannot stand in a file of its own.
@@ -155,7 +168,7 @@ def rules_expected(case: Path) -> list[str]:
 
 def rules_in_code() -> set[str]:
     """Return every rule id that a stage of a compilation can use."""
-    stages = [sorted(PACKAGE.glob(f"{stage}.py")) for stage in STAGES]
+    stages = [sorted(COMPILER.glob(f"{stage}.py")) for stage in STAGES]
     assert all(stages), "a stage has no module"
     found = set()
     for path in itertools.chain.from_iterable(stages):

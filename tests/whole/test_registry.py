@@ -28,7 +28,7 @@ MAKERS |= {"_error", "_make", "_problem"}
 ORDER = "kinematics frames joints mimic drive inertia bodies sizes lacking ranges servos signs conditions publishers"
 ORDER += " tf_tree stamps poses outputs control controllers moveit values materials xml_elements simulated_names"
 ORDER += " actuators tendons constraints sensors numbers"
-ORDER += " simulated_values elements simulated_marks two_words stand_ins names sight"
+ORDER += " simulated_values mjcf_elements simulated_marks two_words stand_ins names sight"
 
 
 def rule_ids(source: str) -> tuple[set[str], list[str]]:

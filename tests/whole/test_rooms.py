@@ -23,7 +23,7 @@ PAGE = DOCS / "architecture.md"
 # Each room and the rooms that it may import, itself aside.
 MAY_KNOW: Mapping[str, Sequence[str]] = {
     "backend": (
-        *("output", "formats", "rules", "frontend", "sections"),
+        *("meaning", "output", "formats", "rules", "frontend", "sections"),
         *("model", "xml", "diagnostics", "project", "units", "numbers", "startup"),
     ),
     "commands": (

@@ -7,6 +7,7 @@ from ..model.footprint import CORNERS, Footprint, footprint, outside, padded, so
 from ..model.frame_tree import NO_TOPIC, NOBODY, Line, Row, lines, publishers, rows, way
 from ..model.geometry import IDENTITY, Rows, dot, norm, pose_of, rotation_about, rotation_of_rpy, unit
 from ..model.joint import MOVING_TYPES, NODE, UNPUBLISHED, Dynamics
+from ..model.link import NO_SOURCE, Source
 from ..model.looks import colours_of, with_visuals
 from ..model.mass import principal_moments
 from ..model.motion import motion, plane_axes
@@ -23,12 +24,26 @@ from ..model.simulated import (
     Replicas,
     Simulated,
 )
-from ..model.simulation import GENERAL, MOTOR, SHARED_LAYER, VELOCITY, Actuator, Contact, Marked, Values
+from ..model.simulation import (
+    AT_ORIGIN,
+    GENERAL,
+    MOTOR,
+    SHARED_LAYER,
+    VELOCITY,
+    Actuator,
+    Contact,
+    Marked,
+    Rename,
+    Renames,
+    Root,
+    Values,
+)
 from ..model.standing import HOME, Cloud, Clouds, home_of, reach, stands_at
 from ..model.touching import NEAR, Solid, Touching, around
 from ..model.tucked import left_out
 
 __all__ = [
+    "AT_ORIGIN",
     "BODY_ELEMENT",
     "CLASSIC",
     "CORNERS",
@@ -41,6 +56,7 @@ __all__ = [
     "NEAR",
     "NOBODY",
     "NODE",
+    "NO_SOURCE",
     "NO_TOPIC",
     "ROWS",
     "SENSOR_ELEMENT",
@@ -61,12 +77,16 @@ __all__ = [
     "Line",
     "Marked",
     "Material",
+    "Rename",
+    "Renames",
     "Replicas",
     "Rgba",
+    "Root",
     "Row",
     "Rows",
     "Simulated",
     "Solid",
+    "Source",
     "Touching",
     "Values",
     "around",

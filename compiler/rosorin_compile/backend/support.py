@@ -21,7 +21,7 @@ from ..rules.tf_tree import is_tree
 from ..rules.values import FAR
 from ..startup.cache import sha256
 from ..startup.remembering import remembered
-from ..units import ANGLE, LENGTH
+from ..units import ANGLE, LENGTH, describe, parse_unit
 
 __all__ = [
     "ANGLE",
@@ -35,6 +35,7 @@ __all__ = [
     "and_here",
     "at",
     "data_folder",
+    "describe",
     "exists",
     "holds",
     "is_tree",
@@ -45,6 +46,7 @@ __all__ = [
     "number_format",
     "numbers",
     "paint",
+    "parse_unit",
     "plural",
     "remembered",
     "replace_text",

@@ -12,7 +12,7 @@ from typing import Any
 from ..frontend.annotations import sections
 from ..model import Joint, Link, Robot, Shape
 from ..model.sections import own_sections
-from ..sections.simulation import MJCF_ELEMENTS
+from ..sections.mjcf_elements import MJCF_ELEMENTS
 from ..xml.elements import fragments
 from .difference import OTHER, Item
 from .values import Said, changed_values, text_of

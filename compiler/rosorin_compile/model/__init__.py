@@ -7,6 +7,7 @@ and what one asks a robot), ``kinematics`` (where frames sit in each other). The
 
 from typing import TYPE_CHECKING
 
+from ..shipped import VALUES, VALUES_BEFORE
 from ..startup.lazily import lazily
 from .geometry import Pose, Transform, Vector
 from .joint import (
@@ -21,10 +22,9 @@ from .robot import Edge, Output, Robot, Sensor
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 if TYPE_CHECKING:
-    from ..sections.controllers.value import Controller
     from ..sections.drive.driving import Twist
     from ..sections.drive.value import Drive
-    from ..sections.moveit.value import DisabledCollision
+    from ..shipped import Controller, DisabledCollision
 
 __all__ = [
     "ROBOT_STATE_PUBLISHER",
@@ -70,8 +70,6 @@ _BEFORE = {
     "BODY_ELEMENT": "model.simulated",
     "Calibration": "model.joint",
     "Contact": "model.simulation",
-    "ContactPair": "sections.simulation.value",
-    "Entry": "sections.simulation.value",
     "GROUNDED": "model.shape",
     "GazeboSensor": "model.simulated",
     "IDENTITY": "model.geometry",
@@ -79,7 +77,6 @@ _BEFORE = {
     "MOVING_TYPES": "model.joint",
     "Marked": "model.simulation",
     "NODE": "model.joint",
-    "NO_SIMULATION": "sections.simulation.value",
     "ROWS": "model.shape",
     "Replicas": "model.simulated",
     "Root": "model.simulation",
@@ -88,12 +85,9 @@ _BEFORE = {
     "SafetyController": "model.joint",
     "SdfElement": "model.simulated",
     "Simulated": "model.simulated",
-    "Simulation": "sections.simulation.value",
     "Source": "model.link",
-    "Stop": "sections.simulation.value",
     "TEMPLATE_ELEMENT": "model.simulated",
     "UNPUBLISHED": "model.joint",
-    "Tendon": "sections.simulation.value",
     "Values": "model.simulation",
     "inertial_of": "model.mass",
     "plain": "model.shape",
@@ -105,13 +99,11 @@ _BEFORE = {
 
 # What few ask for.
 _HOMES = {
-    "Controller": "sections.controllers.value",
-    "DisabledCollision": "sections.moveit.value",
     "Drive": "sections.drive.value",
     "Twist": "sections.drive.driving",
 }
 
-__getattr__ = lazily(__name__, {**_HOMES, **_BEFORE}, globals())
+__getattr__ = lazily(__name__, {**_HOMES, **VALUES, **_BEFORE, **VALUES_BEFORE}, globals())
 
 
 def __dir__() -> list[str]:

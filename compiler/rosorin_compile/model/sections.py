@@ -118,7 +118,9 @@ class OwnSection(Section[T]):
     ``nothing`` is its value where a robot does not have it, ``after`` the section that it stands behind in the schema.
     What needs a function is in a module of the folder, and named as text: ``lowers`` makes the value of the tree,
     ``compares`` yields what differs between two robots (``meaning.others``), or ``tells`` returns what is said, by what
-    it is called, for the comparison of its topic (``meaning.simulation``); ``rules`` is the module of its rules.
+    it is called, for the comparison of its topic (``meaning.simulation``); ``rules`` is the module of its rules. What a
+    URDF has of it, if an output says so under the name of the section: ``in_urdf`` returns elements of the robot, by
+    the robot, the output and how numbers are printed, and ``checks_urdf`` yields what is wrong with them.
     """
 
     nothing: Any = None
@@ -127,6 +129,8 @@ class OwnSection(Section[T]):
     compares: str = ""
     tells: str = ""
     rules: str = ""
+    in_urdf: str = ""
+    checks_urdf: str = ""
     package: str = ""
 
     @classmethod
@@ -141,6 +145,8 @@ class OwnSection(Section[T]):
         compares: str = "",
         tells: str = "",
         rules: str = "",
+        in_urdf: str = "",
+        checks_urdf: str = "",
         name: str = "",
     ) -> OwnSection[T]:
         """Return the section whose folder is a package; it is called as that, and has its piece of the schema there.
@@ -150,7 +156,8 @@ class OwnSection(Section[T]):
         schema: Mapping[str, Any] = json.loads(text(Path(folder) / f"{name or 'schema'}.json"))
         name = name or package.rpartition(".")[2]
         made: OwnSection[T] = OwnSection(name, object, schema, _form_of(schema), nothing=nothing, after=after)
-        return replace(made, lowers=lowers, compares=compares, tells=tells, rules=rules, package=package)
+        made = replace(made, lowers=lowers, compares=compares, tells=tells, rules=rules, package=package)
+        return replace(made, in_urdf=in_urdf, checks_urdf=checks_urdf)
 
     def empty(self) -> Any:
         """Return the value of a section that is not there."""
@@ -168,9 +175,8 @@ class OwnSection(Section[T]):
 @cache
 def own_sections() -> Mapping[str, OwnSection[Any]]:
     """Return the sections of the tool itself that stand in folders of their own, by name."""
-    package = __name__.partition(".")[0]
     found = (name.partition(":") for name in SECTIONS)
-    records = (getattr(import_module(f"{package}.{module}"), record) for module, _, record in found)
+    records = (getattr(import_module(module), record) for module, _, record in found)
     return {one.name: one for one in records}
 
 

@@ -8,7 +8,6 @@ from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import POSES, Check, rule
 from ..frontend.tree import Path
 from ..model import Joint
-from ..sections.moveit import MOVEIT
 from .case import Case, number
 from .remarkable import FULL_TURN
 
@@ -68,7 +67,7 @@ def at_zero(case: Case) -> Iterator[Diagnostic]:
 
     A pose that is said to be the state of a planning group is about the joints of that.
     """
-    moveit = case.robot.sections[MOVEIT]
+    moveit = case.robot.sections["moveit"]
     states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
     for joint in case.robot.joints:
         if joint.mimic is None and joint.moves and any(joint.name in pose.positions for pose in case.robot.poses):

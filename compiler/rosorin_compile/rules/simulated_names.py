@@ -20,7 +20,7 @@ from ..model import Robot
 from ..model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
 from ..model.simulation import AT_ORIGIN
 from ..sections.drive.standing import stands_free
-from ..sections.simulation import MJCF_ELEMENTS
+from ..sections.mjcf_elements import MJCF_ELEMENTS
 from ..xml import mujoco
 from ..xml.elements import found_in
 from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from ..diagnostics import NOTE, Diagnostic
 from ..diagnostics.registry import Check
 from ..frontend.tree import Path
-from ..sections.moveit import MOVEIT
 from .case import Case, number
 
 AFTER = "simulated_names"
@@ -37,7 +36,7 @@ def bases(case: Case) -> Iterator[Diagnostic]:
         for output in case.robot.outputs
         if output.backend in case.formats and "base" in case.formats[output.backend].options
     ]
-    if not bases or "free" in bases or MOVEIT in case.robot.sections:  # whose virtual joint it places
+    if not bases or "free" in bases or "moveit" in case.robot.sections:  # whose virtual joint it places
         return
     for pose in case.robot.poses:
         if pose.base is not None:

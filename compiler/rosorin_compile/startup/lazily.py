@@ -8,7 +8,7 @@ from typing import Any
 
 
 def lazily(module: str, homes: Mapping[str, str], names: dict[str, Any]) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a module: it imports a name from its home, a module of this package.
+    """Return the ``__getattr__`` of a module: it imports a name from its home, a module of this package or of another.
 
     ``names`` is the namespace of the module, where what was asked for stays.
     """
@@ -17,7 +17,8 @@ def lazily(module: str, homes: Mapping[str, str], names: dict[str, Any]) -> Call
     def asked(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
-        names[name] = getattr(import_module(f"{package}.{homes[name]}"), name)
+        home = homes[name] if homes[name].startswith(package) else f"{package}.{homes[name]}"
+        names[name] = getattr(import_module(home), name)
         return names[name]
 
     return asked

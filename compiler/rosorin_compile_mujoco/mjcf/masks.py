@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile import Robot
 from rosorin_compile.backend.model import SHARED_LAYER, of_robot
-from rosorin_compile.backend.sections import CONTACT_LAYERS, DRIVE
+from rosorin_compile.backend.sections import DRIVE
 from rosorin_compile.model import Shape
+
+from ..sections.simulation import CONTACT_LAYERS
 
 if TYPE_CHECKING:
     from .contacts import Geom

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 from rosorin_compile import Case, Diagnostic, Robot, Rule
 from rosorin_compile.backend.model import GENERAL, MOTOR, VELOCITY, Actuator, Attribute
-from rosorin_compile.backend.sections import ACTUATORS, MJCF_ELEMENTS
+from rosorin_compile.backend.sections import MJCF_ELEMENTS
 from rosorin_compile.backend.xml import found_in
 from rosorin_compile.diagnostics import Heading, did_you_mean
 from rosorin_compile.model import Joint, Output
 
+from ..sections.simulation import ACTUATORS
 from .unsaid import position_range
 
 RULES = (

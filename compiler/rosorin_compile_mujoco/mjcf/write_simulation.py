@@ -10,19 +10,12 @@ from typing import NamedTuple
 from rosorin_compile import Robot
 from rosorin_compile.backend.formats import attributes
 from rosorin_compile.backend.model import Attribute, Contact, Marked, Material, Values
-from rosorin_compile.backend.sections import (
-    CONSTRAINTS,
-    CONTACT_PAIRS,
-    MJCF_SENSORS,
-    TENDONS,
-    ContactPair,
-    Entry,
-    Tendon,
-)
 from rosorin_compile.backend.support import NumberFormat
 from rosorin_compile.backend.xml import Markup
 from rosorin_compile.model import Shape
 
+from ..sections.simulation import CONSTRAINTS, CONTACT_PAIRS, MJCF_SENSORS, TENDONS
+from ..sections.simulation.value import ContactPair, Entry, Tendon
 from .bodies import body_name, reference, shifted
 from .classes import Named, Part
 from .masks import contact_layers

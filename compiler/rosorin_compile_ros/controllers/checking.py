@@ -10,11 +10,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from rosorin_compile import Robot, Rule
-from rosorin_compile.backend.sections import CONTROL, CONTROLLERS, JOINT_WORDS, POSITION, VELOCITY
 from rosorin_compile.diagnostics import WARNING, Heading, did_you_mean, listed, nearest, quoted
 
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind
+from ..sections.control import CONTROL
+from ..sections.control.value import JOINT_WORDS, POSITION, VELOCITY
+from ..sections.controllers import CONTROLLERS
 from .known import COMMANDS, Known
 from .types import SHORT
 

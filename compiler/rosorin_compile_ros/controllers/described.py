@@ -8,7 +8,7 @@ from typing import Any
 
 from rosorin_compile import Case, Diagnostic, Robot, Rule
 from rosorin_compile.backend.formats import known, title
-from rosorin_compile.backend.sections import CONTROL, CONTROLLERS, DRIVE, POSITION, VELOCITY
+from rosorin_compile.backend.sections import DRIVE
 from rosorin_compile.backend.support import at, exists, is_tree
 from rosorin_compile.diagnostics import NOTE, WARNING, Heading, first_of, quoted
 from rosorin_compile.extending import Path, Seq
@@ -17,6 +17,9 @@ from rosorin_compile.model import Edge, Output
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
+from ..sections.control import CONTROL
+from ..sections.control.value import POSITION, VELOCITY
+from ..sections.controllers import CONTROLLERS
 from .checking import against_robot, claims, frames_of, missing
 from .filled import Filled, filled, managed
 from .known import owned

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 from rosorin_compile import Diagnostic, Robot, Rule, Templates
 from rosorin_compile.backend.formats import HUMBLE, JAZZY, title
 from rosorin_compile.backend.formats import known as known_distribution
-from rosorin_compile.backend.sections import CONTROLLERS, flat
 from rosorin_compile.diagnostics import NOTE, Heading
 from rosorin_compile.model import Controller, Output
 
@@ -19,6 +18,8 @@ from ..parameters import files
 from ..parameters.files import Node, asked
 from ..parameters.tables import MANAGER, Kind, controller, manager
 from ..parameters.values import converted
+from ..sections.controllers import CONTROLLERS
+from ..sections.controllers.value import flat
 from .known import Known, known
 from .types import full
 

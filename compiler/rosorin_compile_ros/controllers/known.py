@@ -14,17 +14,11 @@ from typing import Any, NamedTuple
 from rosorin_compile import Robot
 from rosorin_compile.backend.sections import (
     ACKERMANN,
-    CONTROL,
-    CONTROLLERS,
     DIFFERENTIAL,
     DRIVE,
-    EFFORT,
-    JOINT_WORDS,
     MECANUM,
     OMNI,
-    POSITION,
     TRICYCLE,
-    VELOCITY,
     Driving,
     Wheel,
     driving_of,
@@ -32,6 +26,9 @@ from rosorin_compile.backend.sections import (
 from rosorin_compile.model import Controller, Edge
 
 from ..parameters import tables
+from ..sections.control import CONTROL
+from ..sections.control.value import EFFORT, JOINT_WORDS, POSITION, VELOCITY
+from ..sections.controllers import CONTROLLERS
 from .types import SHORT, full
 
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this

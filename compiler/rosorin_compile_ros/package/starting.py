@@ -109,9 +109,9 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
     nodes = [_static(transform) for transform in always]
     read = {one.when: condition(robot, one.when) for one in in_modes}
     for one in in_modes:
-        condition = in_frontends(read[one.when], modes)
+        words = in_frontends(read[one.when], modes)
         python = if_condition(read[one.when], modes, 12)
-        nodes.append(_static(one)._replace(condition=condition, python_condition=python))
+        nodes.append(_static(one)._replace(condition=words, python_condition=python))
     conditions = {when: in_python(one, modes, 4) for when, one in read.items()}
     return Statics(nodes, modes, conditions, tuple(read.values()))
 

@@ -61,7 +61,8 @@ def _asked(tree: Map, _: str, name: str) -> Asked | None:
 def _facts(text: str) -> Facts:
     """Return what an SRDF says. Raises ValueError for a damaged one."""
     from rosorin_compile.backend.formats import FactSheet
-    from rosorin_compile.backend.sections import USER
+
+    from ..sections.moveit.value import USER
 
     sheet = FactSheet(text, "robot")
     readers = {

@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 
 from rosorin_compile import Case, Diagnostic, Rule
-from rosorin_compile.backend.sections import MOVEIT, EndEffector, Group, state_path
 from rosorin_compile.backend.support import at, is_tree
 from rosorin_compile.diagnostics import NOTE, WARNING, Heading, counted, did_you_mean, first_of, quoted
 from rosorin_compile.extending import Path
 from rosorin_compile.model import Joint, Output
 
+from ..sections.moveit import MOVEIT
+from ..sections.moveit.rules import state_path
+from ..sections.moveit.value import EndEffector, Group
 from .planning import URDF, Planning, planning_of
 
 RULES = (

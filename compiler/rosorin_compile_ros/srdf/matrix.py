@@ -13,11 +13,11 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.backend.sections import Pair
 from rosorin_compile.backend.support import sha256
 from rosorin_compile.extending import world
 from rosorin_compile.model import DisabledCollision, Mesh, Shape, Transform
 
+from ..sections.moveit.value import Pair
 from .planning import Planning, ordered
 
 _DECIMALS = 9

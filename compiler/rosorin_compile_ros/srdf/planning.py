@@ -14,21 +14,12 @@ from typing import TYPE_CHECKING
 from rosorin_compile import Robot
 from rosorin_compile.backend.formats import joints_of, links_of
 from rosorin_compile.backend.model import JointPose, of_robot
-from rosorin_compile.backend.sections import (
-    DISABLED_CONTACTS,
-    DRIVE,
-    FIXED,
-    FLOATING,
-    MOVEIT,
-    PLANAR,
-    SLIDING,
-    Group,
-    Moveit,
-    Pair,
-    VirtualJoint,
-)
+from rosorin_compile.backend.sections import DISABLED_CONTACTS, DRIVE, SLIDING
 from rosorin_compile.extending import FORMATS
 from rosorin_compile.model import DisabledCollision, Joint, Output, Shape
+
+from ..sections.moveit import MOVEIT
+from ..sections.moveit.value import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 
 if TYPE_CHECKING:
     from pathlib import Path

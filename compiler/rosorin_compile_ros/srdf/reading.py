@@ -23,12 +23,12 @@ from rosorin_compile.backend.formats import (
     number_of,
     numbers,
 )
-from rosorin_compile.backend.sections import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.backend.support import lower
 from rosorin_compile.diagnostics import Span, has_errors, nearest, quoted
 from rosorin_compile.extending import Element, Map, Text
 from rosorin_compile.model import Output, Transform
 
+from ..sections.moveit.value import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
 from .planning import URDF, Planning, ordered
 
 Entry = dict[str, Any]

@@ -11,12 +11,13 @@ from typing import Any
 from rosorin_compile import Diagnostic, Robot, Rule, Templates
 from rosorin_compile.backend.formats import attributes, comment
 from rosorin_compile.backend.model import JointPose
-from rosorin_compile.backend.sections import DISABLED_CONTACTS, FIXED, PLANAR, Ball, Group
+from rosorin_compile.backend.sections import DISABLED_CONTACTS
 from rosorin_compile.backend.support import NumberFormat, number_format, vector
 from rosorin_compile.backend.xml import Markup
 from rosorin_compile.diagnostics import NOTE, WARNING, Heading, counted, error, first_of
 from rosorin_compile.model import DisabledCollision, Output, Pose
 
+from ..sections.moveit.value import FIXED, PLANAR, Ball, Group
 from .matrix import changed_meshes
 from .planning import Planning, ordered, planning_of
 

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.frontend.schema import resolve, schema
-from rosorin_compile.sections.simulation.rules.actuators import WORDS
-from rosorin_compile.sections.simulation.rules.sensors import MEASURES
+from rosorin_compile_mujoco.sections.simulation.rules.actuators import WORDS
+from rosorin_compile_mujoco.sections.simulation.rules.sensors import MEASURES
 from support.paths import DOCS
 from support.robots import compiled_text
 

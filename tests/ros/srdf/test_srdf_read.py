@@ -17,8 +17,8 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.model import Robot
-from rosorin_compile.sections.moveit import MOVEIT
-from rosorin_compile.sections.moveit.value import Ball, DisabledCollision, Moveit, VirtualJoint
+from rosorin_compile_ros.sections.moveit import MOVEIT
+from rosorin_compile_ros.sections.moveit.value import Ball, DisabledCollision, Moveit, VirtualJoint
 from support.commands import Shown
 from support.paths import DATA
 

@@ -58,13 +58,12 @@ def _syntax(text: str) -> object:
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     from . import damping, masses
+    from .sections import sections_in
 
     yield from masses.check(case, output)
     yield from damping.check(case, output)
-    if output.options.get("control"):
-        from .control_rules import check_control
-
-        yield from check_control(case, output)
+    for section in sections_in(output):
+        yield from section.function(section.checks_urdf)(case, output)
 
 
 def _inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:

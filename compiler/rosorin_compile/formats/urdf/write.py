@@ -38,6 +38,7 @@ from ...xml.elements import indented
 from ...xml.escaping import Markup
 from ..templating import Templates, attribute, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
+from .sections import sections_in
 from .solids import boxes_of, collisions, version_of
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         blocks, told = _gazebo(robot, output, form, masses)
         kept += blocks
         diagnostics += told
-    kept += _control(robot, output, form)
+    kept += _of_sections(robot, output, form)
     values["elements"] = kept
     return templates.own("core/robot.urdf.jinja", values), diagnostics
 
@@ -159,18 +160,18 @@ def _gazebo(
     return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
 
 
-def _control(robot: Robot, output: Output, form: _Format) -> list[str]:
-    """Return the hardware blocks of ros2_control, if an output asks for them."""
-    if not output.options.get("control"):
-        return []
-    from .control import blocks
-
-    return blocks(robot, output, form.number)
+def _of_sections(robot: Robot, output: Output, form: _Format) -> list[str]:
+    """Return the elements that sections have in a URDF, as the hardware blocks of ros2_control."""
+    return [
+        element
+        for section in sections_in(output)
+        for element in section.function(section.in_urdf)(robot, output, form.number)
+    ]
 
 
 def brought(robot: Robot, output: Output) -> list[str]:
     """Return the elements that an output has for Gazebo and ros2_control, and the description in its own words."""
-    control = _control(robot, output, _form(output))
+    control = _of_sections(robot, output, _form(output))
     if not output.options.get("gazebo"):
         return control
     try:

@@ -1,8 +1,0 @@
-"""The section ``control``: the hardware of ros2_control."""
-
-from ...model.sections import OwnSection
-from .value import Block
-
-CONTROL: OwnSection[tuple[Block, ...]] = OwnSection.in_folder(
-    __name__, __path__[0], (), after="drive", lowers="lowering:control_of", rules="rules"
-)

@@ -1,0 +1,1 @@
+"""The sections of the language that only a simulation has."""

@@ -1,0 +1,15 @@
+"""The section ``moveit``: what MoveIt has to know of a robot beside its URDF."""
+
+from rosorin_compile.backend.language import OwnSection
+
+from .value import Moveit
+
+MOVEIT: OwnSection[Moveit | None] = OwnSection.in_folder(
+    __name__,
+    __path__[0],
+    None,
+    after="controllers",
+    lowers="lowering:moveit_of",
+    compares="comparison:compare",
+    rules="rules",
+)

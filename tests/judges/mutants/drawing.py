@@ -10,28 +10,26 @@ from itertools import accumulate
 from pathlib import Path
 from typing import NamedTuple
 
-# Where mutants are planted: proofs, rules, placing, lowering and comparison, below compiler/rosorin_compile.
+# Where mutants are planted: proofs, rules, placing, lowering and comparison, below compiler.
+CORE = (
+    *("meaning/*.py", "rules/*.py", "frontend/lower/*.py", "frontend/annotations.py", "frontend/mentions.py"),
+    *(f"frontend/expand/{name}.py" for name in ("mirroring", "naming", "placing", "prefixing")),
+    *("formats/facts.py", "formats/known.py", "formats/*/facts.py"),
+    *("formats/robot_model/__init__.py", "formats/static_tf*.py", "commands/diff.py", "commands/sides.py"),
+)
+OF_SECTIONS = tuple(f"sections/*/{name}.py" for name in ("lowering", "comparison", "rules", "rules/*"))
 WHERE = (
+    *(f"rosorin_compile/{pattern}" for pattern in (*CORE, *OF_SECTIONS)),
     *(
-        "meaning/*.py",
-        "rules/*.py",
-        "frontend/lower/*.py",
-        "frontend/annotations.py",
-        "frontend/mentions.py",
-        "frontend/expand/mirroring.py",
-        "frontend/expand/naming.py",
-        "frontend/expand/placing.py",
-        "frontend/expand/prefixing.py",
+        f"rosorin_compile_mujoco/{pattern}"
+        for pattern in ("mjcf/facts.py", "mjcf/proof.py", "mjcf/same*.py", *OF_SECTIONS)
     ),
-    *("formats/facts.py", "formats/known.py", "formats/*/facts.py", "formats/mjcf/same*.py", "formats/*/proof.py"),
     *(
-        "formats/robot_model/__init__.py",
-        "formats/static_tf*.py",
-        "formats/srdf/__init__.py",
-        "formats/parameters/files.py",
+        f"rosorin_compile_ros/{pattern}"
+        for pattern in ("srdf/__init__.py", "*/facts.py", "parameters/files.py", *OF_SECTIONS)
     ),
-    *("commands/diff.py", "commands/sides.py"),
-    *(f"sections/*/{name}.py" for name in ("lowering", "comparison", "rules", "rules/*")),
+    *("rosorin_compile_ros/sections/control/urdf_rules.py", "rosorin_compile_sdf/sdf/facts.py"),
+    "rosorin_compile_sdf/sdf/proof.py",
 )
 _COMPARISONS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "is": "is not", "is not": "is"}
 _COMPARISONS |= {"in": "not in", "not in": "in"}
@@ -51,7 +49,7 @@ _SIGNS: Mapping[type[ast.AST], str] = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/"
 
 
 class Mutant(NamedTuple):
-    """A fault: the module (as seen from the package), the line, what kind it is, and the text of the module with it.
+    """A fault: the module (as seen from ``compiler``), the line, what kind it is, and the text of the module with it.
 
     ``around`` is the function around, and the line as it is.
     """
@@ -70,15 +68,15 @@ class Mutant(NamedTuple):
         return f"{self.module}: {self.kind}: {self.before} -> {self.after} in {self.around}"
 
 
-def modules(package: Path) -> list[Path]:
+def modules(compiler: Path) -> list[Path]:
     """Return the modules in which mutants are planted."""
-    return sorted({path for pattern in WHERE for path in package.glob(pattern)})
+    return sorted({path for pattern in WHERE for path in compiler.glob(pattern)})
 
 
-def drawn(package: Path, count: int, seed: int, lines: Mapping[str, set[int]]) -> list[Mutant]:
+def drawn(compiler: Path, count: int, seed: int, lines: Mapping[str, set[int]]) -> list[Mutant]:
     """Return mutants of lines that a test runs (``lines`` by module), as many of a module as it has such lines."""
     chance = random.Random(seed)  # noqa: S311
-    every = {path.relative_to(package).as_posix(): path for path in modules(package)}
+    every = {path.relative_to(compiler).as_posix(): path for path in modules(compiler)}
     total = sum(len(lines.get(name, ())) for name in every)
     made: list[Mutant] = []
     for name, path in every.items():
@@ -90,7 +88,7 @@ def drawn(package: Path, count: int, seed: int, lines: Mapping[str, set[int]]) -
     return made
 
 
-def found(package: Path, names: Collection[str]) -> tuple[list[Mutant], list[str]]:
+def found(compiler: Path, names: Collection[str]) -> tuple[list[Mutant], list[str]]:
     """Return the mutants of some names, and the names that no mutant has any more.
 
     A line that stands in another module now, in a function of the same name, is the same line.
@@ -101,8 +99,8 @@ def found(package: Path, names: Collection[str]) -> tuple[list[Mutant], list[str
         wanted: dict[str, list[str]] = {}
         for name in left.elements():
             wanted.setdefault(of(name), []).append(name)
-        for path in modules(package) if wanted else ():
-            for at, one in enumerate(mutants(path.read_text("utf-8"), path.relative_to(package).as_posix())):
+        for path in modules(compiler) if wanted else ():
+            for at, one in enumerate(mutants(path.read_text("utf-8"), path.relative_to(compiler).as_posix())):
                 if wanted.get(of(one.name)) and (path, at) not in made:
                     left[wanted[of(one.name)].pop()] -= 1
                     made[path, at] = one

@@ -11,11 +11,10 @@ import sys
 import pytest
 
 from judges.mutants.drawing import modules
-from support.paths import PACKAGE
+from support.paths import COMPILER
 
 _PLANTED = [
-    ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
-    for path in modules(PACKAGE)
+    ".".join(path.relative_to(COMPILER).with_suffix("").parts).removesuffix(".__init__") for path in modules(COMPILER)
 ]
 
 

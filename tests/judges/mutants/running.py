@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
-PACKAGE = Path("compiler/rosorin_compile")
+COMPILER = Path("compiler")
 PACKAGES = [path.parent for path in sorted(ROOT.glob("compiler/rosorin_compile*/__init__.py"))]  # the core is the first
 KNOWN, DRAWN = HERE / "survivors.txt", HERE / "drawn.txt"
 COUNT = 1_500
@@ -85,8 +85,9 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
         asked = "SELECT file.path, context.context, line_bits.numbits FROM line_bits JOIN file ON file.id = file_id"
         for path, context, bits in base.execute(f"{asked} JOIN context ON context.id = context_id"):
             test, _, phase = context.rpartition("|")
-            module = path.partition("rosorin_compile/")[2]
-            if phase in ("setup", "run") and module:
+            inside = Path(path).is_relative_to(ROOT / COMPILER)
+            if phase in ("setup", "run") and inside:
+                module = Path(path).relative_to(ROOT / COMPILER).as_posix()
                 for line in (8 * at + bit for at, byte in enumerate(bits) for bit in range(8) if byte & (1 << bit)):
                     found.setdefault(module, {}).setdefault(line, set()).add(test)
     return {module: {line: sorted(some) for line, some in by_line.items()} for module, by_line in found.items()}
@@ -176,7 +177,7 @@ class Worker:
 
     def sees(self, module: str, text: str, tests: Sequence[str]) -> bool:
         """Say whether the tests see a mutant, which is taken back."""
-        path = self.tree / PACKAGE / module
+        path = self.tree / COMPILER / module
         before = path.read_text("utf-8")
         _forget(path)
         path.write_text(text, "utf-8")
@@ -374,8 +375,8 @@ def _chosen(options: argparse.Namespace, tests: Tests) -> list[Mutant]:
 
     if options.count is not None or options.draw:
         lines = {module: set(by_line) for module, by_line in tests.items()}
-        return drawn(ROOT / PACKAGE, options.count or COUNT, options.seed, lines)
-    chosen, gone = found(ROOT / PACKAGE, DRAWN.read_text("utf-8").splitlines())
+        return drawn(ROOT / COMPILER, options.count or COUNT, options.seed, lines)
+    chosen, gone = found(ROOT / COMPILER, DRAWN.read_text("utf-8").splitlines())
     sys.stdout.write("".join(f"gone: {name}\n" for name in gone))
     return chosen
 

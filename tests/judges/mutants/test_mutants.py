@@ -13,13 +13,13 @@ from judges.mutants.drawing import modules, mutants
 from judges.mutants.line_coverage import Room
 from judges.mutants.running import LEAST, LONGEST, MOST, PART, asked_of, others_of, survivors
 from rosorin_compile.frontend.annotations import sections
-from support.paths import PACKAGE
+from support.paths import COMPILER
 
 
 def test_each_known_survivor_is_a_mutant_of_today_and_has_a_reason() -> None:
     known = survivors()
     of = {name.partition(": ")[0] for name in known}
-    paths = {path.relative_to(PACKAGE).as_posix(): path for path in modules(PACKAGE)}
+    paths = {path.relative_to(COMPILER).as_posix(): path for path in modules(COMPILER)}
     made = {one.name for name in of if name in paths for one in mutants(paths[name].read_text("utf-8"), name)}
     assert [name for name in known if name not in made] == []
     assert [name for name, reason in known.items() if not reason] == []

@@ -16,12 +16,16 @@ from types import ModuleType
 
 import pytest
 
+from rosorin_compile import shipped
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.model.sections import own_sections
 from support.door import BACKEND, DOOR, breaches
 from support.paths import DOCS, PACKAGE, PACKAGES
 
 MOST = 150
 MOST_HANDED_ON = 222
 PAGE = DOCS / "python.md"
+ARCHITECTURE = DOCS / "architecture.md"
 
 
 def door() -> dict[str, ModuleType]:
@@ -148,3 +152,23 @@ def test_the_core_does_without_what_it_hands_on() -> None:
 
 def test_it_does_not_become_more() -> None:
     assert sum(map(len, backend().values())) <= MOST_HANDED_ON
+
+
+def brought(package: str) -> set[str]:
+    """Return the formats, sections, commands and checks of a package, as its row on the page of the house names them."""
+    records = [import_module(one) for one in shipped.SHIPPED if one.startswith(f"{package}.")]
+    sections = {one.name for one in own_sections().values() if one.package.startswith(f"{package}.")}
+    commands = {one.name for module in records for one in getattr(module, "COMMANDS", ())}
+    checks = {f"check {one.name}" for module in records for one in getattr(module, "CHECKS", ())}
+    beside = {one.rpartition(".")[2]: one for one in shipped.FORMATS}
+    formats = {name for name in FORMATS if FORMATS.is_own(name)}
+    own = {name for name in formats if beside.get(name, f"{PACKAGE.name}.formats").startswith(f"{package}.")}
+    # the row of the core leaves out its commands and sections: all that are in no other row
+    return own if package == PACKAGE.name else own | sections | commands | checks
+
+
+def test_the_page_says_what_each_package_brings() -> None:
+    row = re.compile(rf"^\| \[({PACKAGE.name}\w*)\]\([^)]*\) \| [^|]+ \| ([^|]+) \|$", re.MULTILINE)
+    rows = row.findall(ARCHITECTURE.read_text("utf-8"))
+    shown = {package: set(re.findall(r"`([^`]+)`", words)) for package, words in rows}
+    assert shown == {package.name: brought(package.name) for package in PACKAGES}

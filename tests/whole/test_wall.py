@@ -155,7 +155,7 @@ def test_it_does_not_become_more() -> None:
 
 
 def brought(package: str) -> set[str]:
-    """Return the formats, sections, commands and checks of a package, as its row on the page of the house names them."""
+    """Return the formats, sections, commands and checks of a package, as its row on the page names them."""
     records = [import_module(one) for one in shipped.SHIPPED if one.startswith(f"{package}.")]
     sections = {one.name for one in own_sections().values() if one.package.startswith(f"{package}.")}
     commands = {one.name for module in records for one in getattr(module, "COMMANDS", ())}

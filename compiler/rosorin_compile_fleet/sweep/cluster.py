@@ -235,9 +235,12 @@ def _gone() -> Diagnostic:
 
 
 def _failed(problem: BaseException) -> Diagnostic:
+    help = f"install on every worker what is installed here, with its extra; here that is: {pip_install('dask')}"
     if isinstance(problem, ImportError):
-        help = f"install on every worker what is installed here, with its extra; here that is: {pip_install('dask')}"
         return error("cluster-failed", f"a worker cannot run rosorin-compile: {problem}", None, help)
+    if "deserialization" in str(problem):  # the scheduler could not even read what it was asked
+        message = f"the scheduler and its workers have another rosorin-compile than here ({tool()}), or none"
+        return error("cluster-failed", message, None, help.replace("on every worker", "there"))
     message = f"a worker failed: {type(problem).__name__}: {problem}"
     return error("cluster-failed", message, None, "the log of the worker says more")
 

@@ -236,6 +236,16 @@ def test_another_tool_makes_nothing(here: Path) -> None:
     assert not Path("out").exists()
 
 
+def test_a_scheduler_with_another_tool_is_one_sentence() -> None:
+    text = "Error during deserialization of the task graph. This frequently\noccurs if the Scheduler and Client differ."
+    told = cluster._failed(RuntimeError(text))  # as distributed raises it where the classes of a task are not there
+    assert (
+        told.message
+        == f"the scheduler and its workers have another rosorin-compile than here ({worker.tool()}), or none"
+    )
+    assert told.help.startswith("install there what is installed here, with its extra; here that is: ")
+
+
 def test_a_scheduler_that_is_not_there(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "_PATIENCE", 0.3)
     assert main(["sweep", "mast", "--over", "fleet.csv", "-o", "out", "--dask", "tcp://127.0.0.1:9"]) == 1

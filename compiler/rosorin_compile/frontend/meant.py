@@ -376,20 +376,23 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
         return 'its keys stand without "- " before them'
     if isinstance(value, Seq) and "lower" in legal and len(value) == 2:
         return f"write {path[-1]}: {{lower: {_short(value[0])}, upper: {_short(value[1])}, effort: ..., velocity: ...}}"
-    kind = "string" if isinstance(value, str) else "array" if isinstance(value, Seq) else "number"
-    for key in [*fragment.get("required", ()), *legal]:
-        part = resolve(legal[key]) if key in legal else {}
-        wanted = part.get("type") or ("string" if "enum" in part else "")
-        if kind in ([wanted] if isinstance(wanted, str) else wanted) and key not in {*keys_of_xml(), "name"}:
-            if kind == "array" and not _may_hold(part, value):
-                continue
-            if "enum" in part:
-                continue
-            others = [f"{other}: ..." for other in fragment.get("required", ()) if other != key]
-            shown = ", ".join([_short(value), *others])
+    required = fragment.get("required", ())
+    for key in [*required, *legal]:
+        if _may_be(value, key, resolve(legal[key]) if key in legal else {}):
+            shown = ", ".join([_short(value), *(f"{other}: ..." for other in required if other != key)])
             return f"write {path[-1]}: {{{key}: {shown}}}" if isinstance(path[-1], str) else f"write {key}: {shown}"
-    keys = fragment.get("required") or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
+    keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
     return f"write {{{', '.join(f'{key}: ...' for key in keys)}}}" if keys else ""
+
+
+def _may_be(value: Any, key: str, part: Mapping[str, Any]) -> bool:
+    """Say whether a value may be what a key of a mapping is for, by its fragment of the schema."""
+    if "enum" in part or key in {*keys_of_xml(), "name"}:
+        return False
+    kind = "string" if isinstance(value, str) else "array" if isinstance(value, Seq) else "number"
+    wanted = part.get("type", "")
+    fits = kind in ([wanted] if isinstance(wanted, str) else wanted)
+    return fits and (kind != "array" or _may_hold(part, value))
 
 
 def _may_hold(part: Mapping[str, Any], value: Seq) -> bool:

@@ -496,16 +496,8 @@ def _blame(
             macro = by_name.get(name)
             if macro is not None and _demote(macro, fault, out, explicit):
                 return True
-    properties = {
-        one.ours: name
-        for name in made.program.properties
-        if isinstance(one := made.program.scope.names.get(name), Variable)
-    }
-    for fault in found:
-        for name in fault.macros:
-            if name in properties and properties[name] not in unsaid:
-                unsaid[properties[name]] = fault.text
-                return True
+    if _leave_unsaid(found, made, unsaid):
+        return True
     for fault in found:
         for place in fault.tops:
             if place not in flat:
@@ -519,6 +511,21 @@ def _blame(
     for macro in left:
         out[macro.name] = WrittenOut(macro.name, f"not proven: {found[0].text}", macro.place)
     return bool(left)
+
+
+def _leave_unsaid(found: Sequence[Fault], made: Attempt, unsaid: dict[str, str]) -> bool:
+    """Leave out the first property that is at fault; say whether there is one."""
+    properties = {
+        one.ours: name
+        for name in made.program.properties
+        if isinstance(one := made.program.scope.names.get(name), Variable)
+    }
+    for fault in found:
+        for name in fault.macros:
+            if name in properties and properties[name] not in unsaid:
+                unsaid[properties[name]] = fault.text
+                return True
+    return False
 
 
 def _inner_elements(program: Program, found: Sequence[Fault]) -> list[Element]:

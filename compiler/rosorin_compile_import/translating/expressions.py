@@ -9,7 +9,8 @@ from __future__ import annotations
 import ast
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any
 
 from rosorin_compile.extending import expression_names
@@ -279,44 +280,54 @@ class Rendering:
 
     def node(self, node: ast.expr, scope: Scope, depth: int) -> ast.expr:
         """Return a node of an expression with our names and words."""
-        if isinstance(node, ast.Name):
-            spelt = node.id
-            name = f"arg {spelt.removeprefix('__arg_')}" if spelt.startswith("__arg_") else spelt
-            return self.name(name, scope, depth)
-        if isinstance(node, ast.Constant):
-            if isinstance(node.value, complex) or node.value is ... or isinstance(node.value, bytes):
-                raise Unsupported(f"{ast.unparse(node)} is no value here")
-            return _constant(node.value)
-        if isinstance(node, ast.Attribute):
-            return self.attribute(node, scope, depth)
-        if isinstance(node, ast.Call):
-            return self.call(node, scope, depth)
-        if isinstance(node, ast.BinOp):
-            return self.binary(node, scope, depth)
-        if isinstance(node, ast.UnaryOp):
-            operand = self.node(node.operand, scope, depth)
-            if isinstance(node.op, ast.Not):
-                return _decided(negated(self.truth(operand)))
-            if not isinstance(node.op, (ast.USub, ast.UAdd)):
-                raise Unsupported(f"{ast.unparse(node)} has no word here")
-            return ast.UnaryOp(node.op, operand)
-        if isinstance(node, ast.BoolOp):
-            return _decided(ast.BoolOp(node.op, [self.node(item, scope, depth) for item in node.values]))
-        if isinstance(node, ast.Compare):
-            return _decided(self.comparison(node, scope, depth))
-        if isinstance(node, ast.IfExp):
-            test = self.truth(self.node(node.test, scope, depth))
-            holds = folded(test)
-            if holds is not None:  # what is not chosen may name what is not there
-                return self.node(node.body if holds else node.orelse, scope, depth)
-            return ast.IfExp(test, self.node(node.body, scope, depth), self.node(node.orelse, scope, depth))
-        if isinstance(node, (ast.List, ast.Tuple)):
-            return ast.List([self.node(item, scope, depth) for item in node.elts], ast.Load())
-        if isinstance(node, ast.Subscript):
-            return self.subscript(node, scope, depth)
-        if isinstance(node, (ast.ListComp, ast.GeneratorExp)):
-            return self.comprehension(node, scope, depth)
-        raise Unsupported(f"{ast.unparse(node)[:60]} has no word here")
+        match node:
+            case ast.Name(id=spelt):
+                name = f"arg {spelt.removeprefix('__arg_')}" if spelt.startswith("__arg_") else spelt
+                return self.name(name, scope, depth)
+            case ast.Constant(value=value):
+                if isinstance(value, complex) or value is ... or isinstance(value, bytes):
+                    raise Unsupported(f"{ast.unparse(node)} is no value here")
+                return _constant(value)
+            case ast.List(elts=items) | ast.Tuple(elts=items):
+                return ast.List([self.node(item, scope, depth) for item in items], ast.Load())
+            case ast.BoolOp(op=op, values=values):
+                return _decided(ast.BoolOp(op, [self.node(item, scope, depth) for item in values]))
+        taken = self._by_kind.get(type(node))
+        if taken is None:
+            raise Unsupported(f"{ast.unparse(node)[:60]} has no word here")
+        return taken(node, scope, depth)
+
+    @cached_property
+    def _by_kind(self) -> Mapping[type[ast.expr], Callable[[Any, Scope, int], ast.expr]]:
+        """What takes a node of each other kind."""
+        return {
+            ast.Attribute: self.attribute,
+            ast.Call: self.call,
+            ast.BinOp: self.binary,
+            ast.UnaryOp: self.unary,
+            ast.Compare: lambda node, scope, depth: _decided(self.comparison(node, scope, depth)),
+            ast.IfExp: self.choice,
+            ast.Subscript: self.subscript,
+            ast.ListComp: self.comprehension,
+            ast.GeneratorExp: self.comprehension,
+        }
+
+    def unary(self, node: ast.UnaryOp, scope: Scope, depth: int) -> ast.expr:
+        """Return a sign, or what is not so."""
+        operand = self.node(node.operand, scope, depth)
+        if isinstance(node.op, ast.Not):
+            return _decided(negated(self.truth(operand)))
+        if not isinstance(node.op, (ast.USub, ast.UAdd)):
+            raise Unsupported(f"{ast.unparse(node)} has no word here")
+        return ast.UnaryOp(node.op, operand)
+
+    def choice(self, node: ast.IfExp, scope: Scope, depth: int) -> ast.expr:
+        """Return one of two values by a condition, or the one that it is bound to be."""
+        test = self.truth(self.node(node.test, scope, depth))
+        holds = folded(test)
+        if holds is not None:  # what is not chosen may name what is not there
+            return self.node(node.body if holds else node.orelse, scope, depth)
+        return ast.IfExp(test, self.node(node.body, scope, depth), self.node(node.orelse, scope, depth))
 
     def binary(self, node: ast.BinOp, scope: Scope, depth: int) -> ast.expr:
         """Return arithmetic, or texts that are joined."""

@@ -419,21 +419,30 @@ def _note_node(node: ast.AST, scope: Scope, sink: str) -> None:
     elif isinstance(node, ast.Compare):
         _note_comparison(node, scope)
     elif isinstance(node, ast.BinOp):
-        texts = _adds_texts(node)
-        for item in (node.left, node.right):
-            _note_node(item, scope, "compared" if texts else "reckoned")
+        how = "compared" if _adds_texts(node) else "reckoned"
+        _note_node(node.left, scope, how)
+        _note_node(node.right, scope, how)
     elif isinstance(node, (ast.Subscript, ast.Attribute)):
         _note_node(node.value, scope, TABLE if not _by_number(node) else "indexed")
         if isinstance(node, ast.Subscript):
             _note_node(node.slice, scope, FREE)
-    elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") in _OF_TEXTS:
+    elif isinstance(node, ast.Call):
+        _note_call(node, scope)
+    else:
+        for child in ast.iter_child_nodes(node):
+            _note_node(child, scope, FREE)
+
+
+def _note_call(node: ast.Call, scope: Scope) -> None:
+    method = getattr(node.func, "attr", "")
+    if method in _OF_TEXTS:
         _note_node(node.func.value, scope, "compared")  # type: ignore[attr-defined]
         for item in node.args:
             _note_node(item, scope, "compared")
-    elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "split":  # of a text, or of several numbers
+    elif method == "split":  # of a text, or of several numbers
         _note_node(node.func.value, scope, FREE)  # type: ignore[attr-defined]
     else:
-        loads = isinstance(node, ast.Call) and ast.unparse(node.func) in ("xacro.load_yaml", "load_yaml")
+        loads = ast.unparse(node.func) in ("xacro.load_yaml", "load_yaml")
         for child in ast.iter_child_nodes(node):
             _note_node(child, scope, LOADED if loads else FREE)
 

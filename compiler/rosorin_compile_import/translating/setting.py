@@ -70,17 +70,21 @@ class Setting:
         self.fixed: set[Variable] = set()
         self.flows: list[tuple[Variable, Variable]] = []
 
+    def without_value(self, element: Element, scope: Scope) -> None:
+        """Take a property that has a default, or is a block."""
+        name = element.get("name")
+        if "default" not in element.attributes:
+            scope.blocks[name] = (element, scope)
+        elif scope.known(name) is None:
+            scope.names[name] = Bound(element.get("default"), scope)
+
     def local(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
         """Take a property of a macro."""
         name = element.get("name")
         if "$" in name or element.get("remove"):
             raise Unsupported(f'the property "{name}" is named by an expression, or removed', element.span)
         if "value" not in element.attributes:
-            if "default" in element.attributes:
-                if scope.known(name) is None:
-                    scope.names[name] = Bound(element.get("default"), scope)
-                return
-            scope.blocks[name] = (element, scope)
+            self.without_value(element, scope)
             return
         text = element.get("value")
         target = self.target(element, scope)

@@ -83,19 +83,25 @@ def _apart(one: Map, other: Map, theirs: bool) -> Iterator[Apart]:
             continue
         if asked and line == next(iter(mine.key_spans.values())).line and any(key not in mine for key in yours):
             yield Apart(section, "", "stands on one line there", line)
-        names = {_called(key): key for key in mine}
-        for key in yours:
-            known = names.get(_called(key))
-            if known is None:
-                if not asked:
-                    yield Apart(section, key, "is not there", line)
-            elif known != key:
-                yield Apart(section, _called(key), f"is {known} there, and {key} here", mine.key_spans[known].line)
-            elif not theirs and not _same(mine[key], yours[key]):
-                yield Apart(section, key, *_difference(mine[key], yours[key], mine.key_spans[key].line))
-        for key in mine if not asked and not theirs else ():
-            if key not in yours:
-                yield Apart(section, key, "is there, and not here", mine.key_spans[key].line)
+        yield from _entries_apart(section, mine, yours, theirs, line)
+
+
+def _entries_apart(section: str, mine: Map, yours: Map, theirs: bool, line: int) -> Iterator[Apart]:
+    """Yield where the entries of a section say something else."""
+    asked = section in ASKED_FOR
+    names = {_called(key): key for key in mine}
+    for key in yours:
+        known = names.get(_called(key))
+        if known is None:
+            if not asked:
+                yield Apart(section, key, "is not there", line)
+        elif known != key:
+            yield Apart(section, _called(key), f"is {known} there, and {key} here", mine.key_spans[known].line)
+        elif not theirs and not _same(mine[key], yours[key]):
+            yield Apart(section, key, *_difference(mine[key], yours[key], mine.key_spans[key].line))
+    for key in mine if not asked and not theirs else ():
+        if key not in yours:
+            yield Apart(section, key, "is there, and not here", mine.key_spans[key].line)
 
 
 def _called(key: str) -> str:

@@ -177,13 +177,7 @@ class Walker(Setting):
         elif tag == "xacro:include":
             self.include(child, body, scope, when, top)
         elif tag == "xacro:property":
-            if top and child.get("name") in self.program.changing:
-                self.changing(child, scope, when)
-            elif not top:
-                before = len(body.locals)
-                self.local(child, body, scope, when)
-                for variable in body.locals[before:]:
-                    variable.comments = comments
+            self.property(child, body, scope, when, comments, top)
         elif tag == "xacro:macro":
             self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), when)
         elif tag == "xacro:arg":
@@ -201,6 +195,19 @@ class Walker(Setting):
             self.call(child, body, scope, when, comments)
         else:
             body.elements.append(Listed(self.xml(child, scope), when, comments, self.at or child))
+
+    def property(
+        self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool
+    ) -> None:
+        """Take a property: at the top one that changes, elsewhere one of a macro."""
+        if top:
+            if child.get("name") in self.program.changing:
+                self.changing(child, scope, when)
+            return
+        before = len(body.locals)
+        self.local(child, body, scope, when)
+        for variable in body.locals[before:]:
+            variable.comments = comments
 
     def condition(self, element: Element, scope: Scope) -> When:
         value = Value(element.get("value"), scope, CONDITION, element.span)
@@ -568,20 +575,26 @@ class Walker(Setting):
             for chosen in self.targets(child, scope):
                 yield from self.inner(child, scope, level, (*when, *chosen), comments)
         elif tag.startswith("xacro:"):
-            macro = self.macro_of(child)
-            if returns(self, macro, scope, when):
-                set_by(self, macro, child, scope, when, body_around(scope))
-                return
-            if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
-                yield self.value_call(macro, child, scope), scope, when, comments
-                return
-            found: list[Any] = []
-            self.write_out(
-                macro, child, scope, lambda inside: found.extend(self.content(macro.element, inside, level, when))
-            )
-            yield from found
+            yield from self.inner_call(child, scope, level, when, comments)
         else:
             yield child, scope, when, comments
+
+    def inner_call(
+        self, child: Element, scope: Scope, level: str, when: Whens, comments: tuple[str, ...]
+    ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
+        """Yield what a macro that is called within an element gives."""
+        macro = self.macro_of(child)
+        if returns(self, macro, scope, when):
+            set_by(self, macro, child, scope, when, body_around(scope))
+            return
+        if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
+            yield self.value_call(macro, child, scope), scope, when, comments
+            return
+        found: list[Any] = []
+        self.write_out(
+            macro, child, scope, lambda inside: found.extend(self.content(macro.element, inside, level, when))
+        )
+        yield from found
 
     def as_value(self, macro: Macro, level: str) -> bool:
         """Walk over a macro that makes what stands in a link, a joint and so on; say whether it can be a value."""
@@ -679,21 +692,25 @@ class Walker(Setting):
             groups = [Xml("", when=on, content=self.xml_item(item, scope, when)) for on in self.targets(item, scope)]
             return [one for group in groups for one in ([group] if group.when else group.content)]
         if item.tag.startswith("xacro:"):
-            macro = self.macro_of(item)
-            if returns(self, macro, scope, when):
-                set_by(self, macro, item, scope, when, body_around(scope))
-                return []
-            if macro.name not in self.inlined and self.as_text(macro):
-                return [self.value_call(macro, item, scope)]
-            found: list[Any] = []
-
-            def take(inside: Scope) -> None:
-                for one in macro.element.content:
-                    found.extend(self.xml_item(one, inside.latest(), when))
-
-            self.write_out(macro, item, scope, take)
-            return found
+            return self.xml_call(item, scope, when)
         return [self.xml(item, scope)]
+
+    def xml_call(self, item: Element, scope: Scope, when: Whens) -> list[Any]:
+        """Return what a macro that is called within XML gives."""
+        macro = self.macro_of(item)
+        if returns(self, macro, scope, when):
+            set_by(self, macro, item, scope, when, body_around(scope))
+            return []
+        if macro.name not in self.inlined and self.as_text(macro):
+            return [self.value_call(macro, item, scope)]
+        found: list[Any] = []
+
+        def take(inside: Scope) -> None:
+            for one in macro.element.content:
+                found.extend(self.xml_item(one, inside.latest(), when))
+
+        self.write_out(macro, item, scope, take)
+        return found
 
 
 def _plain(piece: Token) -> Token:

@@ -73,6 +73,16 @@ def _read(sheet: FactSheet) -> FactSheet:
     for section in sheet.root.iterfind("sensor"):
         for sensor in section:
             _sensor(sheet, sensor, owners)
+    _drives(sheet, joints)
+    _contacts(sheet, owners)
+    _pairs(sheet, worldbody, owners)
+    for key in sheet.root.iterfind("keyframe/key"):
+        _key(sheet, key, joints, free)
+    return sheet
+
+
+def _drives(sheet: FactSheet, joints: dict[str, Element]) -> None:
+    """Add what joints follow and are moved by: constraints, actuators, tendons."""
     for constraint in sheet.root.iterfind("equality/*"):
         if _follows(constraint):
             _mimic(sheet, constraint, joints)
@@ -85,6 +95,10 @@ def _read(sheet: FactSheet) -> FactSheet:
             _entry(sheet, "actuator", actuator)
     for tendon in sheet.root.iterfind("tendon/*"):
         _entry(sheet, "tendon", tendon)
+
+
+def _contacts(sheet: FactSheet, owners: dict[str, str]) -> None:
+    """Add who touches whom whatever the layers say, and who never does."""
     for pair in sheet.root.iterfind("contact/pair"):
         if {name: text for name, text in pair.items() if name not in ("geom1", "geom2", "class")} in TOUCHES:
             continue  # that they touch is all of it, which is told of their links
@@ -92,10 +106,6 @@ def _read(sheet: FactSheet) -> FactSheet:
     for pair in sheet.root.iterfind("contact/exclude"):
         one, other = (owners.get(name, name) for name in (sheet.text(pair, "body1"), sheet.text(pair, "body2")))
         sheet.add(Fact("link", one, f"contact with {other}"), "excluded")
-    _pairs(sheet, worldbody, owners)
-    for key in sheet.root.iterfind("keyframe/key"):
-        _key(sheet, key, joints, free)
-    return sheet
 
 
 def _root_is_world(worldbody: Element) -> None:

@@ -24,6 +24,12 @@ def lines(found: Explanation | Answer) -> Iterator[str]:
     if found.children:
         yield f"  carries {', '.join(found.children)}"
     yield ""
+    yield from _way(found)
+    yield from _values(found)
+
+
+def _way(found: Explanation) -> Iterator[str]:
+    """Yield by which edges it hangs, and where that is."""
     if found.chain:
         yield f"From {found.chain[0].parent} to {found.name}, moving joints at zero:"
         for edge in found.chain:
@@ -34,6 +40,10 @@ def lines(found: Explanation | Answer) -> Iterator[str]:
             yield from _edge(edge)
     if found.chain:
         yield from _placed(found)
+
+
+def _values(found: Explanation) -> Iterator[str]:
+    """Yield the numbers of its joint, its mass and its shapes."""
     if found.joint:
         yield f"Joint {found.chain[-1].joint}:"
         yield from _numbers(found.joint, found.chain[-1].stack)

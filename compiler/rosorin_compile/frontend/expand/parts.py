@@ -448,19 +448,26 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
         elif isinstance(have, Seq) and isinstance(value, Seq):
             for item, span in zip(value, value.value_spans, strict=True):
                 have.put(item, span)
-        elif isinstance(have, Map) and isinstance(value, Map) and have.keys().isdisjoint(value):
-            have.update(value)
-            have.key_spans.update(value.key_spans)
-            have.value_spans.update(value.value_spans)
         elif isinstance(have, Map) and isinstance(value, Map):
-            for name, entry in value.items():
-                if name in have:
-                    failed = True
-                    _taken(section, name, have, value, scope)
-                else:
-                    have.put(name, entry, value.key_spans[name], value.value_spans[name])
+            failed |= not _join_entries(section, have, value, scope)
     if failed:
         raise Failed
+
+
+def _join_entries(section: str, have: Map, value: Map, scope: Scope) -> bool:
+    """Add entries by name; a name that is taken is reported. Say whether none was."""
+    if have.keys().isdisjoint(value):
+        have.update(value)
+        have.key_spans.update(value.key_spans)
+        have.value_spans.update(value.value_spans)
+        return True
+    taken = have.keys() & value.keys()
+    for name, entry in value.items():
+        if name in taken:
+            _taken(section, name, have, value, scope)
+        else:
+            have.put(name, entry, value.key_spans[name], value.value_spans[name])
+    return not taken
 
 
 def _join_one(section: str, tree: Map, more: Map, scope: Scope) -> bool:

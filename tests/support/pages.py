@@ -20,6 +20,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import progress
+from support import forks
 from support.paths import DOCS, ROOT
 
 README = ROOT / "README.md"
@@ -146,6 +147,9 @@ def run(command: str, folder: Path) -> tuple[str, int]:
     """
     if command.startswith("pip install "):
         return install(command.removeprefix("pip install "), folder)
+    if (folder / PACKAGES).is_dir() and re.match(r"rosorin-compile [^|>;&$*]+$", command):
+        code, printed = forks.run(shlex.split(command)[1:], folder, _environment(folder))
+        return printed, code
     if (folder / PACKAGES).is_dir() or not command.startswith("rosorin-compile "):
         return run_in_shell(command, folder)
     command, bar, others = command.partition(" | ")
@@ -172,11 +176,17 @@ def install(package: str, folder: Path) -> tuple[str, int]:
 
 
 def run_in_shell(command: str, folder: Path, given: str = "") -> tuple[str, int]:
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "LC_ALL": "C", "PATH": path}
+    environment = _environment(folder)
     if (folder / PACKAGES).is_dir():
-        environment |= {"PYTHONPATH": str(folder / PACKAGES), "ROSORIN_COMPILE_CACHE": str(folder / ".cache")}
         command = f'rosorin-compile() {{ "{sys.executable}" -m rosorin_compile "$@"; }}; {command}'
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     ran = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, check=False, input=given, **options)
     return ran.stdout, ran.returncode
+
+
+def _environment(folder: Path) -> dict[str, str]:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "LC_ALL": "C", "PATH": path}
+    if (folder / PACKAGES).is_dir():
+        environment |= {"PYTHONPATH": str(folder / PACKAGES), "ROSORIN_COMPILE_CACHE": str(folder / ".cache")}
+    return environment

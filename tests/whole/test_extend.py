@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from support import forks
 from support.pages import PACKAGES, blocks, install
 from support.paths import DOCS
 
@@ -62,22 +63,18 @@ class Machine:
         path = self.packages / "toy_robot" / "toy.py"
         path.write_text(f"{path.read_text('utf-8')}\nimport dataclasses\n\n{text}", "utf-8")
 
-    def run(self, *words: str, code: int | None = None, within: str = "-m rosorin_compile") -> str:
+    @property
+    def environment(self) -> dict[str, str]:
+        """The environment of a process that has the packages."""
+        own = {"PYTHONPATH": str(self.packages), "ROSORIN_COMPILE_CACHE": str(self.folder / ".cache")}
+        return {**os.environ, **own, "PYTHONDONTWRITEBYTECODE": "1"}
+
+    def run(self, *words: str, code: int | None = None) -> str:
         """Return what a command prints; it ends with ``code``, and never with a traceback."""
-        environment = {**os.environ, "PYTHONPATH": str(self.packages), "PYTHONDONTWRITEBYTECODE": "1"}
-        environment["ROSORIN_COMPILE_CACHE"] = str(self.folder / ".cache")
-        ran = subprocess.run(
-            [sys.executable, *within.split(" ", 1), *words],
-            cwd=self.folder,
-            env=environment,
-            check=False,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        assert "Traceback" not in ran.stdout, ran.stdout
-        assert code in (None, ran.returncode), ran.stdout
-        return ran.stdout
+        ended, printed = forks.run(words, self.folder, self.environment)
+        assert "Traceback" not in printed, printed
+        assert code in (None, ended), printed
+        return printed
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +172,12 @@ def test_the_other_commands_on_such_a_file(machine: Machine):
     code = (
         "import rosorin_compile as r; print(r.read('dolls/doll.toy')); print(*r.read('dolls/broken.toy').diagnostics)"
     )
-    printed = machine.run(code, within="-c")
+    command = [sys.executable, "-c", code]
+    ran = subprocess.run(
+        command, cwd=machine.folder, env=machine.environment, check=False, capture_output=True, text=True
+    )
+    printed = ran.stdout + ran.stderr
+    assert "Traceback" not in printed, printed
     assert "<Reading <Robot doll: 2 links, 1 joint" in printed
     assert 'dolls/broken.toy:3:1: error[file-syntax]: "wheel" and what follows' in printed
 

@@ -13,6 +13,7 @@ import pytest
 from rosorin_compile import plugins
 from rosorin_compile.startup.remembering import forget
 from rosorin_compile.world import noting
+from support import forks
 
 pytestmark = pytest.mark.slow
 
@@ -28,6 +29,7 @@ outputs: {urdf: {file: cart.urdf}}
 """
 TOY = """\
 from rosorin_compile.frontend.expression.functions import function
+from support import forks
 from rosorin_compile.diagnostics.registry import rule
 
 
@@ -70,17 +72,9 @@ class Machine:
     def run(self, *words: str) -> tuple[int, str]:
         environment = {**os.environ, "PYTHONPATH": str(self.packages), "PYTHONDONTWRITEBYTECODE": "1"}
         environment["ROSORIN_COMPILE_CACHE"] = str(self.work / ".cache")
-        ran = subprocess.run(
-            [sys.executable, "-m", "rosorin_compile", *words],
-            cwd=self.work,
-            env=environment,
-            check=False,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        assert "Traceback" not in ran.stdout, ran.stdout
-        return ran.returncode, ran.stdout
+        code, printed = forks.run(words, self.work, environment)
+        assert "Traceback" not in printed, printed
+        return code, printed
 
 
 @pytest.fixture

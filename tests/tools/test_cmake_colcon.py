@@ -72,7 +72,25 @@ def share(workspace: Path, package: str) -> Path:
     return workspace / "install" / package / "share" / package
 
 
-@pytest.mark.parametrize("generator", [MAKE, pytest.param(NINJA, marks=BUILDS)])
+def test_a_workspace_is_built_once_and_what_is_touched_again(workspace: Path) -> None:
+    """At a landing: with links, of which ``test_a_workspace`` has none, and those packages that the cell needs."""
+    words = ("--symlink-install", "--packages-up-to", "cell_description")
+    assert ran(colcon(workspace, MAKE, *words)) == OF_ARM
+    urdf = share(workspace, "arm_description") / "urdf/arm.urdf"
+    mesh = share(workspace, "arm_description") / "mjcf/meshes/arm_description/meshes/arm.stl"
+    assert urdf.is_symlink()
+    assert mesh.is_symlink()
+    for file in ("urdf/arm.urdf", "mjcf/arm.xml", "mjcf/meshes/arm_description/meshes/arm.stl"):
+        committed = workspace / "src/arm_description/outputs/arm" / file
+        assert (share(workspace, "arm_description") / file).read_bytes() == committed.read_bytes()
+    assert '"left_tool"' in (share(workspace, "cell_description") / "urdf/arm.urdf").read_text()
+    touch(workspace / "src/arm_description/descriptions/arm/tool.yaml")
+    assert ran(colcon(workspace, MAKE, *words)) == OF_ARM
+    assert ran(colcon(workspace, MAKE, *words)) == []
+
+
+@BUILDS
+@pytest.mark.parametrize("generator", [MAKE, NINJA])
 def test_a_workspace(workspace: Path, generator: str) -> None:
     arm = workspace / "src/arm_description/descriptions/arm"
     assert ran(colcon(workspace, generator)) == ALL
@@ -125,6 +143,7 @@ def test_an_include_of_a_package_that_others_compile(workspace: Path, generator:
     assert ran(colcon(workspace, generator)) == []
 
 
+@BUILDS
 @pytest.mark.parametrize("generator", [MAKE])
 def test_symlink_install(workspace: Path, generator: str) -> None:
     assert ran(colcon(workspace, generator, "--symlink-install")) == ALL

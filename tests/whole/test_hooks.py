@@ -185,7 +185,7 @@ def test_pre_commit_runs_them(run: Callable[..., Ran], user: Path) -> None:
     assert Path("dog/outputs/puppy/puppy.urdf").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.tier("builds")
 def test_pre_commit_tries_them(user: Path, ours: Path) -> None:
     Path(".gitignore").write_text("cache/\n")
     commit(user)

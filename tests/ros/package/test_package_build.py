@@ -52,14 +52,27 @@ def build(folder: Path, kind: str, *more: str) -> Path:
     return folder / "install" / NAME / "share" / NAME
 
 
-KINDS = [
-    "ament_python",
-    pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")),
-]
+BUILDS = pytest.mark.tier("builds")
+PYTHON, CMAKE = "ament_python", "ament_cmake"
+_NEEDS_CMAKE = pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("link", [False, True])
+def kinds(landing: str) -> pytest.MarkDecorator:
+    """Run a test for one kind of package at a landing, for the other one in a tier."""
+    marks = {kind: [] if kind == landing else [BUILDS] for kind in (PYTHON, CMAKE)}
+    marks[CMAKE].append(_NEEDS_CMAKE)
+    return pytest.mark.parametrize("kind", [pytest.param(kind, marks=marks[kind]) for kind in (PYTHON, CMAKE)])
+
+
+@pytest.mark.parametrize(
+    ("link", "kind"),
+    [
+        pytest.param(False, PYTHON, id="False-ament_python"),
+        pytest.param(False, CMAKE, id="False-ament_cmake", marks=[BUILDS, _NEEDS_CMAKE]),
+        pytest.param(True, PYTHON, id="True-ament_python", marks=BUILDS),
+        pytest.param(True, CMAKE, id="True-ament_cmake", marks=_NEEDS_CMAKE),
+    ],
+)
 def test_what_is_installed_is_what_was_written(
     tmp_path: Path, kind: str, link: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -94,7 +107,7 @@ def test_an_install_space_that_is_older(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.skipif(not (SITE / "ament_index_python").is_dir(), reason="no python3-ament-index")
-@pytest.mark.parametrize("kind", KINDS)
+@kinds(PYTHON)
 def test_the_test_of_the_package_runs_and_finds_what_is_wrong(tmp_path: Path, kind: str) -> None:
     share = build(tmp_path, kind)
     colcon(tmp_path, "test", "--return-code-on-test-failure")
@@ -108,7 +121,7 @@ def test_the_test_of_the_package_runs_and_finds_what_is_wrong(tmp_path: Path, ki
 
 
 @pytest.mark.skipif(not (SITE / "ament_index_python").is_dir(), reason="no python3-ament-index")
-@pytest.mark.parametrize("kind", KINDS)
+@kinds(CMAKE)
 def test_a_description_compiles_from_the_install_space(tmp_path: Path, kind: str) -> None:
     source = tmp_path / "src" / NAME
     words = ["package", str(ROSORIN), "-o", str(source), "--build-type", kind, "--compile-at-launch"]

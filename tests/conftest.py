@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from rosorin_compile.commands import answer
 from rosorin_compile.world import listening, notes
@@ -15,6 +16,11 @@ from support.answers import held_envelope
 from support.asked_once import ask_once
 from support.commands import write_files
 from support.robots import copy_of_rosorin
+
+# At a landing a property tries one example in PART, and FEW at least; all of them in a tier.
+PART, FEW = 3, 20
+EXAMPLES = "fuzz"
+HELD = "_hypothesis_internal_use_settings"
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -84,10 +90,11 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark as slow what tries many inputs; leave out what belongs to a tier, or all else where one is asked for."""
-    for item in items:
-        if getattr(getattr(item, "obj", None), "is_hypothesis_test", False):
-            item.add_marker(pytest.mark.slow)
     asked = config.getoption("tier")
+    for item in filter(_is_property, items):
+        item.add_marker(pytest.mark.slow)
+        if asked is None:
+            _shorten(item)
     chosen = [item for item in items if asked in _tiers(item)]
     if len(chosen) < len(items):
         config.hook.pytest_deselected(items=[item for item in items if asked not in _tiers(item)])
@@ -95,5 +102,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def _tiers(item: pytest.Item) -> list[str | None]:
-    """Return the tiers that a test belongs to: ``None`` is what every landing passes."""
-    return [marker.args[0] for marker in item.iter_markers("tier")] or [None]
+    """Return the tiers that a test belongs to: ``None`` is what every landing passes.
+
+    A property belongs to a tier, too, which tries all of its examples.
+    """
+    return [marker.args[0] for marker in item.iter_markers("tier")] or [None, *[EXAMPLES] * _is_property(item)]
+
+
+def _is_property(item: pytest.Item) -> bool:
+    return getattr(getattr(item, "obj", None), "is_hypothesis_test", False)
+
+
+def _shorten(item: pytest.Item) -> None:
+    """Let a property try a part of its examples. It keeps its settings where the plug-in of hypothesis looks, too."""
+    test = getattr(item.obj, "__func__", item.obj)  # type: ignore[attr-defined]
+    own = getattr(test, HELD, settings.default)
+    few = max(own.max_examples // PART, min(own.max_examples, FEW))
+    setattr(test, HELD, settings(own, max_examples=few))

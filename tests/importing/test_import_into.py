@@ -527,7 +527,7 @@ def colcon(folder: Path, *words: str) -> str:
 
 
 KINDS = [
-    "ament_python",
+    pytest.param("ament_python", marks=pytest.mark.tier("builds")),
     pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")),
 ]
 

@@ -94,7 +94,7 @@ def test_a_build_runs_what_changed_and_nothing_else(tmp_path: Path, generator: s
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_an_include_that_comes_and_goes(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, BOTH)
     tool, more = source / "descriptions/arm/tool.yaml", source / "descriptions/arm/more.yaml"

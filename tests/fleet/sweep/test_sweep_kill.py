@@ -144,8 +144,8 @@ def test_a_process_that_dies_takes_no_other_variant_along() -> None:
 # Places and what is left of a run, both of each at a landing, at some calls.
 KILLS = pytest.mark.tier("kills")
 ENDED = [
-    pytest.param("b.csv", "fleet", 16, id="b.csv-fleet-some calls"),
-    pytest.param("c.csv", "file://{here}/fleet", 16, id="c.csv-file://{here}/fleet-some calls"),
+    pytest.param("b.csv", "fleet", 24, id="b.csv-fleet-some calls"),
+    pytest.param("c.csv", "file://{here}/fleet", 24, id="c.csv-file://{here}/fleet-some calls"),
     *(
         pytest.param(rest, place, 1, id=f"{rest}-{place}-each call", marks=KILLS)
         for rest in ("b.csv", "c.csv")

@@ -15,7 +15,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.cli import main  # noqa: E402
 from rosorin_compile.diagnostics import has_errors  # noqa: E402
 from support.paths import DATA, ROOT, ROSORIN  # noqa: E402
-from support.robots import compiled, compiled_text  # noqa: E402
+from support.robots import compiled, compiled_text, of_this_project  # noqa: E402
 from support.scenes import BACK_END, seen  # noqa: E402
 
 ROBOTS = {path.parent.name: path for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]}
@@ -156,7 +156,7 @@ def test_the_scene_brings_nothing_but_a_world() -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_scene_of_every_robot_here_loads_and_has_a_key_home(name: str, tmp_path: Path) -> None:
-    for artifact in compiled(ROBOTS[name]).artifacts:
+    for artifact in of_this_project(ROBOTS[name]).artifacts:
         (tmp_path / artifact.file).write_text(artifact.text, "utf-8")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
     assert model.key(0).name == "home"
@@ -173,7 +173,7 @@ def test_a_package_has_the_scene_beside_its_robot(home: Path, capsys: pytest.Cap
 @needs_screen
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_camera_sees_the_robot_in_light_on_a_floor(name: str, tmp_path: Path) -> None:
-    for artifact in compiled(ROBOTS[name]).artifacts:
+    for artifact in of_this_project(ROBOTS[name]).artifacts:
         (tmp_path / artifact.file).write_text(artifact.text, "utf-8")
     shown = seen(tmp_path / "scene.xml", tmp_path)
     assert 0.02 < shown.robot.mean() < 0.6
@@ -199,7 +199,7 @@ def test_the_camera_sees_the_robot_in_light_on_a_floor(name: str, tmp_path: Path
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_floor_has_no_specks(name: str, tmp_path: Path) -> None:
     """At the end of what the map of shadows has, MuJoCo draws dots where there is no shadow."""
-    for artifact in compiled(ROBOTS[name]).artifacts:
+    for artifact in of_this_project(ROBOTS[name]).artifacts:
         (tmp_path / artifact.file).write_text(artifact.text, "utf-8")
     shown = seen(tmp_path / "scene.xml", tmp_path)
     corner = shown.pixels[-40:, -80:].astype(int).sum(axis=2)

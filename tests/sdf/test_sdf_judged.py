@@ -23,6 +23,8 @@ from support.robots import compiled
 pytestmark = pytest.mark.slow
 
 EXAMPLES = sorted((ROOT / "examples").glob("*/robot.yaml"))
+ENGINES = pytest.mark.tier("engines")
+AT_A_LANDING = (ROSORIN, EXAMPLES[0], EXAMPLES[-1])  # the others in a tier
 STATES = 200
 TOLERANCE = 1e-9
 SHORT = 1.1e-12  # relative; what printing may cost a number
@@ -145,7 +147,13 @@ def test_what_drake_refuses_is_refused(tmp_path):
         in_drake.ask(path, "root")
 
 
-@pytest.mark.parametrize("robot", [ROSORIN, *EXAMPLES], ids=lambda robot: robot.parent.name)
+@pytest.mark.parametrize(
+    "robot",
+    [
+        pytest.param(one, id=one.parent.name, marks=[] if one in AT_A_LANDING else ENGINES)
+        for one in (ROSORIN, *EXAMPLES)
+    ],
+)
 def test_the_reference_robot_and_the_examples(robot, tmp_path):
     """None of them asks for an SDF: what it would be is judged all the same."""
     compiled_robot = compiled(robot).robot

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,13 @@ def compiled(
     assert made.robot is not None, report(made.diagnostics)
     assert made.artifacts, report(made.diagnostics)
     return made
+
+
+@cache
+def of_this_project(path: Path) -> Compiled:
+    """Compile a description of this project, once in a process: for tests that ask only what comes out."""
+    assert path.is_absolute()
+    return compiled(path)
 
 
 # Links that are alike, and joints that are; outputs are to be added.

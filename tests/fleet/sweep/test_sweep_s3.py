@@ -28,7 +28,7 @@ outputs:
   urdf: {file: mast.urdf}
   static_tf_json: {file: deep/static_tf.json}
 """
-COUNT = 40
+COUNT = 20
 PROJECT = {
     "mast/robot.yaml": ROBOT,
     "fleet.csv": "name,height\n" + "".join(f"r{n},{n} cm\n" for n in range(1, COUNT + 1)),
@@ -48,14 +48,9 @@ def here(project: Path) -> Path:
     return project
 
 
-@pytest.fixture
-def s3(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """A client of a server that has an empty bucket, "robots"; to sweeps its address is known."""
-    import boto3
-
-    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
-        monkeypatch.setenv(name, "testing")
-    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """The address of a server of S3: to start one takes longer than all that it is asked for."""
     with subprocess.Popen(
         [sys.executable, "-c", SERVER],
         stdin=subprocess.PIPE,
@@ -64,12 +59,26 @@ def s3(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         text=True,
     ) as server:
         assert server.stdout is not None
-        monkeypatch.setenv("AWS_ENDPOINT_URL", server.stdout.readline().strip())
-        client = boto3.client("s3")
-        client.create_bucket(Bucket="robots")
-        yield client
-        client.close()
+        yield server.stdout.readline().strip()
         server.kill()
+
+
+@pytest.fixture
+def s3(monkeypatch: pytest.MonkeyPatch, address: str) -> Iterator[Any]:
+    """A client of a server that has an empty bucket, "robots"; to sweeps its address is known."""
+    import boto3
+
+    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+        monkeypatch.setenv(name, "testing")
+    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+    monkeypatch.setenv("AWS_ENDPOINT_URL", address)
+    client = boto3.client("s3")
+    client.create_bucket(Bucket="robots")
+    yield client
+    for one in client.list_objects_v2(Bucket="robots").get("Contents", []):
+        client.delete_object(Bucket="robots", Key=one["Key"])
+    client.delete_bucket(Bucket="robots")
+    client.close()
 
 
 def there(s3: Any) -> dict[str, bytes]:

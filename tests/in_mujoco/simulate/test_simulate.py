@@ -80,6 +80,8 @@ ROBOTS = {
     "examples/unitree_a1": {"limit-not-reached": 1},
     "examples/ur5e": {"limit-not-reached": 2},
 }
+AT_A_LANDING = ("descriptions/rosorin", "examples/turtlebot3_burger", "examples/ur5e")  # the others in a tier
+ENGINES = pytest.mark.tier("engines")
 NOT_DRIVEN = {"examples/unitree_a1", "examples/ur5e"}  # they have no wheels
 
 
@@ -88,7 +90,9 @@ def test_every_robot_of_this_project_is_simulated() -> None:
     assert {str(folder.relative_to(ROOT)) for folder in folders if (folder / "robot.yaml").is_file()} == set(ROBOTS)
 
 
-@pytest.mark.parametrize("folder", sorted(ROBOTS))
+@pytest.mark.parametrize(
+    "folder", [folder if folder in AT_A_LANDING else pytest.param(folder, marks=ENGINES) for folder in sorted(ROBOTS)]
+)
 def test_a_robot_of_this_project_behaves(folder: str, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     monkeypatch.chdir(ROOT)
     assert main(["simulate", f"{folder}/robot.yaml", "--format", "json-list", "--no-timing"]) == 0

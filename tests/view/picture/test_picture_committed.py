@@ -16,7 +16,7 @@ from rosorin_compile.cli import main
 from rosorin_compile_view.picture.png import png
 from support.drawings import pixels
 from support.paths import DOCS, ROOT, ROSORIN
-from support.robots import compiled
+from support.robots import of_this_project
 from support.scenes import BACK_END, seen
 
 FOLDER = DOCS / "pictures"
@@ -45,7 +45,7 @@ def draw(name: str, target: Path) -> None:
 def scene(description: Path) -> bytes:
     """Return what MuJoCo draws of the scene of a robot."""
     with TemporaryDirectory() as folder:
-        for artifact in compiled(description).artifacts:
+        for artifact in of_this_project(description).artifacts:
             Path(folder, artifact.file).write_text(artifact.text, "utf-8")
         return png(seen(Path(folder, "scene.xml"), Path(folder)).pixels)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -68,8 +69,11 @@ def rosorin(home: Path) -> Path:
 def pytest_configure() -> None:
     """Take interrupts where a shell's job in the background ignores them: its children would ignore them, too.
 
-    What a command prints depends on no clock: nothing is shown of what takes long, but by the tests of that.
+    What a command prints depends on no clock: nothing is shown of what takes long, but by the tests of that. Modules
+    are compiled once, also where the machine says otherwise: else each process would do so with the whole tool.
     """
+    sys.dont_write_bytecode = False
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     os.environ["ROSORIN_COMPILE_PROGRESS"] = "off"
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -396,7 +396,7 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
     if search is not None and _has_files(robot):
         # An artifact that opens or measures meshes finds the same ones, whether the others are made or not.
         records = [FORMATS[output.backend] for output in outputs]
-        opening = any(one.opens is not None or one.measures for one in records)
+        opening = any(one.writing.opens is not None or one.writing.measures for one in records)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = meshes.told_to(robot)
     artifacts, said, templates = _made(robot, outputs, expanded.tree, path)

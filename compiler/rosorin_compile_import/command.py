@@ -81,7 +81,7 @@ def _companions() -> list[Format]:
     """Return the formats of files that say more about a robot of another file."""
     from rosorin_compile.extending import FORMATS
 
-    return [one for one in FORMATS.values() if one.join is not None]
+    return [one for one in FORMATS.values() if one.reading.join is not None]
 
 
 def run(options: argparse.Namespace) -> int:

@@ -156,7 +156,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     source, said = imported._replace(tree=tree).robot, {one.backend: one.text for one in compiled.artifacts}
     how = ReadOptions(lenient=True, checked=False)
     back = Imported.read(_saved(stage, format, said), how)
-    beside = [one for one in FORMATS.values() if one.join is not None and one.name in said]
+    beside = [one for one in FORMATS.values() if one.reading.join is not None and one.name in said]
     for companion in beside:
         back = back.joined(companion.name, _saved(stage, companion, said), how)
     if back.tree is not None and "accept" in tree:  # what a source may break, its copy may
@@ -178,7 +178,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     found += [f"description: {text}" for text in Difference.in_values(source, made, 0.0, carried_by_urdf=False)]
     found += [f"{what}: {text}" for text in Difference.in_values(source, again, TOLERANCE, carried_by_urdf=True)]
     for companion in beside:
-        for section in companion.joins:
+        for section in companion.reading.joins:
             lines = Difference.in_section(source, again, section, TOLERANCE)
             found += [f"compiled {companion.word}: {text}" for text in lines]
     largest = 0.0 if found else largest_difference(source, again)
@@ -207,7 +207,7 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     It is the very text that is going to be written: with the numbers and the meshes that it will have.
     """
     format = FORMATS.get(imported.format)
-    if format is None or format.prove is None or format.name not in wanted.entries:
+    if format is None or format.proving.prove is None or format.name not in wanted.entries:
         return Proof()
     Progress.step("proving the import in its engine")
     outputs = Description.at(folder / Description.ROOT_FILE).outputs.absolute()
@@ -224,10 +224,10 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
     made = next((one.text for one in compiled.artifacts), None)
     if made is None:
         return Proof(unknown=_first_error(compiled.diagnostics))
-    opens = format.opens or (lambda name: name)
+    opens = format.writing.opens or (lambda name: name)
     found = compiled.meshes.by_name if compiled.meshes is not None else {}
     files = {called: str(file.absolute()) for name, file in found.items() for called in (name, opens(name)) if called}
-    return format.prove(imported, made, files)
+    return format.proving.prove(imported, made, files)
 
 
 def _untold(proof: Proof) -> Diagnostic:

@@ -22,7 +22,7 @@ from rosorin_compile.backend.model import unit
 from rosorin_compile.backend.sections import MJCF_ELEMENTS
 from rosorin_compile.backend.support import six, vector
 from rosorin_compile.diagnostics import Heading, error, listed
-from rosorin_compile.extending import world
+from rosorin_compile.extending import InRos, Proving, Writing, world
 from rosorin_compile.model import Link, Mesh, Output, Pose, Vector
 
 if TYPE_CHECKING:
@@ -221,9 +221,15 @@ FORMAT = Format(
     endings=(".xml",),
     check=check,
     write=write,
-    syntax=_syntax,
-    folder="mjcf",
-    measures=True,
-    beside=lambda text: _INCLUDED.findall(text),
-    robot_of=robot_of,
+    writing=Writing(
+        measures=True,
+        beside=lambda text: _INCLUDED.findall(text),
+    ),
+    proving=Proving(
+        syntax=_syntax,
+    ),
+    ros=InRos(
+        folder="mjcf",
+        robot_of=robot_of,
+    ),
 )

@@ -247,7 +247,7 @@ def _takes_arguments(path: Path) -> bool:
     """Say whether a robot in another format than a description is told arguments."""
     from rosorin_compile.extending import FORMATS
 
-    return any(one.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values())
+    return any(one.reading.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values())
 
 
 def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rosorin_compile import Diagnostic, Facts, Format, Robot, Rule
 from rosorin_compile.backend.formats import Asked
 from rosorin_compile.diagnostics import Heading, did_you_mean, error
+from rosorin_compile.extending import Importing, Proving
 from rosorin_compile.model import Output
 
 from .drawing import SUFFIXES, picture, suffix
@@ -133,8 +134,12 @@ FORMAT = Format(
     check=check,
     write=write,
     facts=read,
-    syntax=_syntax,
-    shown=False,
-    disagreements=disagreements,
-    asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
+    reading=Importing(
+        asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
+    ),
+    proving=Proving(
+        syntax=_syntax,
+        shown=False,
+        disagreements=disagreements,
+    ),
 )

@@ -87,7 +87,7 @@ def refused(given: Given, description: Description, artifacts: Sequence[Artifact
 
     told = []
     for artifact in artifacts:
-        ask = FORMATS[artifact.backend].refusal
+        ask = FORMATS[artifact.backend].proving.refusal
         found = ask(artifact.text, (description.outputs / artifact.file).parent) if ask else None
         if found is not None and found.reason:
             told += _refusal(given, description, artifact, found)

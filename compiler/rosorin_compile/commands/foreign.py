@@ -76,7 +76,7 @@ def emit_foreign(
     ``lenient``.
     """
     imported = read(path, ReadOptions(arguments, packages, lenient=lenient, tell=tell, trust=trust))
-    names = [format.name for format in FORMATS.values() if not format.optional]
+    names = [format.name for format in FORMATS.values() if not format.reading.optional]
     tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [*names, *wanted])
     return emitted(judged(Expanded(tree, imported.diagnostics, imported.files), wanted), path, search, wanted)
 

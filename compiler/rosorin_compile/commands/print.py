@@ -181,7 +181,7 @@ def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
     from ..output.one_file import write_file
     from ..output.ours import is_marked, knows, remember, wrote
 
-    robot_of = FORMATS[backend].robot_of
+    robot_of = FORMATS[backend].ros.robot_of
     write_file(path, data, inputs, lambda old: wrote(old) or bool(robot_of and robot_of(old)) or knows(path))
     if not is_marked(data):
         remember(path, ())

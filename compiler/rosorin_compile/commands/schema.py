@@ -42,7 +42,7 @@ def options(command: Parser) -> None:
 
 def names() -> dict[str, str]:
     """Return the schemas, and whose form they describe: those of formats are named by their records."""
-    formats = {one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}
+    formats = {one.proving.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.proving.schema}
     return {**_NAMES, **formats, **_of_answers()}
 
 

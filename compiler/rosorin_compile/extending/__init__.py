@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..commands.understanding import mode_states
     from ..commands.usage import FINE, PROBLEMS, WrongUsage
     from ..formats import FORMATS
+    from ..formats.format import Importing, InRos, Proving, Writing, by_name
     from ..formats.imported import Comment, Imported, Outputs, Proof, ReadOptions
     from ..formats.mesh_files import Places
     from ..formats.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
@@ -52,6 +53,11 @@ if TYPE_CHECKING:
 
 # Each public name and the module that has it.
 _HOMES = {
+    "Importing": "formats.format",
+    "InRos": "formats.format",
+    "Proving": "formats.format",
+    "Writing": "formats.format",
+    "by_name": "formats.format",
     "Argument": "frontend.arguments",
     "Change": "meaning.entities",
     "Comment": "formats.imported",
@@ -133,6 +139,8 @@ __all__ = [
     "Held",
     "Holding",
     "Imported",
+    "Importing",
+    "InRos",
     "Inputs",
     "Language",
     "LoadError",
@@ -148,6 +156,7 @@ __all__ = [
     "Path",
     "Places",
     "Proof",
+    "Proving",
     "Quantity",
     "ReadOptions",
     "Remark",
@@ -159,7 +168,9 @@ __all__ = [
     "Text",
     "TextDifference",
     "TriangleMesh",
+    "Writing",
     "WrongUsage",
+    "by_name",
     "compare",
     "compile_robot",
     "each_entry",

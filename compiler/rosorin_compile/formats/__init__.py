@@ -68,12 +68,12 @@ class Formats(Mapping[str, Format]):
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
         """Return how names of files end that hold a robot; with ``include`` of those that a description may include."""
-        readable = [one for one in self.values() if one.read is not None and (one.include or not include)]
+        readable = [one for one in self.values() if one.read is not None and (one.reading.include or not include)]
         return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 
     def published(self) -> Format:
         """Return the format that robot_state_publisher reads."""
-        return next(one for one in self.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.feeds)
+        return next(one for one in self.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.ros.feeds)
 
 
 FORMATS = Formats()

@@ -7,8 +7,9 @@ another package comes by an entry point (``docs/extend.md``). Nothing else in th
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -53,16 +54,16 @@ class Artifact:
         """Say whether publishers of a kind read it, by its format."""
         from . import FORMATS
 
-        return publisher in FORMATS[self.backend].feeds and not self.withheld
+        return publisher in FORMATS[self.backend].ros.feeds and not self.withheld
 
     @property
     def names_meshes(self) -> bool:
         """Whether it names meshes as URDF does; one of a template by the name of its file."""
         from . import FORMATS
 
-        if FORMATS[self.backend].meshes:
+        if FORMATS[self.backend].writing.meshes:
             return True
-        return any(one.meshes and self.file.endswith(one.endings) for one in FORMATS.values())
+        return any(one.writing.meshes and self.file.endswith(one.endings) for one in FORMATS.values())
 
 
 class Refusal(NamedTuple):
@@ -243,7 +244,156 @@ class Asked(NamedTuple):
     remark: str = ""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # which would be compiled at every start, for nobody
+class Named:
+    """A function that is named as text, and imported when it is first called: ``by_name`` makes them."""
+
+    def __init__(self, package: str, name: str) -> None:
+        self.package, self.name = package, name
+
+    def function(self) -> Callable[..., Any]:
+        """Return the function itself."""
+        module, _, name = self.name.partition(":")
+        found: Callable[..., Any] = getattr(import_module(f".{module}", self.package), name)
+        return found
+
+    def __call__(self, *given: Any) -> Any:
+        return self.function()(*given)
+
+
+def by_name(package: str) -> Callable[[str], Any]:
+    """Return what makes functions of texts, MODULE:NAME as seen from a package: a record of it imports no module."""
+    return lambda name: Named(package, name)
+
+
+# Records are compared with nothing, and printed for nobody: such methods would be compiled at every start.
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Importing:
+    """How files of a format are read, beside ``read``: for ``import``, ``include`` and ``diff``.
+
+    ``include`` says that a description may include such a file, ``takes_arguments`` that it is told arguments,
+    ``becomes`` the format that it is once it is read (xacro: urdf).
+
+    ``join``: a file and the tree of a robot to the sections that it adds to that (``import --srdf FILE``); ``joins``
+    are the fields of the model that it says all of. ``is_other`` says of a file that looks like a robot that it is no
+    more than such a companion of one.
+
+    When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
+    source says and a name for files; None if it is to have none. ``optional`` says that the output is left out, with a
+    remark, where the robot cannot be written so.
+    """
+
+    include: bool = True
+    takes_arguments: bool = False
+    becomes: str = ""
+    join: Callable[[Opened, Map], Joined] | None = None
+    joins: tuple[str, ...] = ()
+    is_other: Callable[[Document], bool] | None = None
+    asked: Callable[[Map, str, str], Asked | None] | None = None
+    optional: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Writing:
+    """What an artifact has of a robot, beside its text: for ``diff``, for packages, and for whoever looks for files.
+
+    When two robots are compared: ``links`` (those that an output has), ``lacks`` (topics that it has no word for, see
+    ``meaning.unsaid``), ``says`` (sections that it has a word for), ``leaves_out`` and ``why`` (links that it lacks
+    by nature), ``adds`` (links of its files that stand for something else in a description), ``brings`` (the elements
+    of XML that it makes of what a description says in words), ``names_robot`` (its files say what the robot is called).
+
+    Other files: ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as URDF
+    does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where it is
+    not opened), ``embeds`` (it holds the meshes themselves), ``measures`` (its text depends on how large meshes are),
+    ``beside`` (the names of files that it wants beside it).
+    """
+
+    links: Callable[[Robot, Output], Collection[str]] | None = None
+    lacks: frozenset[str] = frozenset()
+    says: tuple[str, ...] = ()
+    leaves_out: Callable[[Robot, str], bool] | None = None
+    why: str = ""
+    adds: Callable[[Robot, str, Robot], bool] | None = None
+    brings: Callable[[Robot, Output], Sequence[str]] | None = None
+    names_robot: bool = True
+    located: bool = False
+    meshes: bool = False
+    opens: Callable[[str], str] | None = None
+    embeds: bool = False
+    measures: bool = False
+    beside: Callable[[str], Sequence[str]] | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Proving:
+    """How an artifact is held against the robot, and against another artifact.
+
+    - ``against``: ``facts`` for the proof that all artifacts agree alone, and faster: what is not as it is known to be.
+    - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
+    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is of from a text
+      that is not JSON itself. Raises ValueError.
+    - ``differ``: what differs between two texts whose facts are the same, in words; empty if nobody can say.
+    - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
+    - ``refusal``: why the engine that reads such files does not load a text that stands in a folder. For ``check``. One
+      of another package may return the reason alone, as text.
+    - ``prove``: how its engine tells an artifact from the source that it was imported from, by the artifact's text and
+      the files of its meshes (by the names there). For ``import`` of a source of the same format.
+
+    What an artifact says of a robot:
+
+    - ``frames``: the frames that it has to carry, as ``facts`` names them.
+    - ``solids``: the collision shapes that a link has in it, None where they cannot be compared; the last argument are
+      the frames that the artifact speaks of. ``all_solids``: links for which it has no shape are meant to have none.
+    - ``engine_reads``: its engine reads the sources, so that what this passes over in XML is taken as it is.
+    - ``inertials``: what its links weigh where that is not what the robot's do, because they carry others. Raises
+      ValueError where that is no number.
+    - ``cannot_say``: facts that it has no word for, though ``facts`` reads them.
+    - ``disagreements``: what else it says wrongly, in words.
+    - ``names``: what it calls links otherwise than the robot does: the name of the link by the name in the artifact.
+      ``joint_names``: the same of joints.
+    - ``complete``: it carries every frame, with the shapes of each.
+    """
+
+    against: Callable[[str, Known], Held] | None = None
+    syntax: Callable[[str], object] | None = None
+    schema: str = ""
+    data: Callable[[str], Any] | None = None
+    differ: Callable[[str, str], str] | None = None
+    shown: bool = True
+    refusal: Callable[[str, Path], Refusal] | None = None
+    prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
+    frames: Callable[[Robot], Collection[str]] | None = None
+    solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
+    all_solids: bool = False
+    engine_reads: bool = False
+    inertials: Callable[[Robot, Output], Mapping[str, Inertial]] | None = None
+    cannot_say: Callable[[Robot, Fact], bool] | None = None
+    disagreements: Callable[[Robot, Output, str], Iterator[str]] | None = None
+    names: Callable[[Output], Mapping[str, str]] | None = None
+    joint_names: Callable[[Robot], Mapping[str, str]] | None = None
+    complete: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class InRos:
+    """What becomes of an artifact in ROS.
+
+    ``feeds`` (kinds of publishers that read it), ``withheld`` (an output that they are not to read), ``folder`` (where
+    ``package`` puts it; empty: by the ending of its name), ``deploys`` (``deploy`` puts it there too, where no copy is
+    yet), ``packaged`` (a package carries it, and has none of its own), ``robot_of`` (the robot that a file was
+    generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for a
+    package).
+    """
+
+    feeds: tuple[str, ...] = ()
+    withheld: Callable[[Output], bool] | None = None
+    folder: str = ""
+    deploys: bool = False
+    packaged: bool = True
+    robot_of: Callable[[Path], str] | None = None
+    adapted: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Format:
     """A format that is written, read, or both.
 
@@ -265,55 +415,12 @@ class Format:
 
     - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
     - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
-      ``described.imported``). ``include`` says that a description may include such a file, ``takes_arguments`` that it
-      is told arguments, ``becomes`` the format that it is once it is read (xacro: urdf).
-    - ``join``: a file and the tree of a robot to the sections that it adds to that (``import --srdf FILE``); ``joins``
-      are the fields of the model that it says all of. ``is_other`` says of a file that looks like a robot that it is no
-      more than such a companion of one.
+      ``described.imported``).
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
       ValueError for a damaged text. Without it artifacts are compared as text.
-    - ``against``: the same for that proof alone, and faster: what is not as it is known to be.
-    - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
-    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is of from a text
-      that is not JSON itself. Raises ValueError.
-    - ``differ``: what differs between two texts whose facts are the same, in words; empty if nobody can say.
-    - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
-    - ``refusal``: why the engine that reads such files does not load a text that stands in a folder. For ``check``. One
-      of another package may return the reason alone, as text.
-    - ``prove``: how its engine tells an artifact from the source that it was imported from, by the artifact's text and
-      the files of its meshes (by the names there). For ``import`` of a source of the same format.
 
-    What an artifact says of a robot, so that it can be held against it:
-
-    - ``frames``: the frames that it has to carry, as ``facts`` names them.
-    - ``solids``: the collision shapes that a link has in it, None where they cannot be compared; the last argument are
-      the frames that the artifact speaks of. ``all_solids``: links for which it has no shape are meant to have none.
-    - ``engine_reads``: its engine reads the sources, so that what this passes over in XML is taken as it is.
-    - ``inertials``: what its links weigh where that is not what the robot's do, because they carry others. Raises
-      ValueError where that is no number.
-    - ``cannot_say``: facts that it has no word for, though ``facts`` reads them.
-    - ``disagreements``: what else it says wrongly, in words.
-    - ``names``: what it calls links otherwise than the robot does: the name of the link by the name in the artifact.
-      ``joint_names``: the same of joints.
-    - ``complete``: it carries every frame, with the shapes of each.
-
-    When two robots are compared: ``links`` (those that an output has), ``lacks`` (topics that it has no word for, see
-    ``meaning.unsaid``), ``says`` (sections that it has a word for), ``leaves_out`` and ``why`` (links that it lacks
-    by nature), ``adds`` (links of its files that stand for something else in a description), ``brings`` (the elements
-    of XML that it makes of what a description says in words), ``names_robot`` (its files say what the robot is called).
-
-    In ROS: ``feeds`` (kinds of publishers that read it), ``withheld`` (an output that they are not to read),
-    ``folder`` (where ``package`` puts it; empty: by the ending of its name), ``deploys`` (``deploy`` puts it there
-    too, where no copy is yet), ``packaged`` (a package carries it, and has none of its own), ``located`` (its text
-    depends on where other artifacts stand), ``meshes`` (it names meshes as URDF does), ``opens`` (the file of a mesh
-    as seen from the artifact, by its name in the description; empty where it is not opened), ``embeds`` (it holds the
-    meshes themselves), ``measures`` (its text depends on how large meshes are), ``beside`` (the names of files that it
-    wants beside it), ``robot_of`` (the robot that a file was generated for, by its path, where no comment says so),
-    ``adapted`` (a head of a text that has been changed for a package).
-
-    When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
-    source says and a name for files; None if it is to have none. ``optional`` says that the output is left out, with a
-    remark, where the robot cannot be written so.
+    And what else there is to know, in groups: ``reading``, ``writing``, ``proving``, ``ros``. A function may be one
+    that is named as text (``by_name``).
     """
 
     name: str
@@ -331,54 +438,11 @@ class Format:
     recognises: Callable[[Document, Path], bool] | None = None
     write: Writer | None = None
     read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
-    join: Callable[[Opened, Map], Joined] | None = None
-    joins: tuple[str, ...] = ()
-    is_other: Callable[[Document], bool] | None = None
-    include: bool = True
-    takes_arguments: bool = False
-    becomes: str = ""
     facts: Callable[[str], Facts] | None = None
-    against: Callable[[str, Known], Held] | None = None
-    syntax: Callable[[str], object] | None = None
-    schema: str = ""
-    data: Callable[[str], Any] | None = None
-    differ: Callable[[str, str], str] | None = None
-    shown: bool = True
-    refusal: Callable[[str, Path], Refusal] | None = None
-    prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
-    frames: Callable[[Robot], Collection[str]] | None = None
-    solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
-    all_solids: bool = False
-    engine_reads: bool = False
-    inertials: Callable[[Robot, Output], Mapping[str, Inertial]] | None = None
-    cannot_say: Callable[[Robot, Fact], bool] | None = None
-    disagreements: Callable[[Robot, Output, str], Iterator[str]] | None = None
-    names: Callable[[Output], Mapping[str, str]] | None = None
-    joint_names: Callable[[Robot], Mapping[str, str]] | None = None
-    complete: bool = False
-    links: Callable[[Robot, Output], Collection[str]] | None = None
-    lacks: frozenset[str] = frozenset()
-    says: tuple[str, ...] = ()
-    leaves_out: Callable[[Robot, str], bool] | None = None
-    brings: Callable[[Robot, Output], Sequence[str]] | None = None
-    why: str = ""
-    adds: Callable[[Robot, str, Robot], bool] | None = None
-    names_robot: bool = True
-    feeds: tuple[str, ...] = ()
-    withheld: Callable[[Output], bool] | None = None
-    folder: str = ""
-    deploys: bool = False
-    packaged: bool = True
-    located: bool = False
-    meshes: bool = False
-    opens: Callable[[str], str] | None = None
-    embeds: bool = False
-    measures: bool = False
-    beside: Callable[[str], Sequence[str]] | None = None
-    robot_of: Callable[[Path], str] | None = None
-    adapted: str = ""
-    asked: Callable[[Map, str, str], Asked | None] | None = None
-    optional: bool = False
+    reading: Importing = Importing()
+    writing: Writing = Writing()
+    proving: Proving = Proving()
+    ros: InRos = InRos()
 
     @property
     def is_xml(self) -> bool:
@@ -403,8 +467,49 @@ class Format:
 
     def is_withheld(self, output: Output) -> bool:
         """Say whether publishers that read the format are not to read an output."""
-        return self.withheld is not None and self.withheld(output)
+        return self.ros.withheld is not None and self.ros.withheld(output)
 
     def output(self, robot: Robot) -> Output | None:
         """Return the first output of a robot in this format."""
         return next((output for output in robot.outputs if output.backend == self.name), None)
+
+
+# ---- What 0.2 said without groups: said, and read, so until 0.5.0 ----
+
+GROUPS = {"reading": Importing, "writing": Writing, "proving": Proving, "ros": InRos}
+_GROUP_OF = {one.name: group for group, kind in GROUPS.items() for one in fields(kind)}
+
+
+def _warn(names: Collection[str]) -> None:
+    import warnings
+
+    said = ", ".join(f"{_GROUP_OF[name]}.{name}" for name in names)
+    message = f"a Format says {said} in groups, since 0.3.0; without them it is none any more in 0.5.0"
+    warnings.warn(message, DeprecationWarning, stacklevel=3)
+
+
+def _in_groups(init: Callable[..., None]) -> Callable[..., None]:
+    """Return the ``__init__`` of Format, which also takes the fields of its groups by their names."""
+
+    def made(self: Format, **given: Any) -> None:
+        flat = {name: given.pop(name) for name in [*given] if name in _GROUP_OF}
+        if flat:
+            _warn(flat)
+        for name, value in flat.items():
+            group = _GROUP_OF[name]
+            given[group] = replace(given.get(group, GROUPS[group]()), **{name: value})
+        init(self, **given)
+
+    return made
+
+
+def _of_group(self: Format, name: str) -> Any:
+    if name not in _GROUP_OF:
+        raise AttributeError(f"a Format has no {name}")
+    _warn([name])
+    return getattr(getattr(self, _GROUP_OF[name]), name)
+
+
+# Set here, so that type checkers see the groups alone.
+setattr(Format, "__init__", _in_groups(Format.__init__))  # noqa: B010
+setattr(Format, "__getattr__", _of_group)  # noqa: B010

@@ -17,7 +17,7 @@ from ..model.joint import UNPUBLISHED
 from ..model.sections import own_sections
 from ..numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
 from ..rules.proof import in_words, prove
-from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name
+from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Proving, Value, row_name
 from .static_tf import describe
 
 if TYPE_CHECKING:
@@ -342,9 +342,15 @@ FORMAT = Format(
     file="frames.md",
     write=write,
     facts=read,
-    against=_against,
-    syntax=_words,
-    frames=carried,
-    folder="doc",
-    asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
+    reading=Importing(
+        asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
+    ),
+    proving=Proving(
+        against=_against,
+        syntax=_words,
+        frames=carried,
+    ),
+    ros=InRos(
+        folder="doc",
+    ),
 )

@@ -227,12 +227,12 @@ class Imported(NamedTuple):
         tree = self.whole
         made = Outputs({}, {}, {})
         for format in FORMATS.values():
-            if format.asked is None:
+            if format.reading.asked is None:
                 continue
-            asked = format.asked(tree, self.version, self.file_name)
+            asked = format.reading.asked(tree, self.version, self.file_name)
             if asked is None:
                 continue
-            if format.optional and why:
+            if format.reading.optional and why:
                 made.left_out[format.name] = why
                 continue
             made.entries[format.name] = asked.entry

@@ -152,8 +152,8 @@ class Places(NamedTuple):
 
         ``outputs`` are those of the robot.
         """
-        opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
-        naming = [output for output in outputs if RECORDS[output.backend].meshes]
+        opening = [output for output in outputs if RECORDS[output.backend].writing.opens is not None]
+        naming = [output for output in outputs if RECORDS[output.backend].writing.meshes]
         return _Search(self, opening, naming, written(tree)).run(list(named_meshes(tree))).by_name
 
     def named(self, tree: Map, relative: bool = True) -> Searched:
@@ -179,13 +179,14 @@ class Places(NamedTuple):
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Look for all meshes that a description names, and textures, for the artifacts that are made of it."""
-    opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
-    measuring = [output for output in outputs if RECORDS[output.backend].measures]
-    naming = [*(output for output in outputs if RECORDS[output.backend].meshes), *measuring]
-    embedding = any(RECORDS[output.backend].embeds for output in outputs)
+    opening = [output for output in outputs if RECORDS[output.backend].writing.opens is not None]
+    measuring = [output for output in outputs if RECORDS[output.backend].writing.measures]
+    naming = [*(output for output in outputs if RECORDS[output.backend].writing.meshes), *measuring]
+    embedding = any(RECORDS[output.backend].writing.embeds for output in outputs)
     named = list(named_meshes(tree))
     textures = named_textures(tree)
-    beside = bool(opening) and any(RECORDS[output.backend].meshes for output in naming)  # a URDF alone asks for none
+    # A URDF alone asks for none.
+    beside = bool(opening) and any(RECORDS[output.backend].writing.meshes for output in naming)
     named += [
         one
         for one in textures
@@ -254,7 +255,7 @@ class _Search:
 
     def _beside_artifacts(self, one: Named) -> set[str]:
         """Return by which relative names artifacts name a mesh that they do not open, seen from the folder of all."""
-        naming = [output for output in self.naming if RECORDS[output.backend].meshes]
+        naming = [output for output in self.naming if RECORDS[output.backend].writing.meshes]
         return {posixpath.normpath(posixpath.join(_folder(output), one.name)) for output in naming}
 
     def _meant(self, one: Named, file: Path) -> None:
@@ -466,7 +467,7 @@ def opened_by(output: Output, name: str, kind: str = MESH) -> str:
 
     ``name`` is that of the mesh in the description; what an element names has it in the artifact, too.
     """
-    opens = RECORDS[output.backend].opens
+    opens = RECORDS[output.backend].writing.opens
     opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
     return posixpath.normpath(posixpath.join(_folder(output), opened)) if opened else ""
 

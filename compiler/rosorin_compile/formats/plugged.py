@@ -17,7 +17,7 @@ from ..diagnostics import Diagnostic
 from ..diagnostics.registry import OF_PLUGINS, Rule, check_texts, find
 from ..plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
 from ..project import ENDINGS, data_folder
-from .format import Asked, Fact, Facts, Format, Refusal, Value
+from .format import GROUPS, Asked, Fact, Facts, Format, Refusal, Value
 from .templating import TemplateProblem
 
 if TYPE_CHECKING:
@@ -56,10 +56,10 @@ def _marks(built_in: Collection[str], format: Format) -> list[str]:
         raise ValueError(f'"{format.name}" cannot be the name of a format: small letters, digits and _')
     if format.write is None and format.read is None:
         raise ValueError(f"{format.name} is neither written nor read")
-    if format.becomes and format.becomes not in built_in:
-        raise ValueError(f'becomes is "{format.becomes}", which is no format')
-    if format.schema and not world.kind(data_folder("schemas") / f"{format.schema}.schema.json"):
-        raise ValueError(f'schema is "{format.schema}", which is none of those that ship with the tool')
+    if format.reading.becomes and format.reading.becomes not in built_in:
+        raise ValueError(f'becomes is "{format.reading.becomes}", which is no format')
+    if format.proving.schema and not world.kind(data_folder("schemas") / f"{format.proving.schema}.schema.json"):
+        raise ValueError(f'schema is "{format.proving.schema}", which is none of those that ship with the tool')
     _check_options(format)
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
     if format.read is not None and not all(_ENDING.fullmatch(ending) for ending in format.endings):
@@ -74,20 +74,22 @@ _MANY = {"endings": str, "roots": str, "feeds": str, "lacks": str, "says": str, 
 
 
 def _check_types(format: Format) -> None:
-    """Raise TypeError where a field of a record holds something else than it is for."""
-    for field in fields(format):
-        value, default = getattr(format, field.name), field.default
-        if field.name in _MANY:
-            item, kind = _MANY[field.name], frozenset if field.name == "lacks" else tuple
-            is_fit = isinstance(value, kind) and all(isinstance(one, item) for one in value)
-        elif field.name == "options":
-            is_fit = isinstance(value, Mapping) and all(isinstance(one, Mapping) for one in value.values())
-        elif default is None:
-            is_fit = value is None or callable(value)
-        else:
-            is_fit = isinstance(value, str if field.name in ("name", "word") else type(default))
-        if not is_fit:
-            raise TypeError(f"{field.name} of its format is {str(value)[:60]!r}")
+    """Raise TypeError where a field of a record, or of one of its groups, holds something else than it is for."""
+    for part in (format, *(getattr(format, group) for group in GROUPS)):
+        for field in fields(part):
+            if not _fits(field.name, getattr(part, field.name), field.default):
+                raise TypeError(f"{field.name} of its format is {str(getattr(part, field.name))[:60]!r}")
+
+
+def _fits(name: str, value: Any, default: Any) -> bool:
+    if name in _MANY:
+        item, kind = _MANY[name], frozenset if name == "lacks" else tuple
+        return isinstance(value, kind) and all(isinstance(one, item) for one in value)
+    if name == "options":
+        return isinstance(value, Mapping) and all(isinstance(one, Mapping) for one in value.values())
+    if default is None:
+        return value is None or callable(value)
+    return isinstance(value, str if name in ("name", "word") else type(default))
 
 
 def _check_options(format: Format) -> None:
@@ -105,7 +107,7 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
     whole["facts"] = _to_value_error(plugin, format.facts, _facts)
     whole |= {name: _to_value_error(plugin, getattr(format, name), _any) for name in ("syntax", "data", "against")}
     whole["check"] = _telling(plugin, format.check)
-    whole["disagreements"] = _yielding(plugin, format.disagreements)
+    whole["disagreements"] = _yielding(plugin, format.proving.disagreements)
     write = _written(plugin, format.write, whole["facts"])
     return replace(format, write=write, read=_read(plugin, format.read), **whole)
 
@@ -262,9 +264,8 @@ def _asked(value: Any) -> Asked:
     return Asked(dict(entry), _text(remark))
 
 
-# What else of a record is called, and what each of them has to give.
+# What else of the groups of a record is called, and what each of them has to give.
 _GIVES: Mapping[str, Callable[[Any], Any]] = {
-    "recognises": bool,
     "frames": _texts,
     "solids": _shapes,
     "cannot_say": bool,

@@ -23,7 +23,7 @@ from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..rules.case import first_fed
 from ..rules.conditions import modes_in
 from . import format
-from .format import Fact, Facts, Format, Value
+from .format import Fact, Facts, Format, InRos, Proving, Value, Writing
 
 if TYPE_CHECKING:
     import ast
@@ -375,12 +375,18 @@ FORMAT = Format(
     endings=(".py",),
     write=write,
     facts=read,
-    syntax=_syntax,
-    frames=frames,
-    feeds=(STATIC_TRANSFORM_PUBLISHER,),
-    folder="launch",
-    deploys=True,
-    packaged=False,
-    located=True,
-    adapted="get_package_share_directory",
+    writing=Writing(
+        located=True,
+    ),
+    proving=Proving(
+        syntax=_syntax,
+        frames=frames,
+    ),
+    ros=InRos(
+        feeds=(STATIC_TRANSFORM_PUBLISHER,),
+        folder="launch",
+        deploys=True,
+        packaged=False,
+        adapted="get_package_share_directory",
+    ),
 )

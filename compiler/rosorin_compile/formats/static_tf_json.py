@@ -13,7 +13,7 @@ from ..diagnostics.bounded import json_of
 from ..model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
 from ..world import read as read_file
 from ..world import size
-from .format import Facts, Format
+from .format import Facts, Format, InRos, Proving
 from .static_tf import (
     NUMBER_FORMAT,
     check_numbers,
@@ -93,11 +93,15 @@ FORMAT = Format(
     endings=(".json",),
     write=write,
     facts=read,
-    syntax=json_of,
-    schema="static_tf",
-    frames=frames,
-    feeds=(STATIC_TRANSFORM_PUBLISHER,),
-    folder="config",
-    deploys=True,
-    robot_of=robot_of,
+    proving=Proving(
+        syntax=json_of,
+        schema="static_tf",
+        frames=frames,
+    ),
+    ros=InRos(
+        feeds=(STATIC_TRANSFORM_PUBLISHER,),
+        folder="config",
+        deploys=True,
+        robot_of=robot_of,
+    ),
 )

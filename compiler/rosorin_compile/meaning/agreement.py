@@ -57,9 +57,9 @@ def _misfits(artifact: Artifact, data: object = None) -> list[Diagnostic]:
     ``data`` is what the artifact says, if it was read already.
     """
     format = FORMATS[artifact.backend]
-    name = format.schema
+    name = format.proving.schema
     if name and data is None:
-        data = (format.data or json_of)(artifact.text)
+        data = (format.proving.data or json_of)(artifact.text)
     problems = misfits(name, data) if name else []
     return [
         error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
@@ -100,7 +100,7 @@ def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
 
     Its links may have other names, and weigh more, for they carry others.
     """
-    weighs, others = FORMATS[artifact.backend].inertials, dict[str, Inertial]()
+    weighs, others = FORMATS[artifact.backend].proving.inertials, dict[str, Inertial]()
     if weighs is not None:
         output = next(output for output in robot.outputs if output.name == artifact.output)
         own = {link.name: link.inertial for link in robot.links}
@@ -117,8 +117,8 @@ def _reading(artifact: Artifact, known: Known) -> _Reading | None:
     format = FORMATS[artifact.backend]
     if format.facts is None:
         return None
-    if format.against is not None:
-        return _held(artifact, format.against(artifact.text, known))
+    if format.proving.against is not None:
+        return _held(artifact, format.proving.against(artifact.text, known))
     return _whole(artifact, view_of(format.facts(artifact.text), known.names))
 
 
@@ -168,7 +168,7 @@ def _wrong(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_Re
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each frame that an artifact should carry and does not."""
-    has_to_carry = reading.format.frames
+    has_to_carry = reading.format.proving.frames
     # What publishers are not to read has other frames: its format itself says which are missing.
     if has_to_carry is None or reading.artifact.withheld:
         return
@@ -180,10 +180,10 @@ def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
 
 def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each thing that an artifact says wrongly, and its format alone can tell."""
-    if reading.format.disagreements is None:
+    if reading.format.proving.disagreements is None:
         return
     try:
-        sentences = list(reading.format.disagreements(robot, reading.output(robot), reading.artifact.text))
+        sentences = list(reading.format.proving.disagreements(robot, reading.output(robot), reading.artifact.text))
     except (TypeError, ValueError) as problem:
         sentences = [f"it cannot be read back: {problem}"]
     yield from (error(_RULE, f"{reading.artifact.file}: {sentence}", None, _HELP) for sentence in sentences)
@@ -200,7 +200,7 @@ def _values(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_R
 
 
 def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
-    return reading.format.cannot_say is not None and reading.format.cannot_say(robot, fact)
+    return reading.format.proving.cannot_say is not None and reading.format.proving.cannot_say(robot, fact)
 
 
 def _both(value: Value, meant: Value) -> tuple[str, str]:
@@ -237,7 +237,7 @@ def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnosti
     format, output = reading.format, reading.output(robot)
     # By the identities of the solids of an artifact and of the shapes of the model, which are kept for that.
     fine: dict[tuple[tuple[int, ...], tuple[int, ...]], Sequence[Shape]] = {}
-    for link in sorted(reading.view.names) if format.all_solids and told else sorted(told):
+    for link in sorted(reading.view.names) if format.proving.all_solids and told else sorted(told):
         shapes, solids = _meant(robot, link, format, output, reading.view.names), told.get(link, ())
         if shapes is None:
             continue
@@ -270,8 +270,8 @@ def _meant(robot: Robot, link: str, format: Format, output: Output, names: froze
     if link not in robot.link:
         return None
     own: Sequence[Shape] | None = robot.link[link].collision
-    if format.solids is not None:
-        own = format.solids(robot, link, output, names)
+    if format.proving.solids is not None:
+        own = format.proving.solids(robot, link, output, names)
     for shape in own or ():
         if isinstance(shape.geometry, Mesh):
             return None

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import counted, printable
 from ..formats import Format
+from ..formats.format import Importing
 from ..model import Robot
 from ..project import ENDINGS
 from .tolerance import EXACT, Printing
@@ -21,7 +22,15 @@ if TYPE_CHECKING:
     from .overlay import Overlay
 
 # A description has a word for everything, and is no artifact.
-YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
+YAML = Format(
+    name="yaml",
+    word="description",
+    article="a",
+    endings=ENDINGS,
+    reading=Importing(
+        takes_arguments=True,
+    ),
+)
 DEFAULT_TOLERANCE = 1e-9
 
 

@@ -96,7 +96,7 @@ def _whole(
 ) -> Pair | None:
     """Return the artifact that carries every frame, whether it differs or not; None if there is none to read."""
     for artifact in artifacts:
-        if FORMATS[artifact.backend].complete:
+        if FORMATS[artifact.backend].proving.complete:
             old = _decoded(committed.get(artifact.file))
             if old is None or old != artifact.text:
                 return next((pair for pair in pairs if pair.output == artifact.output), None)
@@ -153,7 +153,7 @@ def _said(facts: Facts, names: Mapping[str, str], given: Mapping[str, str], robo
 
 
 def _changed(artifact: Artifact, old: str, remark: str) -> TextDifference:
-    shown = FORMATS[artifact.backend].shown
+    shown = FORMATS[artifact.backend].proving.shown
     large = not shown and max(len(old), len(artifact.text)) > _LARGEST_PICTURE
     lines = () if large else unified(artifact.file, old, artifact.text)
     return TextDifference(artifact.file, CHANGED, remark, lines, shown)
@@ -169,7 +169,7 @@ def _remarked(
     if format.facts is None:
         return text
     old = _decoded(committed[artifact.file]) or ""
-    differ = format.differ(old, artifact.text) if format.differ is not None else ""
+    differ = format.proving.differ(old, artifact.text) if format.proving.differ is not None else ""
     if not differ:
         differ = (
             _SAME_MEANING
@@ -297,9 +297,9 @@ def _cut(line: str, place: int) -> str:
 
 def same_syntax(format: Format, old: str, new: str) -> bool:
     """Say whether two texts of a format differ in white space, comments and the spelling of numbers alone."""
-    if format.syntax is None:
+    if format.proving.syntax is None:
         return False
     try:
-        return bool(format.syntax(old) == format.syntax(new))
+        return bool(format.proving.syntax(old) == format.proving.syntax(new))
     except (ValueError, SyntaxError):
         return False

@@ -45,7 +45,7 @@ class _Told:
     def __init__(self, pair: Pair) -> None:
         self.old, self.new = pair.old, pair.new
         self.carries_links = FORMATS[pair.backend].read is not None
-        self.complete = FORMATS[pair.backend].complete
+        self.complete = FORMATS[pair.backend].proving.complete
         self.joints = joints_by_child(pair.old), joints_by_child(pair.new)
 
     def was(self, name: str) -> bool:

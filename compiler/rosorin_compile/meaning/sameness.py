@@ -56,8 +56,8 @@ def differently_said(one: Robot, other: Robot, section: str, tolerance: float) -
 def _without_lacking(one: Robot, other: Robot) -> Robot:
     """Return a robot with what a URDF has no word for as another one has it."""
     urdf, known = FORMATS.published(), {field.name for field in fields(one)}
-    skipped = [name for name, node in sections().items() if node.topic in urdf.lacks and name in known]
-    held = other.sections.taking(urdf.says, one.sections)
+    skipped = [name for name, node in sections().items() if node.topic in urdf.writing.lacks and name in known]
+    held = other.sections.taking(urdf.writing.says, one.sections)
     return replace(one, sections=held, **{name: getattr(other, name) for name in skipped})
 
 

@@ -157,14 +157,14 @@ def _names(plain: Facts, solids: Mapping[tuple[str, str], tuple[Solid, ...]]) ->
 
 def called(robot: Robot, artifact: Artifact) -> Mapping[str, str]:
     """Return the robot's names of links by the names that an artifact has for them."""
-    names = FORMATS[artifact.backend].names
+    names = FORMATS[artifact.backend].proving.names
     output = next((output for output in robot.outputs if output.name == artifact.output), None)
     return {} if names is None or output is None else names(output)
 
 
 def joints_called(robot: Robot, artifact: Artifact) -> Mapping[str, str]:
     """Return the robot's names of joints by the names that an artifact has for them."""
-    names = FORMATS[artifact.backend].joint_names
+    names = FORMATS[artifact.backend].proving.joint_names
     return {} if names is None else names(robot)
 
 

@@ -89,7 +89,9 @@ def robot_file(package: Path, asked: str | None) -> Path:
 
 def _candidates(package: Path) -> list[Path]:
     format, texts = FORMATS.published(), dict[Path, str]()
-    endings = [ending for one in FORMATS.values() if format.name in (one.name, one.becomes) for ending in one.endings]
+    endings = [
+        ending for one in FORMATS.values() if format.name in (one.name, one.reading.becomes) for ending in one.endings
+    ]
     for path in world.matching(package, "**/*"):
         if path.suffix.lower() in endings and world.kind(path) == world.FILE:
             texts[path] = world.head(path, 5_000_000).decode("utf-8", "replace")

@@ -258,7 +258,7 @@ class _Proving:
 
     def _written(self, robot: Robot | None, options: Mapping[str, Any]) -> dict[str, list[str]]:
         """Return the texts that a URDF has of each hardware block and sensor, by what those are called."""
-        brings, found = FORMATS["urdf"].brings, dict[str, list[str]]()
+        brings, found = FORMATS["urdf"].writing.brings, dict[str, list[str]]()
         if robot is None or brings is None:
             return found
         for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, **_UNROUNDED})):

@@ -23,25 +23,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile import Fact, Facts, Format, Opened
+from rosorin_compile import Fact, Format, Opened
 from rosorin_compile.backend.formats import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked
-from rosorin_compile.extending import world
+from rosorin_compile.extending import Importing, InRos, Proving, Writing, by_name, world
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile import Case, Diagnostic, Robot, Templates
-    from rosorin_compile.backend.formats import Held, Known, Refusal
-    from rosorin_compile.extending import Imported, Map, Proof
+    from rosorin_compile import Case, Diagnostic, Robot
+    from rosorin_compile.backend.formats import Refusal
+    from rosorin_compile.extending import Imported, Map
     from rosorin_compile.model import Output, Shape
 
 __all__ = ["FORMAT"]
-
-
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
-
-    return write(robot, output, templates)
 
 
 def _read(opened: Opened) -> Imported:
@@ -55,18 +49,6 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
     yield from servos.check(case, output)
     yield from mjx.check(case, output)
-
-
-def _facts(text: str) -> Facts:
-    from .facts import read
-
-    return read(text)
-
-
-def _against(text: str, known: Known) -> Held:
-    from .facts import against
-
-    return against(text, known)
 
 
 def _syntax(text: str) -> object:
@@ -88,12 +70,6 @@ def _refusal(text: str, folder: Path) -> Refusal:
     if len(_ANY_FILE.findall(text)) > len(files):
         world.spoil("nobody says which files MuJoCo has read")
     return found
-
-
-def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
-    from .proof import prove
-
-    return prove(imported, text, files)
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape] | None:  # noqa: ARG001
@@ -210,6 +186,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
 
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
 
+_here = by_name(__name__)
+
 FORMAT = Format(
     name="mjcf",
     word="MJCF",
@@ -269,32 +247,48 @@ FORMAT = Format(
     endings=(".xml", ".mjcf"),
     roots=("mujoco",),
     check=_check,
-    write=_write,
+    write=_here("write:write"),
     read=_read,
-    facts=_facts,
-    against=_against,
-    syntax=_syntax,
-    refusal=_refusal,
-    prove=_prove,
-    frames=lambda robot: [joint.child for joint in robot.joints],
-    solids=_solids,
-    all_solids=True,
-    engine_reads=True,
-    cannot_say=_cannot_say,
-    complete=True,
-    lacks=frozenset(
-        {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
-        | {"urdf_elements", "drive", "simulation"}
+    facts=_here("facts:read"),
+    reading=Importing(
+        asked=_asked,
+        optional=True,
     ),
-    says=(
-        "disabled_contacts",
-        *("actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs", "mjcf_elements"),
+    writing=Writing(
+        lacks=frozenset(
+            {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
+            | {"urdf_elements", "drive", "simulation"}
+        ),
+        says=(
+            "disabled_contacts",
+            *(
+                "actuators",
+                "tendons",
+                "constraints",
+                "mjcf_sensors",
+                "contact_layers",
+                "contact_pairs",
+                "mjcf_elements",
+            ),
+        ),
+        adds=_adds,
+        why="a simulation has sites and cameras of its own for the sensors of a description",
+        beside=lambda text: _FILE.findall(text),
+        opens=_opens,
     ),
-    adds=_adds,
-    why="a simulation has sites and cameras of its own for the sensors of a description",
-    folder="mjcf",
-    beside=lambda text: _FILE.findall(text),
-    opens=_opens,
-    asked=_asked,
-    optional=True,
+    proving=Proving(
+        against=_here("facts:against"),
+        syntax=_syntax,
+        refusal=_refusal,
+        prove=_here("proof:prove"),
+        frames=lambda robot: [joint.child for joint in robot.joints],
+        solids=_solids,
+        all_solids=True,
+        engine_reads=True,
+        cannot_say=_cannot_say,
+        complete=True,
+    ),
+    ros=InRos(
+        folder="mjcf",
+    ),
 )

@@ -142,7 +142,7 @@ def _world(mujoco: object, case: Case, description: Description, given: Given, b
 
     Progress.step("building the model")
     robot = case.robot
-    formats = [one.name for one in FORMATS.values() if one.refusal is not None and one.write is not None]
+    formats = [one.name for one in FORMATS.values() if one.proving.refusal is not None and one.write is not None]
     output = next((one for one in robot.outputs if one.backend in formats), None)
     meshes = given.search_meshes(description, case.tree, robot.outputs)
     robot = meshes.told_to(robot)

@@ -79,7 +79,7 @@ def quiet() -> Iterator[Any]:
 
 def simulated(robot: Robot, output: Output | None, templates: Templates, base: str) -> str:
     """Return the text of a robot in the format of MuJoCo, with the options of an output. Raises Refused."""
-    format = next((one for one in FORMATS.values() if one.refusal is not None and one.write is not None), None)
+    format = next((one for one in FORMATS.values() if one.proving.refusal is not None and one.write is not None), None)
     if format is None:
         raise Refused("no format for MuJoCo is installed")
     options = {**(output.options if output else {}), "base": base}

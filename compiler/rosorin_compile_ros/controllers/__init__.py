@@ -10,20 +10,15 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile import Format
+from rosorin_compile.extending import InRos, Proving, Writing, by_name
 
 from ..parameters import DISTRIBUTION, facts, syntax
 
 if TYPE_CHECKING:
-    from rosorin_compile import Case, Diagnostic, Robot, Templates
+    from rosorin_compile import Case, Diagnostic
     from rosorin_compile.model import Output
 
 __all__ = ["FORMAT"]
-
-
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .filled import write
-
-    return write(robot, output, templates)
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -31,6 +26,8 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
     yield from check(case, output)
 
+
+_here = by_name(__name__)
 
 FORMAT = Format(
     name="controllers",
@@ -57,10 +54,16 @@ FORMAT = Format(
     },
     file="controllers.yaml",
     check=_check,
-    write=_write,
+    write=_here("filled:write"),
     facts=facts,
-    syntax=syntax,
-    folder="config",
-    deploys=True,
-    names_robot=False,
+    writing=Writing(
+        names_robot=False,
+    ),
+    proving=Proving(
+        syntax=syntax,
+    ),
+    ros=InRos(
+        folder="config",
+        deploys=True,
+    ),
 )

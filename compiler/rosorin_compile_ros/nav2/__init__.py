@@ -10,20 +10,15 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile import Format
+from rosorin_compile.extending import InRos, Proving, Writing, by_name
 
 from ..parameters import DISTRIBUTION, facts, syntax
 
 if TYPE_CHECKING:
-    from rosorin_compile import Case, Diagnostic, Robot, Templates
+    from rosorin_compile import Case, Diagnostic, Robot
     from rosorin_compile.model import Output
 
 __all__ = ["FORMAT"]
-
-
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
-
-    return write(robot, output, templates)
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -39,6 +34,8 @@ def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
 
 
 _LAYER: dict[str, Any] = {"type": "string", "minLength": 1}
+
+_here = by_name(__name__)
 
 FORMAT = Format(
     name="nav2",
@@ -121,12 +118,18 @@ FORMAT = Format(
     },
     file="nav2.yaml",
     check=_check,
-    write=_write,
+    write=_here("write:write"),
     facts=facts,
-    syntax=syntax,
-    disagreements=_disagreements,
-    measures=True,
-    folder="config",
-    deploys=True,
-    names_robot=False,
+    writing=Writing(
+        measures=True,
+        names_robot=False,
+    ),
+    proving=Proving(
+        syntax=syntax,
+        disagreements=_disagreements,
+    ),
+    ros=InRos(
+        folder="config",
+        deploys=True,
+    ),
 )

@@ -119,7 +119,7 @@ def _deploy(
     rows = [{"file": copy.place, "output": copy.artifact.output, "same": copy.is_same} for copy in planned.copies]
     result = {"robot": robot.name, "folder": str(folder), "written": not options.dry_run, "copies": rows}
     give_result(options, result, str)
-    ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].located]
+    ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].writing.located]
     problems = list(launch_files(robot, folder, files, ours))
     problems += afterwards(robot, planned, folder, Path(options.install) if options.install else None)
     console.show(problems)
@@ -137,7 +137,7 @@ def _written(robot: Robot, planned: Plan, folder: Path, alone: Holding) -> dict[
 
     ours = {}
     for copy in planned.copies:
-        robot_of = FORMATS[copy.artifact.backend].robot_of
+        robot_of = FORMATS[copy.artifact.backend].ros.robot_of
         if copy.old is not None and robot_of is not None and robot_of(folder / copy.place) == robot.name:
             ours[copy.place] = alone.digest(copy.old)
     return {**ours, **alone.recorded()}

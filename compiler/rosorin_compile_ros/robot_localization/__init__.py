@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile import Format
+from rosorin_compile.extending import InRos, Proving, Writing, by_name
 
 from ..parameters import DISTRIBUTION, facts, syntax
 
 if TYPE_CHECKING:
-    from rosorin_compile import Case, Diagnostic, Robot, Templates
+    from rosorin_compile import Case, Diagnostic
     from rosorin_compile.model import Output
 
 __all__ = ["FORMAT", "STATES"]
@@ -26,17 +27,13 @@ STATES = (
 )
 
 
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
-
-    return write(robot, output, templates)
-
-
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     from .write import check
 
     yield from check(case, output)
 
+
+_here = by_name(__name__)
 
 FORMAT = Format(
     name="robot_localization",
@@ -104,10 +101,16 @@ FORMAT = Format(
     },
     file="ekf.yaml",
     check=_check,
-    write=_write,
+    write=_here("write:write"),
     facts=facts,
-    syntax=syntax,
-    folder="config",
-    deploys=True,
-    names_robot=False,
+    writing=Writing(
+        names_robot=False,
+    ),
+    proving=Proving(
+        syntax=syntax,
+    ),
+    ros=InRos(
+        folder="config",
+        deploys=True,
+    ),
 )

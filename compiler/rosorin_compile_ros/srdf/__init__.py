@@ -7,45 +7,25 @@ says wrongly, ``matrix`` whether its matrix is of the robot.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rosorin_compile import Fact, Facts, Format, Opened
-from rosorin_compile.backend.formats import NUMBER_FORMAT, Asked, Joined
+from rosorin_compile import Fact, Facts, Format
+from rosorin_compile.backend.formats import NUMBER_FORMAT, Asked
+from rosorin_compile.extending import Importing, InRos, Proving, Writing, by_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from rosorin_compile import Case, Diagnostic, Robot, Templates
     from rosorin_compile.backend.formats import FactSheet
     from rosorin_compile.extending import Document, Map
-    from rosorin_compile.model import Output
 
 __all__ = ["FORMAT"]
-
-
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
-
-    return write(robot, output, templates)
 
 
 def _syntax(text: str) -> object:
     from rosorin_compile.backend.xml import canonical, tree_of
 
     return canonical(tree_of(text))
-
-
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .checks import check
-
-    return check(case, output)
-
-
-def _join(opened: Opened, tree: Map) -> Joined:
-    from .reading import join
-
-    return join(opened, tree)
 
 
 def _is_other(document: Document) -> bool:
@@ -131,6 +111,8 @@ def _virtual_joint_facts(sheet: FactSheet, element: Element) -> None:
 
 _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
 
+_here = by_name(__name__)
+
 FORMAT = Format(
     name="srdf",
     word="SRDF",
@@ -140,16 +122,24 @@ FORMAT = Format(
     options={"number_format": NUMBER_FORMAT},
     file="{}.srdf",
     endings=(".srdf",),
-    check=_check,
-    write=_write,
-    join=_join,
-    joins=("moveit",),
-    says=("moveit", "disabled_contacts"),
-    is_other=_is_other,
+    check=_here("checks:check"),
+    write=_here("write:write"),
     facts=_facts,
-    syntax=_syntax,
-    folder="srdf",
-    deploys=True,
-    measures=True,
-    asked=_asked,
+    reading=Importing(
+        join=_here("reading:join"),
+        joins=("moveit",),
+        is_other=_is_other,
+        asked=_asked,
+    ),
+    writing=Writing(
+        says=("moveit", "disabled_contacts"),
+        measures=True,
+    ),
+    proving=Proving(
+        syntax=_syntax,
+    ),
+    ros=InRos(
+        folder="srdf",
+        deploys=True,
+    ),
 )

@@ -186,7 +186,7 @@ class Planning:
     @cached_property
     def solids(self) -> Mapping[str, list[Shape]]:
         """The collision shapes of each link of the URDF, as it has them; links without any are left out."""
-        solids = FORMATS[URDF].solids
+        solids = FORMATS[URDF].proving.solids
         if solids is None or "collision" not in self.urdf.options.get("elements", ("collision",)):
             return {}
         shapes = {}

@@ -11,31 +11,19 @@ it in Drake (``engine``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from rosorin_compile import Fact, Facts, Format, Opened
+from rosorin_compile import Fact, Format
 from rosorin_compile.backend.formats import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked
+from rosorin_compile.extending import Importing, InRos, Proving, Writing, by_name
 
 if TYPE_CHECKING:
-    from rosorin_compile import Case, Diagnostic, Robot, Templates
-    from rosorin_compile.backend.formats import Held, Known
-    from rosorin_compile.extending import Imported, Map, Proof
+    from rosorin_compile import Robot
+    from rosorin_compile.extending import Map
     from rosorin_compile.model import Output, Shape
 
 __all__ = ["FORMAT"]
-
-
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
-
-    return write(robot, output, templates)
-
-
-def _read(opened: Opened) -> Imported:
-    from .robot import read_sdf
-
-    return read_sdf(opened)
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
@@ -44,34 +32,10 @@ def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
     return None if wishes is None else Asked({"file": "", **wishes} | {"file": f"{name}.sdf"})
 
 
-def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
-    from .proof import prove
-
-    return prove(imported, text, files)
-
-
-def _facts(text: str) -> Facts:
-    from .facts import read
-
-    return read(text)
-
-
-def _against(text: str, known: Known) -> Held:
-    from .facts import against
-
-    return against(text, known)
-
-
 def _syntax(text: str) -> object:
     from rosorin_compile.backend.xml import canonical, tree_of
 
     return canonical(tree_of(text))
-
-
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .names import check
-
-    return check(case, output)
 
 
 def _frames(robot: Robot) -> Sequence[str]:
@@ -100,6 +64,8 @@ def _cannot_say(robot: Robot, fact: Fact) -> bool:
 
     return fact.kind == "link" and fact.name in robot.link and not has_mass(robot.link[fact.name].inertial)
 
+
+_here = by_name(__name__)
 
 FORMAT = Format(
     name="sdf",
@@ -132,25 +98,33 @@ FORMAT = Format(
     file="{}.sdf",
     endings=(".sdf",),
     roots=("sdf",),
-    check=_check,
-    write=_write,
-    read=_read,
-    facts=_facts,
-    against=_against,
-    syntax=_syntax,
-    prove=_prove,
-    frames=_frames,
-    joint_names=_joint_names,
-    solids=_solids,
-    all_solids=True,
-    cannot_say=_cannot_say,
-    complete=True,
-    lacks=frozenset(
-        {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
-        | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
+    check=_here("names:check"),
+    write=_here("write:write"),
+    read=_here("robot:read_sdf"),
+    facts=_here("facts:read"),
+    reading=Importing(
+        asked=_asked,
     ),
-    folder="sdf",
-    deploys=True,
-    meshes=True,
-    asked=_asked,
+    writing=Writing(
+        lacks=frozenset(
+            {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
+            | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
+        ),
+        meshes=True,
+    ),
+    proving=Proving(
+        against=_here("facts:against"),
+        syntax=_syntax,
+        prove=_here("proof:prove"),
+        frames=_frames,
+        joint_names=_joint_names,
+        solids=_solids,
+        all_solids=True,
+        cannot_say=_cannot_say,
+        complete=True,
+    ),
+    ros=InRos(
+        folder="sdf",
+        deploys=True,
+    ),
 )

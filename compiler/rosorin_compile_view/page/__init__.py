@@ -18,7 +18,7 @@ from typing import Any
 from rosorin_compile import Diagnostic, Fact, Facts, Format, Robot, Rule, Templates, Value, frame_facts
 from rosorin_compile.backend.support import data_folder, json_of
 from rosorin_compile.diagnostics import WARNING, Heading, Progress, counted, first_of, listed
-from rosorin_compile.extending import world
+from rosorin_compile.extending import InRos, Proving, Writing, world
 from rosorin_compile.model import Output, Pose
 
 from .data import Data, mesh_names, robot_data, texture_names
@@ -261,12 +261,18 @@ FORMAT = Format(
     endings=(".html",),
     write=write,
     facts=read,
-    schema="page",
-    data=data_of,
-    differ=differ,
-    shown=False,
-    says=("servos",),
-    disagreements=disagreements,
-    folder="doc",
-    embeds=True,
+    writing=Writing(
+        says=("servos",),
+        embeds=True,
+    ),
+    proving=Proving(
+        schema="page",
+        data=data_of,
+        differ=differ,
+        shown=False,
+        disagreements=disagreements,
+    ),
+    ros=InRos(
+        folder="doc",
+    ),
 )

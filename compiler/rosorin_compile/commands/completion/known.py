@@ -189,7 +189,7 @@ def _runs(path: Path) -> bool:
     """Say whether reading a file runs what it says, as a xacro does."""
     from ...formats import FORMATS
 
-    return any(one.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values())
+    return any(one.reading.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values())
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from ...rules.case import Case
 from ...sections.servos import SERVOS
 from ...sections.servos.value import ServoGroup
 from ...startup.remembering import remembered
-from ..format import Facts, Format, Opened, Value
+from ..format import Facts, Format, Importing, InRos, Opened, Proving, Value, Writing
 
 if TYPE_CHECKING:
     from ..facts import Sheet
@@ -393,34 +393,42 @@ FORMAT = Format(
     endings=(".json",),
     write=write,
     read=_read_robot,
-    include=False,
     facts=read,
-    against=against,
-    syntax=json_of,
-    schema="robot_model",
-    solids=_solids,
-    names=names,
-    says=("servos",),
-    lacks=frozenset(
-        {
-            "mass",
-            "visual",
-            "effort",
-            "velocity",
-            "mimic",
-            "dynamics",
-            "armature",
-            "stiffness",
-            "simulation",
-            "actuator",
-            "calibration",
-            "safety",
-        }
-        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes", "drive"}
+    reading=Importing(
+        include=False,
     ),
-    leaves_out=_leaves_out,
-    why="a driver's model has only the joints that it was asked for",
-    names_robot=False,
-    folder="config",
-    deploys=True,
+    writing=Writing(
+        says=("servos",),
+        lacks=frozenset(
+            {
+                "mass",
+                "visual",
+                "effort",
+                "velocity",
+                "mimic",
+                "dynamics",
+                "armature",
+                "stiffness",
+                "simulation",
+                "actuator",
+                "calibration",
+                "safety",
+            }
+            | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes", "drive"}
+        ),
+        leaves_out=_leaves_out,
+        why="a driver's model has only the joints that it was asked for",
+        names_robot=False,
+    ),
+    proving=Proving(
+        against=against,
+        syntax=json_of,
+        schema="robot_model",
+        solids=_solids,
+        names=names,
+    ),
+    ros=InRos(
+        folder="config",
+        deploys=True,
+    ),
 )

@@ -7,47 +7,40 @@ Written by ``write``; ``facts`` reads such a file back for comparison. Foreign f
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
 from ..distributions import DISTRIBUTIONS
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
+from ..format import (
+    BOXES_OF_HEIGHT_MAPS,
+    FORMS_OF_BOXES,
+    NUMBER_FORMAT,
+    Asked,
+    Fact,
+    Format,
+    Importing,
+    InRos,
+    Opened,
+    Proving,
+    Writing,
+    by_name,
+)
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...frontend.tree import Map
-    from ...model import Inertial, Output, Robot, Shape
+    from ...model import Output, Robot
     from ...rules.case import Case
     from ..imported import Imported
-    from ..known import Held, Known
-    from ..templating import Templates
 
 __all__ = ["FORMAT"]
-
-
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
-
-    return write(robot, output, templates)
 
 
 def _read(opened: Opened) -> Imported:
     from .robot import read_urdf
 
     return read_urdf(opened.xml, opened.path, opened.options)
-
-
-def _facts(text: str) -> Facts:
-    from .facts import read
-
-    return read(text)
-
-
-def _against(text: str, known: Known) -> Held:
-    from .facts import against
-
-    return against(text, known)
 
 
 def _syntax(text: str) -> object:
@@ -66,18 +59,6 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield from section.function(section.checks_urdf)(case, output)
 
 
-def _inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
-    from .masses import inertials
-
-    return inertials(robot, output)
-
-
-def _links(robot: Robot, output: Output) -> frozenset[str]:
-    from .masses import links_of
-
-    return links_of(robot, output)
-
-
 def _for_simulators(output: Output) -> bool:
     return "frames" in output.options and output.options["frames"] != "published"
 
@@ -90,18 +71,6 @@ def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
         for joint in joints_of(robot, output):
             if f"<child{attributes(link=joint.child)}/>" not in text:
                 yield f"it does not carry the frame {joint.child}, which it should"
-
-
-def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:
-    from .solids import solids
-
-    return solids(robot, link, output, carried)
-
-
-def _brings(robot: Robot, output: Output) -> Sequence[str]:
-    from .write import brought
-
-    return brought(robot, output)
 
 
 def _cannot_say(robot: Robot, fact: Fact) -> bool:
@@ -128,6 +97,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     entry = {"file": f"{name}.urdf", **wishes, **({"version": "1.2"} if version == "1.2" or capsules else {})}
     return Asked(entry, _CAPSULES if capsules else "")
 
+
+_here = by_name(__name__)
 
 FORMAT = Format(
     name="urdf",
@@ -173,44 +144,52 @@ FORMAT = Format(
     endings=(".urdf",),
     roots=("robot",),
     check=_check,
-    write=_write,
+    write=_here("write:write"),
     read=_read,
-    facts=_facts,
-    against=_against,
-    syntax=_syntax,
-    frames=lambda robot: [joint.child for joint in robot.in_urdf()],
-    solids=_solids,
-    inertials=_inertials,
-    disagreements=_disagreements,
-    all_solids=True,
-    cannot_say=_cannot_say,
-    lacks=frozenset(
-        (
-            "armature",
-            "stiffness",
-            "simulation",
-            "actuator",
-            "pose",
-            "servo",
-            "sensor",
-            "contact",
-            "publisher",
-            "edge",
-            "capsule",
-            "drive",
-            "planning",
-            "mode",
-        )
+    facts=_here("facts:read"),
+    reading=Importing(
+        asked=_asked,
     ),
-    says=("control", "controllers"),  # it has no controllers: neither has what is read of one
-    links=_links,
-    leaves_out=_leaves_out,
-    brings=_brings,
-    why="a URDF has only what robot_state_publisher publishes",
-    feeds=(ROBOT_STATE_PUBLISHER,),
-    withheld=_for_simulators,
-    folder="urdf",
-    deploys=True,
-    meshes=True,
-    asked=_asked,
+    writing=Writing(
+        lacks=frozenset(
+            (
+                "armature",
+                "stiffness",
+                "simulation",
+                "actuator",
+                "pose",
+                "servo",
+                "sensor",
+                "contact",
+                "publisher",
+                "edge",
+                "capsule",
+                "drive",
+                "planning",
+                "mode",
+            )
+        ),
+        says=("control", "controllers"),  # it has no controllers: neither has what is read of one
+        links=_here("masses:links_of"),
+        leaves_out=_leaves_out,
+        brings=_here("write:brought"),
+        why="a URDF has only what robot_state_publisher publishes",
+        meshes=True,
+    ),
+    proving=Proving(
+        against=_here("facts:against"),
+        syntax=_syntax,
+        frames=lambda robot: [joint.child for joint in robot.in_urdf()],
+        solids=_here("solids:solids"),
+        inertials=_here("masses:inertials"),
+        disagreements=_disagreements,
+        all_solids=True,
+        cannot_say=_cannot_say,
+    ),
+    ros=InRos(
+        feeds=(ROBOT_STATE_PUBLISHER,),
+        withheld=_for_simulators,
+        folder="urdf",
+        deploys=True,
+    ),
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..format import Format, Opened
+from ..format import Format, Importing, InRos, Opened
 
 if TYPE_CHECKING:
     from ...xml.markup import Document
@@ -46,7 +46,11 @@ FORMAT = Format(
     endings=(".xacro",),
     recognises=_recognises,
     read=_read,
-    takes_arguments=True,
-    becomes="urdf",
-    folder="urdf",
+    reading=Importing(
+        takes_arguments=True,
+        becomes="urdf",
+    ),
+    ros=InRos(
+        folder="urdf",
+    ),
 )

@@ -1,4 +1,4 @@
-"""The record of a format: its functions that are named as text are there, and what 0.2 said flat is still understood."""
+"""The record of a format: functions that are named as text are there, and what 0.2 said flat is still understood."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_flat_fields_of_0_2_are_read_and_said_with_a_warning() -> None:
 
 
 def test_both_ways_go_together_and_a_name_that_there_is_not_is_refused() -> None:
-    with pytest.warns(DeprecationWarning):
+    with pytest.warns(DeprecationWarning, match="ros.deploys"):
         both = Format(name="toy", word="toy", ros=InRos(folder="a"), deploys=True)  # type: ignore[call-arg]
     assert (both.ros.folder, both.ros.deploys) == ("a", True)
     with pytest.raises(TypeError, match="foldr"):

@@ -364,7 +364,7 @@ NOT_PLACED |= {"diagnostic_msgs/msg/DiagnosticArray"}
 
 
 class Topic(NamedTuple):
-    """What is done with the messages of a connection."""
+    """A topic that is read: what kind of messages it has, its name and their type."""
 
     kind: int
     name: str
@@ -372,7 +372,7 @@ class Topic(NamedTuple):
 
 
 def topics_of(reader: Any, recording: Recording) -> dict[int, Topic]:
-    """Return what is done with each connection that matters, by its id."""
+    """Return the topics that are read, by the id of their connection in the bag."""
     from rosbags.typesys import Stores, get_typestore
 
     known = get_typestore(Stores.ROS2_HUMBLE).fielddefs

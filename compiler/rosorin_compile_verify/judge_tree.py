@@ -312,7 +312,7 @@ def late(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _waited(recording: Recording, series: Series) -> float:
-    """Return how long (s) a recording ran before the first message of an edge; a time without any is not counted."""
+    """Return how long (s) a recording ran before the first transform of an edge, pauses of the recording left out."""
     waited = (series.pace.first - (recording.start or 0)) / SECOND
     silence = recording.silence
     return waited - (silence.seconds if silence.seconds > LATE and series.pace.first > silence.began else 0.0)

@@ -80,7 +80,7 @@ class Solid(NamedTuple):
 
     @property
     def box(self) -> Box | None:
-        """The solid as a box along the axes of its link; None if it is none."""
+        """The solid as a box whose edges are along the axes of its link; None if it is no such box."""
         if self.kind != "box" or self.rows != _UPRIGHT or len(self.sizes) != 3:
             return None
         x, y, z = self.centre
@@ -406,7 +406,7 @@ def _is_at(transform: Transform, xyz: Vector, rows: Rows, near: float) -> bool:
 
 
 def _weighs(meant: tuple[float, Vector, Six], mass: float, centre: Vector, along: Six) -> bool:
-    """Say whether a mass is what is meant, as far as it was printed short."""
+    """Say whether mass, centre and moments are those of the model, within the digits of number_format short."""
     pairs = (((meant[0],), (mass,)), (meant[1], centre), (meant[2], along))
     return all(_near(one, other, SHORT * _largest(one)) for one, other in pairs)
 

@@ -107,7 +107,7 @@ def _of_edge(edge: Edge) -> _Frame:
 
 
 def _stamps(robot: Robot) -> Iterator[tuple[str, str]]:
-    """Yield what stamps messages, and the frames that it stamps them with."""
+    """Yield each sensor and node whose messages have a frame_id, with the frames that stand there."""
     named = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
     named += [(node.name, node.stamps) for node in robot.publishers]
     yield from ((name, ", ".join(frames)) for name, frames in named if frames)

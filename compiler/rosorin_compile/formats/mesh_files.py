@@ -440,7 +440,7 @@ def told(rule: str, what: str, help: str, severity: str, many: Sequence[Named]) 
 
 
 def _around(one: Named) -> Iterator[Path]:
-    """Yield the folders around a robot of others that names a mesh: what leads out of its own is named from there."""
+    """Yield the folders above the file that names a mesh, of an imported robot: a path with ".." may begin in one."""
     for span in one.spans:
         path = Path(os.path.abspath(span.source.path))
         if path.suffix not in ENDINGS:

@@ -142,7 +142,7 @@ def _wanted(tree: Map) -> _Wanted:
 
 
 def _entries(wanted: _Wanted, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> list[Entry]:
-    """Return the entries of ``accept`` that a diagnostic falls under: an error by name, all else by its rule too."""
+    """Return the entries of ``accept`` that cover a diagnostic. An error has to be named, others need not be."""
     rule = diagnostic.rule
     if diagnostic.severity == ERROR and rule not in acceptable:
         return []

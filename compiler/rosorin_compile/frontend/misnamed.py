@@ -79,7 +79,7 @@ def text_meant_by(key: str, entry: Map) -> str:
 
 
 def goes_on(key: str, entry: Map, unknown: Sequence[str]) -> bool:
-    """Say whether a key is the rest of a text of which another unknown key is told already."""
+    """Say whether an unknown key is only the rest of a text whose beginning is an unknown key, too, and told."""
     keys = list(entry)
     before = keys[keys.index(key) - 1] if keys.index(key) else ""
     return before in unknown and bool(text_meant_by(key, entry))

@@ -201,7 +201,7 @@ def words(misfit: Misfit) -> str:
 
 
 def _choice(options: list[Any]) -> str:
-    """Return three options; of more two, and how many there are."""
+    """Return the options in words: up to three of them, or two and the number of the others."""
     named = [_json(one) for one in options]
     if len(named) > 3:
         named = [*named[:2], f"{len(named) - 2} other candidates"]

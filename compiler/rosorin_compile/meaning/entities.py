@@ -34,14 +34,14 @@ class Pair(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """What an artifact says of one thing: its values by part ("x"; a single one has none), and a rotation."""
+    """What an artifact says of one thing: its values by part ("x", "y"; "" for a single number), and its rotation."""
 
     parts: Mapping[str, Value]
     turn: Turn | None = None
 
 
 class Entry(NamedTuple):
-    """What became of one thing in one artifact; without parts where it is not there."""
+    """One thing in one artifact, before and after; ``parts`` are empty on the side that does not have it."""
 
     pair: Pair
     old: Numbers

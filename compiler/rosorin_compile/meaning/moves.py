@@ -131,7 +131,7 @@ class _Moves:
         return True
 
     def _reshaped(self, name: str, purpose: str) -> bool:
-        """Say whether a link that stayed has shapes that it had not, or had others."""
+        """Say whether a link that is in both robots has other shapes now."""
         old, fresh = self._difference(name, purpose)
         return bool(old) or fresh
 

@@ -48,7 +48,7 @@ class Pairing(NamedTuple):
 
 
 def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairing:
-    """Return two robots side by side; ``prefix`` is what the names of B begin with, None: find out."""
+    """Pair two robots, link by link. ``prefix`` is what all names of B begin with; None: find it out."""
     one, other, prefixed = a.robot, b.robot, ""
     if prefix is None:
         prefix = prefix_of(one, other)

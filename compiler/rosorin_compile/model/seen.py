@@ -1,6 +1,6 @@
-"""What a sensor sees, from what simulations have of it: a pyramid, rays, the zone that feels contact, or its axes.
+"""The field of view of a sensor, from its simulation elements: a pyramid, rays, a contact zone, or axes.
 
-MuJoCo's elements come first; a sensor that MuJoCo has not is seen as Gazebo has it.
+MuJoCo's elements are asked first, Gazebo's where MuJoCo has none.
 """
 
 from __future__ import annotations

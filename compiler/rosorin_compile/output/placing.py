@@ -185,9 +185,9 @@ class Holding(NamedTuple):
 
 @contextmanager
 def holding(folder: Path, dry: bool = False) -> Iterator[Holding]:
-    """Keep other runs from placing files into a folder, and finish what a killed one has begun.
+    """Lock a folder against other runs that place files there, and finish what a killed one has begun.
 
-    With ``dry`` nothing is changed, and nobody kept from anything. Raises OutputError.
+    With ``dry`` nothing is locked or changed. Raises OutputError.
     """
     root = folder.resolve()
     with ExitStack() as held:

@@ -135,7 +135,7 @@ def _is_usual(link: Link, inertial: Inertial, moments: Vector | None) -> bool:
 
 
 def _bounds(link: Link) -> tuple[Bounds | None, bool]:
-    """Return the box around the shapes of a link whose sizes are known, and whether that is all of them."""
+    """Return the bounding box of the shapes of a link whose sizes are known, and whether all are known."""
     seen, felt = bounds_of(link.visual), bounds_of(link.collision)
     whole = (seen is None) == (not link.visual) and (felt is None) == (not link.collision)
     if seen and felt:

@@ -56,7 +56,7 @@ def kind_of(found: Found, top: bool) -> str:
 
 
 def given(found: Found, top: bool) -> Iterator[Reference]:
-    """Yield the name that an element gives to itself: in MuJoCo a file has its own where nothing else is said."""
+    """Yield the name that an element gives; one with a file and no name is called as the file, as in MuJoCo."""
     kind = kind_of(found, top)
     attribute = "class" if kind == CLASS else "name"
     name = found.attributes.get(attribute, "").strip()

@@ -240,7 +240,7 @@ class Finder:
         return name
 
     def _distinguish(self, name: str, own: str) -> None:
-        """Give the part of a name one that says what tells it from a second one."""
+        """Rename the part that has a name already, to say what it is a part of, so that a second one may come."""
         other = self.made.get(name)
         theirs = identity(other.cut.uses, name) if other is not None else ""
         if other is not None and theirs not in ("", own) and f"{theirs}_{name}" not in self.names:
@@ -411,7 +411,7 @@ class _Made:
         return _PER_PARAMETER * (len(parameters.given) + any(flags)) + parameters.terms
 
     def _names(self, instance: Instance) -> list[str]:
-        """Return all names that an instance defines, in an order that is the same for all."""
+        """Return all names that an instance defines. Instances of one body give theirs in the same order."""
         made = []
         for node in (self.body.nodes[index] for index in instance.nodes):
             made += [node.link, node.joint]

@@ -77,7 +77,7 @@ class Entry:
 
 @dataclass(eq=False)
 class File:
-    """A file of the source, and the name of its file here; ``space`` is that of an include with ``ns``."""
+    """A file of the source; ``name`` is its file in the description, ``space`` the ``ns`` of its include."""
 
     path: str
     document: Document

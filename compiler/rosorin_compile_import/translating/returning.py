@@ -78,7 +78,7 @@ def _sets(walker: Walker, element: Element, depth: int = 0) -> bool:
 
 
 def _take(walker: Walker, element: Element, scope: Scope, when: Whens, entry: Entry) -> None:
-    """Take the properties of a macro: those of its caller are entries, the others are read here alone."""
+    """Take the properties that a macro sets: those of its caller become entries, the others are its own."""
     for child, _ in with_comments(element):
         here = scope.latest()
         if child.tag in ("xacro:if", "xacro:unless"):

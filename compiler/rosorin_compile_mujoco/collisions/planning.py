@@ -13,7 +13,7 @@ Pair = tuple[str, str]
 
 
 class Parts(Protocol):
-    """Digests of what decides on single pairs: the search, the shapes of each link with its meshes, and each joint."""
+    """Digests of all that a verdict on a pair of links depends on: the search, shapes with meshes, joints."""
 
     @property
     def how(self) -> str:

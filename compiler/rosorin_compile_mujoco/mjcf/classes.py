@@ -176,7 +176,7 @@ class Classes:
         return _Shared(tag, _common(elements), tuple(members), _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> str:
-        """Return the class of joints that all joints of these actuators are of, if it has no actuators yet."""
+        """Return the class that has all joints of these actuators, and can have them, too; empty if there is none."""
         joints = {self._elements[place].joint for place in shared.members} if made else set()
         for name, parts in made.items():
             known = {self._elements[place].joint for place in parts[0].members}

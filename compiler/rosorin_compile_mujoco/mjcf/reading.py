@@ -120,7 +120,7 @@ class Reading:
         return given
 
     def called(self, kind: str, name: str) -> str:
-        """Return the name that an object has in the description, by its name in the file."""
+        """Return what an object is called in the description, given its name in the MJCF."""
         return self.renamed.get(kind, {}).get(name) or legal(name)
 
     def kept(self, node: Mapping[str, Any], tag: str, span: Span, link: str = "") -> None:

@@ -168,7 +168,7 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
 
 
 def _limits(joint: Joint) -> Iterator[Diagnostic]:
-    """Yield a warning for each limit of a joint that MuJoCo takes for none."""
+    """Yield a warning for each limit of a joint that MuJoCo would read as "no limit"."""
     ends = position_range(joint)
     if ends and ends[0] >= ends[1]:
         what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"

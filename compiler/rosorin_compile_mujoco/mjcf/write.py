@@ -249,7 +249,7 @@ class _Printer:
         return self.motions[key]
 
     def tree(self, groups: Mapping[str, int]) -> Class:
-        """Return the default classes of what has been printed; ``groups`` that are asked for."""
+        """Return the <default> classes that printed elements use; ``groups`` are those of geoms, by kind."""
         return self.classes.tree(self.used, bool(self.rolling), groups)
 
     def actuators(self, drives: Sequence[Drive]) -> list[Part]:

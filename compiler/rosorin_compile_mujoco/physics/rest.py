@@ -57,9 +57,9 @@ class _Ended(NamedTuple):
 
 
 def told(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[Diagnostic]:
-    """Return what becomes of the robot in a second from each state.
+    """Let the robot move for a second from each state, and return what is wrong then.
 
-    What MuJoCo has to say of it goes nowhere, not into a file either.
+    What MuJoCo itself prints, or would write into MUJOCO_LOG.TXT, is dropped.
     """
     found: dict[tuple[str, str], Diagnostic] = {}
     with quiet() as mujoco:

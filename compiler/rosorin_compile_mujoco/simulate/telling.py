@@ -258,7 +258,7 @@ def _groups(trials: Trials) -> Iterator[tuple[str, list[dict[str, Any]]]]:
 
 
 def _figures(title: str, curves: Sequence[Curve]) -> Iterator[dict[str, Any]]:
-    """Yield a figure for each unit; height has one of its own."""
+    """Yield one figure for the curves of each unit; the curve of the height gets its own."""
     kinds: dict[tuple[str, bool], list[Curve]] = {}
     for curve in curves:
         if curve.times:

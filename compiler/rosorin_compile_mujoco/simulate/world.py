@@ -42,7 +42,7 @@ class Refused(Exception):
 
 
 class Broken(Exception):
-    """The simulation left the numbers; the message says how, ``time`` (s) when, ``joint`` which one first, if known."""
+    """The simulation diverged: the message says how, ``time`` (s) when, ``joint`` where first, if that is known."""
 
     def __init__(self, message: str, time: float, joint: str = "") -> None:
         super().__init__(message)
@@ -106,7 +106,7 @@ def set_joints(robot: Robot, data: Any, positions: Mapping[str, float]) -> None:
 
 
 def moving(robot: Robot) -> list[Joint]:
-    """Return the joints that have one position."""
+    """Return the joints that move and have a single coordinate: no planar, floating or fixed ones."""
     return [joint for joint in robot.joints if joint.moves]
 
 

@@ -86,7 +86,7 @@ def _driver(one: Filled, space: str) -> Driver:
 
 
 def odometry_of(kind: str) -> str:
-    """Return the topic of the odometry of a type of controllers, with ~ for its name; empty: it is of no drive."""
+    """Return the odometry topic of a type of controllers, as ~/odom; empty if the type drives no base."""
     return f"~/{_TOPICS[kind][1]}" if kind in _TOPICS else ""
 
 

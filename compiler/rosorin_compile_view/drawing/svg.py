@@ -185,7 +185,7 @@ def _line(line: Line, y: float, columns: _Columns, colour: Mapping[str, str], re
 
 
 def _beside(row: Row, y: float, columns: _Columns, paint: str, reasons: Mapping[str, int]) -> list[str]:
-    """Return the cells beside an edge, the publisher with its colour."""
+    """Return the SVG of the cells of a row: publisher (with its colour), topic, joint, when."""
     fill = paint if row.published else "#ffffff"
     x = number(columns.begin[0])
     parts = [f'<rect x="{x}" y="{number(y - 4.5)}" width="9" height="9" rx="2" fill="{fill}" stroke="{paint}"/>']

@@ -248,7 +248,7 @@ def _naming(frames: Frames, joint: Joint, section: str, word: str) -> Iterator[N
 
 
 def of_entry(frames: Frames, path: Path) -> Iterator[Number]:
-    """Yield the numbers of an entry of a section for a simulation."""
+    """Yield the numbers of an entry of a simulation section, each under the last part of its name."""
     for number in frames.numbers(path):
         yield number._replace(name=_short(number.name))
 

@@ -33,7 +33,7 @@ class Origins:
         self.meanings = Meanings(scope, self.written, given)
 
     def of(self, path: Path) -> Origin | None:
-        """Return where the value at a path of the tree was written; None if it was not."""
+        """Return where in the files the value at a path of the tree was written; None for a default."""
         nodes = list(_nodes(self.tree, path))
         if len(nodes) != len(path):
             return None

@@ -194,6 +194,6 @@ def _failure(answer: dict[str, Any], document: Document, path: Path, sources: So
 
 
 def _once(text: str) -> str:
-    """Return a text that xacro says twice, once."""
+    """Return the error text of xacro once, where it is printed twice in a row."""
     half = len(text) // 2
     return text[:half] if len(text) % 2 and text[:half] == text[half + 1 :] else text

@@ -594,7 +594,7 @@ def short(value: Any) -> str:
 
 
 def as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
-    """Return a list made by an expression as a Seq, so that its items have a place."""
+    """Return a list that an expression made as a Seq: its items get the place of the expression."""
     if isinstance(value, Seq):
         return value
     made = Seq(span, via)

@@ -144,7 +144,7 @@ class _Lowering:
         self.problem("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
 
     def place_joint(self, name: str, path: Path, frame: str, said: Path) -> None:
-        """Remember where a joint was given, and where the frame that it leads to; a frame said twice is the cause."""
+        """Remember where a joint and its child frame were written; tell it if that frame was written before."""
         taken = self.frames.setdefault(name, (frame, said))
         if taken == (frame, said) or taken[0] != frame:
             self.place("joint", name, path)
@@ -441,7 +441,7 @@ class Publishing(NamedTuple):
     turns: tuple[Turn, ...] = ()
 
     def of_optical(self) -> Publishing:
-        """Return who publishes the optical frame of a sensor that says nothing else: a static one is another node."""
+        """Return who publishes the optical frame by default: the same, but a static publisher needs a second node."""
         turns = tuple(turn._replace(publisher=_optical(turn.publisher)) for turn in self.turns)
         return Publishing(_optical(self.always), turns)
 

@@ -13,7 +13,7 @@ AFTER = "drive"
 
 
 def compare(pairing: Pairing, sides: tuple[Side, Side]) -> Iterator[Item]:
-    """Yield what differs between two descriptions; the joints of states are those of poses."""
+    """Yield what differs between two descriptions in planning. States are named poses, and compared as those."""
     one, other = pairing.a.robot.sections[MOVEIT], pairing.b.robot.sections[MOVEIT]
     if one == other or not all(side.format is YAML for side in sides):
         return

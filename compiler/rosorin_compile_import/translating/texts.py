@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from rosorin_compile.diagnostics import Span
 from rosorin_compile.extending import Element
+
+T = TypeVar("T")
 
 TEXT, EXPRESSION, EXTENSION = "text", "expression", "extension"
 # As LEXER of xacro 2.1.
@@ -70,15 +72,20 @@ def tokens(text: str) -> list[Token]:
     return found
 
 
-def words(pieces: list[Token]) -> list[list[Token]]:
+def words(pieces: Sequence[Token]) -> list[list[Token]]:
     """Return the words of a text, each as its pieces: parted by the white space of plain pieces."""
-    made: list[list[Token]] = []
+    return [[piece for piece, _ in word] for word in scoped_words([(piece, None) for piece in pieces])]
+
+
+def scoped_words(pieces: Sequence[tuple[Token, T]]) -> list[list[tuple[Token, T]]]:
+    """Return the words of a text as ``words``, each piece with what stands beside it: its scope."""
+    made: list[list[tuple[Token, T]]] = []
     fresh = True
-    for piece in pieces:
+    for piece, beside in pieces:
         if piece.kind != TEXT:
             if fresh:
                 made.append([])
-            made[-1].append(piece)
+            made[-1].append((piece, beside))
             fresh = False
             continue
         for part in re.split(r"(\s+)", piece.text):
@@ -89,7 +96,7 @@ def words(pieces: list[Token]) -> list[list[Token]]:
                 continue
             if fresh:
                 made.append([])
-            made[-1].append(Token(TEXT, part))
+            made[-1].append((Token(TEXT, part), beside))
             fresh = False
     return made
 

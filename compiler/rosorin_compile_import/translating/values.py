@@ -39,7 +39,7 @@ from .scopes import (
     literal,
     sole_name,
 )
-from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported
+from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, scoped_words
 from .walking import InMacro
 
 OWN = "own prefix"
@@ -204,7 +204,7 @@ class Values:
     def list_of(self, value: Value) -> Any:
         """Return several numbers."""
         count = int(value.sink[-1])
-        parts = _words(expanded(value.text, value.scope))
+        parts = scoped_words(expanded(value.text, value.scope))
         if len(parts) == count:
             return [self.number(part, value) for part in parts]
         if len(parts) != 1 or (len(parts[0]) == 1 and parts[0][0][0].kind == TEXT):
@@ -508,7 +508,7 @@ class Values:
             return _literal_of(
                 "".join(piece.text for piece, _ in pieces), kind, value, unquoted=not is_plain(value.text)
             )
-        parts = _words(pieces)
+        parts = scoped_words(pieces)
         if kind == LIST and len(parts) > 1:
             sink = "angle" if value.sink == "angle" else "number"
             return [self.number(part, Value(value.text, value.scope, sink, value.span)) for part in parts]
@@ -654,30 +654,6 @@ def _literal_of(text: str, kind: str, value: Value, unquoted: bool = False) -> A
     if isinstance(found, list):
         return text
     return found
-
-
-def _words(pieces: list[Scoped]) -> list[list[Scoped]]:
-    """Return the words of a text, each as its pieces with their scopes."""
-    made: list[list[Scoped]] = []
-    fresh = True
-    for piece, scope in pieces:
-        if piece.kind != TEXT:
-            if fresh:
-                made.append([])
-            made[-1].append((piece, scope))
-            fresh = False
-            continue
-        for part in re.split(r"(\s+)", piece.text):
-            if not part:
-                continue
-            if part.isspace():
-                fresh = True
-                continue
-            if fresh:
-                made.append([])
-            made[-1].append((Token(TEXT, part), scope))
-            fresh = False
-    return made
 
 
 def final(node: ast.expr) -> Any:

@@ -6,25 +6,12 @@ holds parameters against the robot: those of a description (``described``), and 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
-
 from rosorin_compile import Format
 from rosorin_compile.extending import InRos, Proving, Writing, by_name
 
 from ..parameters import DISTRIBUTION, facts, syntax
 
-if TYPE_CHECKING:
-    from rosorin_compile import Case, Diagnostic
-    from rosorin_compile.model import Output
-
 __all__ = ["FORMAT"]
-
-
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .described import check
-
-    yield from check(case, output)
 
 
 _here = by_name(__name__)
@@ -53,7 +40,7 @@ FORMAT = Format(
         },
     },
     file="controllers.yaml",
-    check=_check,
+    check=_here("described:check"),
     write=_here("filled:write"),
     facts=facts,
     writing=Writing(

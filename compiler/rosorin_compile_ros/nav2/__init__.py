@@ -6,31 +6,14 @@ no tuning. ``write`` makes it, ``known`` says what goes into it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile import Format
 from rosorin_compile.extending import InRos, Proving, Writing, by_name
 
 from ..parameters import DISTRIBUTION, facts, syntax
 
-if TYPE_CHECKING:
-    from rosorin_compile import Case, Diagnostic, Robot
-    from rosorin_compile.model import Output
-
 __all__ = ["FORMAT"]
-
-
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .write import check
-
-    yield from check(case, output)
-
-
-def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
-    from .write import disagreements
-
-    yield from disagreements(robot, output, text)
 
 
 _LAYER: dict[str, Any] = {"type": "string", "minLength": 1}
@@ -117,7 +100,7 @@ FORMAT = Format(
         },
     },
     file="nav2.yaml",
-    check=_check,
+    check=_here("write:check"),
     write=_here("write:write"),
     facts=facts,
     writing=Writing(
@@ -126,7 +109,7 @@ FORMAT = Format(
     ),
     proving=Proving(
         syntax=syntax,
-        disagreements=_disagreements,
+        disagreements=_here("write:disagreements"),
     ),
     ros=InRos(
         folder="config",

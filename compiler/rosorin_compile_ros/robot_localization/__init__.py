@@ -6,17 +6,10 @@ drive unless the output says otherwise. ``write`` makes it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
-
 from rosorin_compile import Format
 from rosorin_compile.extending import InRos, Proving, Writing, by_name
 
 from ..parameters import DISTRIBUTION, facts, syntax
-
-if TYPE_CHECKING:
-    from rosorin_compile import Case, Diagnostic
-    from rosorin_compile.model import Output
 
 __all__ = ["FORMAT", "STATES"]
 
@@ -25,12 +18,6 @@ STATES = (
     *("x", "y", "z", "roll", "pitch", "yaw"),
     *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"),
 )
-
-
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from .write import check
-
-    yield from check(case, output)
 
 
 _here = by_name(__name__)
@@ -100,7 +87,7 @@ FORMAT = Format(
         },
     },
     file="ekf.yaml",
-    check=_check,
+    check=_here("write:check"),
     write=_here("write:write"),
     facts=facts,
     writing=Writing(

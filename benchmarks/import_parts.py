@@ -26,8 +26,8 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile_import.description import outputs, tree_of, write
 from rosorin_compile_import.repeats import with_parts
+from rosorin_compile_import.report import repeated
 from rosorin_compile_import.round_trip import check_round_trip
-from rosorin_compile_import.telling import repeated
 
 NICE = 10
 ENDINGS = (".urdf", ".xml", ".mjcf")

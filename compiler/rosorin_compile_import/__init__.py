@@ -2,5 +2,5 @@
 
 To be read in this order: ``command``, ``description`` (which file holds what, and which values get a name), ``repeats``
 (what is there several times is written once), ``layout`` (how a value stands in YAML, and where comments go),
-``round_trip`` (the description means what the source means), ``telling`` (what the person is told).
+``round_trip`` (the description means what the source means), ``report`` (what the person is told).
 """

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from rosorin_compile.extending import Imported, Map, Parser, ReadOptions
 
     from .into import Package
-    from .merging.again import Wanted
     from .merging.record import Record
+    from .merging.reimport import Wanted
+    from .report import Renamed
     from .round_trip import RoundTrip
-    from .telling import Renamed
     from .translating import Translation
     from .words import Worded
 
@@ -216,12 +216,12 @@ def _describe(
     from rosorin_compile.diagnostics import ERROR
 
     from .description import tree_of
-    from .merging.again import Wanted, recorded
     from .merging.record import of as record_of
+    from .merging.reimport import Wanted, recorded
+    from .report import renamed, repeated
     from .round_trip import check_round_trip
-    from .telling import renamed, repeated
-    from .translating.telling import told as told_translation
-    from .words.telling import told_words
+    from .translating.report import told as told_translation
+    from .words.report import told_words
 
     errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
     if imported.tree is None or errors:
@@ -294,8 +294,8 @@ def _put_together(
     console: Console, source: Path, folder: Path, record: Record, files: Mapping[str, str], wanted: Wanted
 ) -> int:
     """Put a newer state of a source and the description that stands there together, and say so."""
-    from .merging.again import imported_again, remove
     from .merging.record import is_of
+    from .merging.reimport import imported_again, remove
 
     again = imported_again(folder, record, files, wanted)
     _show(console, again.diagnostics)
@@ -453,7 +453,7 @@ def _report(
 
     from .description import tree_of
     from .merging.record import is_of
-    from .telling import accepted, kept, sizes
+    from .report import accepted, kept, sizes
 
     tree = tree_of(imported)
     console.say(f"{folder}: {sizes(tree)} in {', '.join(trip.files)}")

@@ -17,9 +17,9 @@ from typing import NamedTuple
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, listed
 from rosorin_compile.extending import Description, LoadError, Map, WrongUsage, holding, service, world
 
-from .merging.again import Again, Wanted, imported_again, recorded, remove
 from .merging.record import ENDING, is_of, text_of
 from .merging.record import of as record_of
+from .merging.reimport import Again, Wanted, imported_again, recorded, remove
 from .merging.together import with_more
 from .switching import Line, lines_to_change
 

@@ -43,7 +43,7 @@ from rosorin_compile.model import Joint, Robot, Transform
 
 from .description import write
 from .repeats import with_parts
-from .telling import seen_from
+from .report import seen_from
 
 RULES = (
     Rule(

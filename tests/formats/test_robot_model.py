@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.formats import Fact, Value, robot_model
-from rosorin_compile.formats.known import Known
+from rosorin_compile.formats.expectation import Expectation
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Box, Cylinder, HeightMap, Inertial, Joint, Limit, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.joint import Mimic
@@ -269,7 +269,7 @@ def test_a_damaged_model_is_a_value_error(text: str) -> None:
 @pytest.mark.parametrize("number", ["0.3333333333333333", "0.4]", "0.3]"])
 def test_an_endless_number_is_refused_where_it_is_held_against_the_model(number: str) -> None:
     """JSON has no word for it, but 1e999 is read as one; no comparison would come to an end with it."""
-    known = Known(TESTER)
+    known = Expectation(TESTER)
     assert robot_model.against(GOOD, known).facts == {}
     text = GOOD.replace(number, f"1e999{number.lstrip('.0123456789')}", 1)
     assert text != GOOD

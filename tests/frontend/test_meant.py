@@ -7,8 +7,8 @@ import pytest
 from rosorin_compile.diagnostics import did_you_mean, nearest
 from rosorin_compile.frontend.annotations import of_types
 from rosorin_compile.frontend.expand.forms import _SENSOR_TYPE_KEYS
-from rosorin_compile.frontend.meant import unit_meant
 from rosorin_compile.frontend.schema import schema
+from rosorin_compile.frontend.suggestions import unit_meant
 from rosorin_compile.frontend.synonyms import KEYS, OTHERS, VALUES, plain, words_for
 from rosorin_compile.units import parse_unit
 

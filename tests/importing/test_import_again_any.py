@@ -20,7 +20,7 @@ from rosorin_compile.frontend.expand import expand
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile_import.description import write
 from rosorin_compile_import.merging import record
-from rosorin_compile_import.merging.again import Wanted, imported_again, recorded
+from rosorin_compile_import.merging.reimport import Wanted, imported_again, recorded
 from rosorin_compile_import.repeats import with_parts
 
 WORDS = ["robot.urdf"]

@@ -19,7 +19,7 @@ from rosorin_compile_import.description import write
 from rosorin_compile_import.layout import angle_of
 from rosorin_compile_import.merging.three_way import merged
 from rosorin_compile_import.repeats.finding import _naming
-from rosorin_compile_import.telling import kept
+from rosorin_compile_import.report import kept
 
 # A section that no module knows: several by name, each on a link, with a key that is as usual and words of others.
 BATTERIES = {

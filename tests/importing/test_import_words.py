@@ -23,7 +23,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile_import.round_trip import check_round_trip
 from rosorin_compile_import.words import worded
-from rosorin_compile_import.words.telling import told_words
+from rosorin_compile_import.words.report import told_words
 from support.paths import ROOT
 from support.unrounded import compile_unrounded
 

@@ -18,7 +18,7 @@ import pytest
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile_import.translating import Changed, translate
-from rosorin_compile_import.translating.telling import told
+from rosorin_compile_import.translating.report import told
 from support.paths import DATA
 
 pytest.importorskip("xacro")

@@ -12,8 +12,8 @@ from rosorin_compile.cli import main
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile_import.translating import Changed, Translation, expressions, proving, rendering, translate
+from rosorin_compile_import.translating.report import told
 from rosorin_compile_import.translating.scopes import Scope
-from rosorin_compile_import.translating.telling import told
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
 

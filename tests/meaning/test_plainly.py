@@ -11,7 +11,7 @@ import pytest
 from rosorin_compile.formats import FORMATS, Fact, Value
 from rosorin_compile.frontend.annotations import ENTRIES, ITEMS, Node
 from rosorin_compile.frontend.lower.plainly import plain
-from rosorin_compile.meaning import entities, plainly, unsaid
+from rosorin_compile.meaning import entities, not_compared, plainly
 from rosorin_compile.meaning.changes import changes
 from rosorin_compile.meaning.difference import YAML, Side
 from rosorin_compile.meaning.plainly import compare_plainly
@@ -111,15 +111,15 @@ def test_check_tells_it_of_the_entry_too(
 
 
 def test_what_no_format_has_a_word_for_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unsaid, "sections", lambda: SECTIONS)
+    monkeypatch.setattr(not_compared, "sections", lambda: SECTIONS)
     bare = Robot("r", (Link("a"),), ())
     here = {"battery": {"main": {}, "spare": {}}, "charger": {"voltage": 5}, "fuses": ({}, {}, {})}
     urdf = Side("a.urdf", FORMATS["urdf"], bare)
     said = Side("b.yaml", YAML, replace(bare, sections=Sections({}, here)))
     line = "2 batteries, 1 charger, 3 fuses: a.urdf is a URDF, a format without a word for it"
-    assert line in unsaid.unsaid(urdf, said).lines
-    assert line in unsaid.unsaid(said, urdf).lines
-    assert unsaid.unsaid(said, Side("c.yaml", YAML, bare)).lines == []
+    assert line in not_compared.unsaid(urdf, said).lines
+    assert line in not_compared.unsaid(said, urdf).lines
+    assert not_compared.unsaid(said, Side("c.yaml", YAML, bare)).lines == []
 
 
 def test_a_value_is_plain_and_does_not_say_where_it_comes_from() -> None:

@@ -18,7 +18,7 @@ import yaml
 
 from rosorin_compile.cli import main
 from rosorin_compile.commands.given import Given
-from rosorin_compile.commands.understanding import Known, understood
+from rosorin_compile.commands.understanding import RobotCase, understood
 from rosorin_compile.diagnostics import Diagnostic, Source, has_errors
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.formats import FORMATS
@@ -51,7 +51,7 @@ def of(path: Path) -> str:
     return f"{path.parent.parent.name}-{path.parent.name}"
 
 
-def known(path: Path) -> Known:
+def known(path: Path) -> RobotCase:
     found = understood(Given({}, ()), Description(path.parent.name, path, Path("outputs")), Console("json"))
     assert found is not None
     return found
@@ -72,7 +72,7 @@ def written(robot: Robot, output: Output) -> str:
     return text
 
 
-def looked_at(robot: Known, paths: list[Path], distribution: str) -> list[Diagnostic]:
+def looked_at(robot: RobotCase, paths: list[Path], distribution: str) -> list[Diagnostic]:
     return checking.look(robot.case, checking.Asked(paths, [], [], [], "", distribution)).diagnostics
 
 

@@ -45,7 +45,7 @@ NAMED = {
     ("frontend/synonyms.py", "controllers"): "the output that is called so",
     ("meaning/sameness.py", "mjcf_elements"): "also a key of links",
     ("meaning/simulation.py", "mjcf_elements"): "also a key of links",
-    ("meaning/unsaid.py", "drive"): "a topic of formats, with its word",
+    ("meaning/not_compared.py", "drive"): "a topic of formats, with its word",
     ("model/__init__.py", "drive"): DOOR,
     ("model/robot.py", "control"): "an option of outputs that is called so",
     ("model/robot.py", "drive"): "the public property `driving`",

@@ -36,7 +36,7 @@ FIELD_DEFECTS = [case for case in CASES if case.stem.startswith("field-defect-")
 # What the stages of a compilation can say, beside the rules for writing, which have tests of their own.
 CORE = ("pipeline", "frontend/**/*", "rules/*", "sections/**/*")
 WRITERS = ("__init__", "facts", "format", "static_tf*", "template", "templating", "robot_model/__init__", "frames")
-OF_MUJOCO = ("mjcf/write*", "mjcf/unsaid", "mjcf/masses", "mjcf/facts", "sections/**/*")
+OF_MUJOCO = ("mjcf/write*", "mjcf/omissions", "mjcf/masses", "mjcf/facts", "sections/**/*")
 OF_ROS = (
     "controllers/*",
     "parameters/checking",

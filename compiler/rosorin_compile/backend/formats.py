@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from ..formats.checked import accept
 from ..formats.described import as_tree
-from ..formats.distributions import DISTRIBUTIONS, HUMBLE, JAZZY, known, title
+from ..formats.distributions import DISTRIBUTIONS, HUMBLE, JAZZY, described_by, title
+from ..formats.expectation import Block, Expectation, Held
 from ..formats.facts import COLLISION, VISUAL, FactSheet, Six, along_link
 from ..formats.facts import number_of as fact_number
 from ..formats.facts import numbers_of as fact_numbers
@@ -12,7 +13,6 @@ from ..formats.format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT
 from ..formats.gazebo_sensors import DISTRIBUTIONS as GAZEBO_DISTRIBUTIONS
 from ..formats.gazebo_sensors import distribution, sensor_lines
 from ..formats.imported import BEFORE, BESIDE, END, INSIDE, LeftOut, cannot_carry
-from ..formats.known import Block, Held, Known
 from ..formats.launching import (
     STATES,
     Condition,
@@ -29,7 +29,7 @@ from ..formats.mesh_vertices import clouds_of
 from ..formats.static_tf import describe
 from ..formats.templating import attribute, attributes, comment
 from ..formats.urdf.masses import joints_of, links_of
-from ..formats.urdf.reading import NAME, Reading, kept, meant, named
+from ..formats.urdf.reading import NAME, Reading, correction, kept, named
 from ..formats.urdf.robot import comments_of
 from ..formats.urdf.values import ANGLES, LENGTHS, PLAIN, number_of, numbers
 
@@ -55,10 +55,10 @@ __all__ = [
     "Asked",
     "Block",
     "Condition",
+    "Expectation",
     "FactSheet",
     "Held",
     "Joined",
-    "Known",
     "LeftOut",
     "Placed",
     "Reading",
@@ -74,7 +74,9 @@ __all__ = [
     "comment",
     "comments_of",
     "condition",
+    "correction",
     "describe",
+    "described_by",
     "distribution",
     "fact_number",
     "fact_numbers",
@@ -85,9 +87,7 @@ __all__ = [
     "in_python",
     "joints_of",
     "kept",
-    "known",
     "links_of",
-    "meant",
     "mode_arguments",
     "named",
     "number_of",

@@ -67,7 +67,7 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
         raise WrongUsage(str(problem)) from None
 
 
-def meant(names: list[str]) -> list[Description]:
+def descriptions_of(names: list[str]) -> list[Description]:
     """Return the descriptions that are asked for; by default that of this folder, else all here. Raises WrongUsage."""
     if names:
         return descriptions(names)
@@ -90,7 +90,7 @@ def is_robot(word: str) -> bool:
 
 def one(name: str, how: str) -> Description:
     """Return the description of a name, or the only one here. Raises WrongUsage; ``how`` says how to name one."""
-    found = meant([name] if name else [])
+    found = descriptions_of([name] if name else [])
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; name one: {how}")

@@ -19,7 +19,7 @@ from ..project import Description, all_with
 from ..world import memory
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
-from .robots import described, meant, no_stdin, one, take_stdin
+from .robots import described, descriptions_of, no_stdin, one, take_stdin
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class Run:
 
     def robots(self, names: list[str]) -> list[Description]:
         """Return the robots of these names; without one that of this folder, else all here. Raises WrongUsage."""
-        return meant(names)
+        return descriptions_of(names)
 
     def robot_first(
         self, fits: Callable[[str, list[str]], bool], robot: Callable[[str], bool] | None = None

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _STATES = {"on": True, "off": False}
 
 
-class Known(NamedTuple):
+class RobotCase(NamedTuple):
     """A robot without errors, and where it was written."""
 
     robot: Robot
@@ -42,7 +42,7 @@ def read(given: Given, description: Description, console: Console) -> Understood
     return understand(description.path, arguments, telling(given, console), given.packages)
 
 
-def understood(given: Given, description: Description, console: Console) -> Known | None:
+def understood(given: Given, description: Description, console: Console) -> RobotCase | None:
     """Return the robot of a description; None, after saying what is wrong, of one with errors."""
     from ..frontend.load import LoadError
 
@@ -56,7 +56,7 @@ def understood(given: Given, description: Description, console: Console) -> Know
         console.show([diagnostic for diagnostic in found.diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
         return None
-    return Known(case.robot, case)
+    return RobotCase(case.robot, case)
 
 
 def mode_states(robot: Robot, texts: Sequence[str]) -> dict[str, bool]:

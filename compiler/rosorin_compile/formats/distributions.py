@@ -7,10 +7,10 @@ HUMBLE, JAZZY = "humble", "jazzy"
 DISTRIBUTIONS = [HUMBLE, JAZZY, "kilted", "lyrical", "rolling"]
 
 
-def known(distribution: str) -> str:
+def described_by(distribution: str) -> str:
     """Return the distribution whose facts stand for another one: those after Jazzy are taken to be as it is.
 
-    >>> known("humble"), known("rolling")
+    >>> described_by("humble"), described_by("rolling")
     ('humble', 'jazzy')
     """
     return HUMBLE if distribution == HUMBLE else JAZZY

@@ -30,7 +30,7 @@ from .format import ANGLES, Fact, Facts, Value
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .known import Block, Held, Known
+    from .expectation import Block, Expectation, Held
 
     Made = TypeVar("Made")
 
@@ -157,7 +157,7 @@ class Sheet:
     What is read is the same, and as much is refused: what is known is only not written down.
     """
 
-    def __init__(self, known: Known | None = None) -> None:
+    def __init__(self, known: Expectation | None = None) -> None:
         self.facts: Facts = {}
         self.known = known
         self._parents: dict[str, str] = {}
@@ -168,7 +168,7 @@ class Sheet:
 
     def held(self, data: object = None) -> Held:
         """Return what was found that is not known; ``data`` is what a schema is about."""
-        from .known import Held
+        from .expectation import Held
 
         names = frozenset(self._names.union(self._parents.values()))
         return Held(self.facts, self._parents, self._solids, names, data)
@@ -178,7 +178,7 @@ class Sheet:
         if self.known is None or self.is_news(self.known, kind, name, quantity, value[0]):
             self.facts[Fact(kind, name, quantity)] = value
 
-    def is_news(self, known: Known, kind: str, name: str, quantity: str, value: float | str) -> bool:
+    def is_news(self, known: Expectation, kind: str, name: str, quantity: str, value: float | str) -> bool:
         """Say whether something is known of what a fact says, and not that; what nothing is known of is no news."""
         if kind in _OF_LINKS:
             self._names.add(name)
@@ -256,7 +256,7 @@ class Sheet:
 class FactSheet(Sheet):
     """Collects the facts of one XML artifact."""
 
-    def __init__(self, text: str, tag: str, known: Known | None = None) -> None:
+    def __init__(self, text: str, tag: str, known: Expectation | None = None) -> None:
         super().__init__(known)
         self.root = parse(text, tag)
         self.six = is_six(self.numbers_written())

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from ..model import Edge, Inertial, Output, Robot, Shape
     from ..rules.case import Case
     from ..xml.markup import Document, MarkupError
+    from .expectation import Expectation, Held
     from .imported import Imported, LeftOut, Proof, ReadOptions
-    from .known import Held, Known
     from .templating import Templates
 
 
@@ -297,9 +297,10 @@ class Writing:
     """What an artifact has of a robot, beside its text: for ``diff``, for packages, and for whoever looks for files.
 
     When two robots are compared: ``links`` (those that an output has), ``lacks`` (topics that it has no word for, see
-    ``meaning.unsaid``), ``says`` (sections that it has a word for), ``leaves_out`` and ``why`` (links that it lacks
-    by nature), ``adds`` (links of its files that stand for something else in a description), ``brings`` (the elements
-    of XML that it makes of what a description says in words), ``names_robot`` (its files say what the robot is called).
+    ``meaning.not_compared``), ``says`` (sections that it has a word for), ``leaves_out`` and ``why`` (links that it
+    lacks by nature), ``adds`` (links of its files that stand for something else in a description), ``brings`` (the
+    elements of XML that it makes of what a description says in words), ``names_robot`` (its files say what the robot is
+    called).
 
     Other files: ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as URDF
     does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where it is
@@ -353,7 +354,7 @@ class Proving:
     - ``complete``: it carries every frame, with the shapes of each.
     """
 
-    against: Callable[[str, Known], Held] | None = None
+    against: Callable[[str, Expectation], Held] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
     data: Callable[[str], Any] | None = None

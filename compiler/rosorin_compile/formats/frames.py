@@ -21,8 +21,8 @@ from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Provi
 from .static_tf import describe
 
 if TYPE_CHECKING:
+    from .expectation import Expectation, Held
     from .facts import Sheet
-    from .known import Held, Known
     from .templating import Templates
 
 _FRAME_HEADERS = (
@@ -233,7 +233,7 @@ def read(text: str) -> Facts:
     return _read(text, Sheet()).facts
 
 
-def _against(text: str, known: Known) -> Held:
+def _against(text: str, known: Expectation) -> Held:
     """Return what the tables say that is not known. Raises ValueError as ``read``."""
     from .facts import Sheet
 

@@ -12,7 +12,9 @@ from ..diagnostics.wording import counted
 from ..units import Quantity
 from .expand.scope import Scope
 from .expand.tracing import problem_at
-from .meant import (
+from .misnamed import fallen_out, goes_on, is_meant, key_meant, word_meant
+from .schema import Steps, part_at, resolve, subject
+from .suggestions import (
     flag_meant,
     inner_number,
     items_meant,
@@ -23,8 +25,6 @@ from .meant import (
     plain_number,
     text_meant,
 )
-from .misnamed import fallen_out, goes_on, is_meant, key_meant, word_meant
-from .schema import Steps, part_at, resolve, subject
 from .synonyms import way_out, words_for
 from .tree import Map, Seq, locate
 from .validator import Misfit

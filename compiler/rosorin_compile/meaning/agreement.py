@@ -10,8 +10,8 @@ from ..diagnostics.bounded import json_of
 from ..diagnostics.progress import Progress
 from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Format, Value
+from ..formats.expectation import Expectation, Held
 from ..formats.facts import COLLISION, Solid
-from ..formats.known import Held, Known
 from ..frontend.validator import misfits
 from ..model import Inertial, Mesh, Output, Robot, Shape
 from .solids import remainder, same_set, solid_from, straight
@@ -75,7 +75,7 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     Each artifact is held against the model by itself, and let go; only where one is wrong are all of them read in full,
     for the words.
     """
-    model = Known(robot)
+    model = Expectation(robot)
     for number, artifact in enumerate(artifacts):
         Progress.step(f"proving {artifact.file},", number, len(artifacts))
         if not agrees(robot, artifact, model):
@@ -83,7 +83,7 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     return []
 
 
-def agrees(robot: Robot, artifact: Artifact, model: Known) -> bool:
+def agrees(robot: Robot, artifact: Artifact, model: Expectation) -> bool:
     """Say whether a compiled artifact says what the model says; ``model`` is what is known of the robot."""
     try:
         known = _known(robot, artifact, model)
@@ -95,7 +95,7 @@ def agrees(robot: Robot, artifact: Artifact, model: Known) -> bool:
     )
 
 
-def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
+def _known(robot: Robot, artifact: Artifact, model: Expectation) -> Expectation:
     """Return what the model says, as an artifact has to say it.
 
     Its links may have other names, and weigh more, for they carry others.
@@ -109,7 +109,7 @@ def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
     return model.of(called(robot, artifact), others, joints_called(robot, artifact))
 
 
-def _reading(artifact: Artifact, known: Known) -> _Reading | None:
+def _reading(artifact: Artifact, known: Expectation) -> _Reading | None:
     """Return an artifact and what it says otherwise than is known; None for one that is not read back.
 
     Raises ValueError.
@@ -151,13 +151,13 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
             found += _misfits(artifact)
             readings.append(reading)
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
-    model = Known(robot)
+    model = Expectation(robot)
     for reading in readings:
         found += _wrong(robot, reading, _known(robot, reading.artifact, model), readings)
     return found
 
 
-def _wrong(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _wrong(robot: Robot, reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     """Yield an error for each place where one artifact does not say what the model says."""
     yield from _frames(robot, reading)
     yield from _others(robot, reading)
@@ -189,7 +189,7 @@ def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     yield from (error(_RULE, f"{reading.artifact.file}: {sentence}", None, _HELP) for sentence in sentences)
 
 
-def _values(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _values(robot: Robot, reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     for fact, value in reading.view.plain.items():
         meant = known.value(fact)
         if meant is None or same_value(value, meant, NOISE) or _cannot_say(robot, reading, fact):
@@ -213,7 +213,7 @@ def _both(value: Value, meant: Value) -> tuple[str, str]:
     return f"{before} {value.unit}".rstrip(), f"{after} {value.unit}".rstrip()
 
 
-def _turns(reading: _Reading, known: Known, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _turns(reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     for frame, turn in reading.view.turns.items():
         meant = turn_of(known.block("frame", frame))
         if meant is None or same_turn(turn, meant):
@@ -231,7 +231,7 @@ def _error(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading
     return error(_RULE, f"{what}: {reading.artifact.file} says {mine}, {others} {theirs}", None, _HELP)
 
 
-def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnostic]:
+def _shapes(robot: Robot, reading: _Reading, known: Expectation) -> Iterator[Diagnostic]:
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
     format, output = reading.format, reading.output(robot)
@@ -257,7 +257,7 @@ def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnosti
         yield error(_RULE, message, None, _HELP)
 
 
-def _solid(shape: Shape, known: Known) -> Solid:
+def _solid(shape: Shape, known: Expectation) -> Solid:
     """Return a shape as a solid; the same shapes are asked for, for each artifact."""
     found = known.solids.get(id(shape))
     if found is None:

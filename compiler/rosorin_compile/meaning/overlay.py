@@ -83,7 +83,7 @@ class _Names:
 
     def unsaid(self, a: Side, b: Side) -> set[str]:
         """Return the links that the format of one of the two has no word for."""
-        from .unsaid import not_carried
+        from .not_compared import not_carried
 
         missing, _ = not_carried(self.pairing, a, b)
         return {self.links.get(name, self.old_links.get(name, name)) for name in missing}

@@ -62,7 +62,7 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
         other = without_prefix(other, prefix)
     elif prefixed == "A":
         one = without_prefix(one, prefix)
-    links = new_names(one, other, Known(a.printing, b.printing, tolerance))
+    links = new_names(one, other, Precision(a.printing, b.printing, tolerance))
     other = renamed(other, links, {})
     first = Bodies(one, a.printing, _split(one, other))
     second = Bodies(other, b.printing, _split(other, one))
@@ -132,7 +132,7 @@ _MOST = 0.6
 _PROBE = 0.5
 
 
-class Known(NamedTuple):
+class Precision(NamedTuple):
     """What two robots are compared with: how well their numbers are known, and what counts as equal."""
 
     a: Printing
@@ -168,7 +168,7 @@ def without_prefix(robot: Robot, prefix: str) -> Robot:
     return renamed(robot, shorter(robot.link), shorter(robot.joint))
 
 
-def new_names(a: Robot, b: Robot, known: Known) -> dict[str, str]:
+def new_names(a: Robot, b: Robot, known: Precision) -> dict[str, str]:
     """Return the links of ``b`` that are links of ``a`` under another name: b's name -> a's name.
 
     Such a link sits in the same place, moves in the same way, or hangs on the joint of the same name.

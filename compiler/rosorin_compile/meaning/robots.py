@@ -13,11 +13,11 @@ from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference
 from .frames import compare_frames, furthest
 from .joints import compare_joints
 from .masses import compare_masses
+from .not_compared import not_carried, unsaid
 from .others import compare_others
 from .pairing import Pairing, compare_names, pair
 from .renaming import renamed
 from .shapes import compare_shapes
-from .unsaid import not_carried, unsaid
 
 
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:

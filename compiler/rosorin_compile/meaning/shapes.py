@@ -16,11 +16,11 @@ from ..model.shape import GROUNDED
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, YAML, Item, Side
 from .joints import changed
+from .not_compared import CAPSULE, ONE_BOX
 from .pairing import Pairing
 from .shape_wording import FEW, likened, numbers_change, shapes_change, words_change
 from .solids import Delta, Piece, largest_step, match, pieces_of, same_space, seen
 from .tolerance import joined
-from .unsaid import CAPSULE, ONE_BOX
 from .wording import cells_change, colour_change, row, row_pair, several
 
 

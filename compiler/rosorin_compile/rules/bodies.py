@@ -14,7 +14,7 @@ from ..model import Inertial, Link, Mesh, Vector
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..model.mass import principal_moments, volume_of
 from ..units import has_unit
-from . import alike
+from . import shared_values
 from .case import Case, number
 from .sizes import all_ways, longest
 
@@ -90,7 +90,7 @@ class _Body(NamedTuple):
 )
 def plausible(case: Case) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
-    return alike.links(case.robot).problems(partial(_plausible, case))
+    return shared_values.links(case.robot).problems(partial(_plausible, case))
 
 
 def _plausible(case: Case, link: Link) -> Iterator[Diagnostic]:

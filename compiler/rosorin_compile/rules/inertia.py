@@ -9,7 +9,7 @@ from ..diagnostics import Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..model import Link
 from ..model.mass import principal_moments
-from . import alike
+from . import shared_values
 from .case import Case, number
 
 AFTER = "mimic"
@@ -44,7 +44,7 @@ ROUNDING = 1e-9
 )
 def physical(case: Case) -> Iterator[Diagnostic]:
     """Masses that are not positive, and inertias that no body has."""
-    return alike.links(case.robot).problems(partial(_physical, case))
+    return shared_values.links(case.robot).problems(partial(_physical, case))
 
 
 def _physical(case: Case, link: Link) -> Iterator[Diagnostic]:

@@ -13,7 +13,7 @@ from ..frontend.tree import Path, at, exists
 from ..model import Joint, Limit
 from ..model.geometry import norm
 from ..units import Quantity, describe, parse_unit
-from . import alike
+from . import shared_values
 from .case import Case, number
 
 AFTER = "frames"
@@ -41,7 +41,7 @@ _WITHOUT_EFFECT = {
 )
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Axes that are zero, or not of unit length. Readers differ in whether they normalise."""
-    return alike.joints(case.robot).problems(partial(_axis, case))
+    return shared_values.joints(case.robot).problems(partial(_axis, case))
 
 
 def _axis(case: Case, joint: Joint) -> Iterator[Diagnostic]:
@@ -117,7 +117,7 @@ def _axis(case: Case, joint: Joint) -> Iterator[Diagnostic]:
 )
 def limits(case: Case) -> Iterator[Diagnostic]:
     """Limits that readers of URDF ask for and that are missing, and limits that no joint can have."""
-    return alike.joints(case.robot).problems(partial(_limit, case))
+    return shared_values.joints(case.robot).problems(partial(_limit, case))
 
 
 def _limit(case: Case, joint: Joint) -> Iterator[Diagnostic]:
@@ -192,7 +192,7 @@ def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
-    yield from alike.joints(case.robot).problems(partial(_units, case))
+    yield from shared_values.joints(case.robot).problems(partial(_units, case))
     for pose in case.robot.poses:
         for name in pose.positions:
             if name in case.robot.joint and case.robot.joint[name].moves:

@@ -10,7 +10,7 @@ from ..diagnostics.registry import JOINTS, rule
 from ..diagnostics.wording import first_of
 from ..frontend.tree import exists
 from ..model import Cylinder, Joint
-from . import alike
+from . import shared_values
 from .case import Case, number
 
 AFTER = "ranges"
@@ -39,7 +39,7 @@ _WHAT = {
 )
 def negative(case: Case) -> Iterator[Diagnostic]:
     """Find what a simulation knows of a joint and is below zero."""
-    return alike.joints(case.robot).problems(partial(_negative, case))
+    return shared_values.joints(case.robot).problems(partial(_negative, case))
 
 
 def _negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:

@@ -14,7 +14,7 @@ from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Robot,
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..model.robot import of_robot
 from ..units import has_unit
-from . import alike
+from . import shared_values
 from .case import Case, number
 
 AFTER = "bodies"
@@ -56,7 +56,7 @@ ELSEWHERE = 0.25
 )
 def shapes(case: Case) -> Iterator[Diagnostic]:
     """Scales of meshes, and collision away from the visual."""
-    return alike.links(case.robot).problems(partial(_shapes, case))
+    return shared_values.links(case.robot).problems(partial(_shapes, case))
 
 
 def _shapes(case: Case, link: Link) -> Iterator[Diagnostic]:
@@ -126,7 +126,7 @@ def robot_size(case: Case) -> Iterator[Diagnostic]:
     reach = all_ways(case.robot)
     if not ways or not reach > 0:  # an object, or a robot that says nothing about its size
         return
-    kinds = alike.links(case.robot)
+    kinds = shared_values.links(case.robot)
     far = [joint for joint in ways if math.hypot(*joint.origin.xyz) > LARGE]
     largest = 0.0
     if far or reach < TINY or len(ways) == 1:

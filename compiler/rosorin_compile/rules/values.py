@@ -14,7 +14,7 @@ from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path, at, written
 from ..model import Joint, Link, Vector
 from ..units import has_unit
-from . import alike
+from . import shared_values
 from .case import Case, number
 from .remarkable import FULL_TURN, NOT_XML
 
@@ -89,7 +89,7 @@ def turns(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         if joint.origin.rpy != _STRAIGHT:
             yield from _turn(case, joint.origin.rpy, case.joint(joint))
-    yield from alike.links(case.robot).problems(partial(_turns_of, case))
+    yield from shared_values.links(case.robot).problems(partial(_turns_of, case))
 
 
 def _turns_of(case: Case, link: Link) -> Iterator[Diagnostic]:

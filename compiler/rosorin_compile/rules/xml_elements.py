@@ -19,7 +19,7 @@ from ..model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
 from ..model.robot import of_robot
 from ..xml.elements import Found, canonical, damage, found_in, tree_of
 from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
-from . import alike
+from . import shared_values
 from .case import Case
 from .kinematics import WORLD_FRAMES
 from .simulated_names import kept as in_mjcf
@@ -107,7 +107,7 @@ def _kept(case: Case) -> Iterator[tuple[Path, str]]:
 @of_robot
 def _with_elements(robot: Robot) -> tuple[list[Link], list[Joint]]:
     """Return the links and the joints that have texts for the URDF, as few do."""
-    kinds = alike.links(robot)
+    kinds = shared_values.links(robot)
     shaped = {
         kind
         for kind, link in kinds.first.items()

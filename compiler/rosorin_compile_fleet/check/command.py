@@ -30,9 +30,9 @@ from rosorin_compile.extending import FINE, PROBLEMS, Run, WrongUsage, give_resu
 from .answers import CheckedFleet, FleetOutlier
 from .columns import Columns, Texts
 from .judging import Far, Row, far_of, outliers, rows_of
+from .report import add_table, table, texts_of, told_of
 from .spread import FEWEST
 from .sweep_file import SweepFile, Variant, span_of
-from .telling import add_table, table, texts_of, told_of
 
 if TYPE_CHECKING:
     from rosorin_compile.extending import Parser

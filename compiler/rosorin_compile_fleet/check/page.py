@@ -12,7 +12,7 @@ from rosorin_compile.diagnostics import ERROR, NOTE, Console, Diagnostic, counte
 from rosorin_compile.extending import Description, Given, WrongUsage, world
 
 from .columns import recognised
-from .telling import page_rows
+from .report import page_rows
 
 if TYPE_CHECKING:
     from .command import Fleet

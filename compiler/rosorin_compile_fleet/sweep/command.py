@@ -27,9 +27,9 @@ from .engines import Engine, InProcess, Processes
 from .folder import Index
 from .making import Folder, Job, Maker, job, plain
 from .remote import RemoteIndex, folder_of
+from .report import Teller
 from .running import Asked, Counts, Stopped, forgotten
 from .running import run as run_all
-from .telling import Teller
 from .variants import Variants
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from ..description import _Document
 from ..layout import Expression, Verbatim
 from ..words import Worded, worded
 from ..words.blocks import Unsayable, block
+from ..words.report import told_words
 from ..words.taking import CONTROL, SENSORS, candidates, put, trees, without
-from ..words.telling import told_words
 from .expressions import negated, written
 
 if TYPE_CHECKING:

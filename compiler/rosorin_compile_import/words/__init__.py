@@ -2,7 +2,7 @@
 
 To be read in this order: ``taking`` (which elements may become which entries), ``blocks``, ``sensors`` and ``drives``
 (one element as an entry), ``meaning`` (when two elements say the same), ``proving`` (what an entry becomes is held
-against the element that it came from), ``telling`` (what became of each).
+against the element that it came from), ``report`` (what became of each).
 """
 
 from __future__ import annotations

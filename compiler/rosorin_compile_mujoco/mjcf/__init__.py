@@ -1,8 +1,8 @@
 """MJCF: the robot for MuJoCo.
 
-Written by ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``, after ``unsaid`` and ``masses``
-have told what MuJoCo would refuse; ``facts`` reads such a file back for comparison, and ``process`` asks MuJoCo whether
-it loads it. ``bodies`` is what both sides know: names and welded links; ``contacts`` who may touch whom,
+Written by ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``, after ``omissions`` and
+``masses`` have told what MuJoCo would refuse; ``facts`` reads such a file back for comparison, and ``process`` asks
+MuJoCo whether it loads it. ``bodies`` is what both sides know: names and welded links; ``contacts`` who may touch whom,
 ``height_fields`` what height maps become, ``masks`` the bits of shapes; ``mjx`` tells what MJX does not load.
 
 Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
@@ -93,7 +93,7 @@ def _cannot_say(robot: Robot, fact: Fact) -> bool:
         return joint.limit is not None and is_clamped(robot, joint, joint.limit.effort or 0.0)
     if (fact.kind, fact.quantity) != ("joint", "type"):
         return False
-    from .unsaid import position_range
+    from .omissions import position_range
 
     joint = robot.joint[fact.name]
     return joint.type == "revolute" and position_range(joint) is None
@@ -109,7 +109,7 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
 
 
 def _opens(file: str) -> str:
-    from .unsaid import mesh_path, texture_path
+    from .omissions import mesh_path, texture_path
 
     return mesh_path(file) or texture_path(file)
 

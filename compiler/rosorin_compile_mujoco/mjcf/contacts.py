@@ -45,7 +45,7 @@ from rosorin_compile.model import Joint, Link, Mesh, Transform, Vector
 from .bodies import body_name, weld_groups
 from .height_fields import solids
 from .masks import Masks
-from .unsaid import has_volume, position_range
+from .omissions import has_volume, position_range
 
 
 class Geom(NamedTuple):

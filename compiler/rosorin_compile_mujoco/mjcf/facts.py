@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
     from rosorin_compile import Value
-    from rosorin_compile.backend.formats import Block, Held, Known
+    from rosorin_compile.backend.formats import Block, Expectation, Held
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
@@ -52,7 +52,7 @@ def read(text: str) -> Facts:
     return _read(FactSheet(text, "mujoco")).facts
 
 
-def against(text: str, known: Known) -> Held:
+def against(text: str, known: Expectation) -> Held:
     """Return what an MJCF says that is not known. Raises ValueError if it is damaged."""
     return _read(FactSheet(text, "mujoco", known)).held()
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from rosorin_compile.backend.model import MERGED
 from rosorin_compile.model import HeightMap, Link, Output, Pose, Shape
 
-from .unsaid import has_volume
+from .omissions import has_volume
 
 HFIELD = "hfield"
 _THIN = 1e-5  # m: what stands for a thickness of zero, which MuJoCo does not take

@@ -19,7 +19,7 @@ from .bodies import body_name, weld_groups
 from .contacts import Contacts, contacts
 from .height_fields import HFIELD, form_of, solids
 from .masks import Mask, Masks
-from .unsaid import has_volume, is_written
+from .omissions import has_volume, is_written
 
 RULES = (
     Rule(

@@ -14,7 +14,7 @@ from rosorin_compile.diagnostics import Heading, did_you_mean
 from rosorin_compile.model import Joint, Output
 
 from ..sections.simulation import ACTUATORS
-from .unsaid import position_range
+from .omissions import position_range
 
 RULES = (
     Rule(

@@ -22,8 +22,8 @@ from rosorin_compile.model import Transform
 
 from .bodies import SHOWN, SHOWN_WHEEL
 from .links import placing
+from .omissions import texture_path
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
-from .unsaid import texture_path
 from .worded import Node, listing, put_words
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)

@@ -66,9 +66,9 @@ from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masks import rolling
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
+from .omissions import has_volume, is_written, mesh_path, named, refused, texture_path, unpaired, unsaid
 from .servos import Drive
 from .servos import drives as drives_of
-from .unsaid import has_volume, is_written, mesh_path, named, refused, texture_path, unpaired, unsaid
 from .write_joints import followers, free_joint, keys, several, single, stands
 from .write_sensors import Element, elements_of
 from .write_simulation import SimulationPrinter

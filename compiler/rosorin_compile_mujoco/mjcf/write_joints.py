@@ -15,8 +15,8 @@ from rosorin_compile.backend.xml import Markup
 from rosorin_compile.model import Joint, Pose, Vector
 
 from .bodies import FLOATING, PLANAR, STIFF, is_free, reference
+from .omissions import position_range
 from .servos import Drive, controls_of, is_clamped, kept_controls
-from .unsaid import position_range
 from .write_simulation import SimulationPrinter
 
 # The types of joints that one joint of MuJoCo is.

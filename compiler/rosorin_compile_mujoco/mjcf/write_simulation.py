@@ -19,8 +19,8 @@ from ..sections.simulation.value import ContactPair, Entry, Tendon
 from .bodies import body_name, reference, shifted
 from .classes import Named, Part
 from .masks import contact_layers
+from .omissions import is_textured
 from .servos import Drive, aims
-from .unsaid import is_textured
 
 # Attributes that name a body; what is called like a link is the body of it.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")

@@ -160,11 +160,11 @@ def _tell(
     console: Console,
 ) -> None:
     """Print what came of the trials."""
-    from . import telling
+    from . import report
 
     timing = not options.no_timing
     if options.format != "text":
-        made = telling.as_json(world, trials, limits, timing)
+        made = report.as_json(world, trials, limits, timing)
         if options.format == "json":
             console.show(found)
         else:
@@ -172,15 +172,15 @@ def _tell(
         give_result(options, made, str)
         return
     name = world.robot.name
-    print(f"{name}: {telling.about(world)}\n")
-    print(telling.text(telling.tables(world, trials)))
+    print(f"{name}: {report.about(world)}\n")
+    print(report.text(report.tables(world, trials)))
     if timing:
-        print(telling.speed_line(world))
+        print(report.speed_line(world))
     print()
     console.show(found)
     severities = Counter(one.severity for one in found)
     counts = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
-    console.say(f"{name}: {telling.summary(trials)} simulated: {counts or 'nothing to say'}")
+    console.say(f"{name}: {report.summary(trials)} simulated: {counts or 'nothing to say'}")
 
 
 def _written(
@@ -189,7 +189,7 @@ def _written(
     """Write the page; say whether that was possible."""
     from rosorin_compile.extending import OutputError, write_file
 
-    from .telling import page
+    from .report import page
 
     inputs = {Path(span.source.path) for span in case.tree.value_spans.values()}
     try:

@@ -29,7 +29,7 @@ from rosorin_compile.extending import WrongUsage, world
 from rosorin_compile.model import Controller
 
 from ..controllers.checking import against_robot, missing
-from ..controllers.known import known
+from ..controllers.derived import derived
 from ..controllers.topics import is_of_nobody, odometry_of
 from ..controllers.types import full, of_type
 from ..parameters.tables import MANAGER
@@ -141,7 +141,7 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     fine = {key: one for key, one in node.parameters.items() if not one.substituted and one.span not in places}
     plain = {key: one.value for key, one in fine.items()}
     kind = full(node.type)
-    knows = known(case.robot, Controller(node.name, kind, plain), kind)
+    knows = derived(case.robot, Controller(node.name, kind, plain), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
     for one in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
         if one.rule == "controller-name" and not moving:

@@ -1,6 +1,6 @@
 """controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
 
-``filled`` makes the text of ``controllers`` in a description and of what the robot knows (``known``), ``checking``
+``filled`` makes the text of ``controllers`` in a description and of what the robot knows (``derived``), ``checking``
 holds parameters against the robot: those of a description (``described``), and those of files (``check_parameters``).
 """
 

@@ -17,7 +17,7 @@ from ..parameters.tables import Kind
 from ..sections.control import CONTROL
 from ..sections.control.value import JOINT_WORDS, POSITION, VELOCITY
 from ..sections.controllers import CONTROLLERS
-from .known import COMMANDS, Known
+from .derived import COMMANDS, Derived
 from .types import SHORT
 
 RULES = (
@@ -74,7 +74,7 @@ def missing(
 
 
 def against_robot(
-    name: str, kind: str, values: Mapping[str, Any], known: Known, robot: Robot, severity: str
+    name: str, kind: str, values: Mapping[str, Any], known: Derived, robot: Robot, severity: str
 ) -> Iterator[Finding]:
     """Yield where parameters of a controller disagree with a robot; ``severity`` is that of other numbers."""
     for key, value in values.items():

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from rosorin_compile import Case, Diagnostic, Robot, Rule
-from rosorin_compile.backend.formats import known, title
+from rosorin_compile.backend.formats import described_by, title
 from rosorin_compile.backend.sections import DRIVE
 from rosorin_compile.backend.support import at, exists, is_tree
 from rosorin_compile.diagnostics import NOTE, WARNING, Heading, first_of, quoted
@@ -21,8 +21,8 @@ from ..sections.control import CONTROL
 from ..sections.control.value import POSITION, VELOCITY
 from ..sections.controllers import CONTROLLERS
 from .checking import against_robot, claims, frames_of, missing
+from .derived import owned
 from .filled import Filled, filled, managed
-from .known import owned
 from .types import of_type
 
 RULES = (
@@ -63,7 +63,7 @@ _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what is wrong with the controllers of a description in the distribution that an output is for."""
-    distribution = known(asked(output))
+    distribution = described_by(asked(output))
     if not case.robot.sections[CONTROLLERS]:
         message = f'output "{output.name}" is for controllers, and the description has none'
         help = "name them: controllers: {NAME: {type: diff_drive}}"
@@ -134,7 +134,7 @@ def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
 def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
     """Yield that the hardware blocks are all written for another distribution."""
     blocks = {one.name: str(said) for one in case.robot.outputs if (said := one.options.get(_BLOCKS))}
-    if not case.robot.sections[CONTROL] or not blocks or distribution in map(known, blocks.values()):
+    if not case.robot.sections[CONTROL] or not blocks or distribution in map(described_by, blocks.values()):
         return
     name, said = next(iter(blocks.items()))
     message = f'output "{output.name}" is for {title(asked(output))}, and the hardware blocks of output "{name}" are'

@@ -1,6 +1,6 @@
 """The controllers of a description with all their parameters, and the text of controllers.yaml.
 
-What the description says goes before what the robot knows (``known``). Each number is written as its type wants it.
+What the description says goes before what the robot knows (``derived``). Each number is written as its type wants it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile import Diagnostic, Robot, Rule, Templates
 from rosorin_compile.backend.formats import HUMBLE, JAZZY, title
-from rosorin_compile.backend.formats import known as known_distribution
+from rosorin_compile.backend.formats import described_by as known_distribution
 from rosorin_compile.diagnostics import NOTE, Heading
 from rosorin_compile.model import Controller, Output
 
@@ -20,7 +20,7 @@ from ..parameters.tables import MANAGER, Kind, controller, manager
 from ..parameters.values import converted
 from ..sections.controllers import CONTROLLERS
 from ..sections.controllers.value import flat
-from .known import Known, known
+from .derived import Derived, derived
 from .types import full
 
 RULES = (
@@ -49,7 +49,7 @@ class Filled(NamedTuple):
     controller: Controller
     type: str
     values: Mapping[str, Any]
-    known: Known
+    known: Derived
     kind: Kind | None
 
 
@@ -58,7 +58,7 @@ def filled(robot: Robot, distribution: str) -> list[Filled]:
     made = []
     for one in robot.sections[CONTROLLERS]:
         kind = full(one.type)
-        found, knows = controller(kind, distribution), known(robot, one, kind)
+        found, knows = controller(kind, distribution), derived(robot, one, kind)
         values = {key: value for key, value in knows.values.items() if found is not None and key in found}
         if found is not None and _LATER in found:
             values = {key: value for key, value in values.items() if not key.startswith(_EARLIER)}

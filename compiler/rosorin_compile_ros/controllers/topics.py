@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from rosorin_compile import Robot
-from rosorin_compile.backend.formats import known
+from rosorin_compile.backend.formats import described_by
 from rosorin_compile.backend.sections import DRIVE
 
 from ..parameters.files import asked
@@ -63,7 +63,7 @@ def drivers(robot: Robot) -> list[Driver]:
     if output is None or not _is_whole(robot):
         return []
     space = str(output.options.get("namespace", "")).strip("/")
-    found = [_driver(one, space) for one in filled(robot, known(asked(output))) if one.type in _TOPICS]
+    found = [_driver(one, space) for one in filled(robot, described_by(asked(output))) if one.type in _TOPICS]
     return sorted(found, key=lambda driver: driver.one.controller.inactive)
 
 

@@ -17,7 +17,7 @@ from rosorin_compile.backend.sections import DRIVE
 from rosorin_compile.diagnostics import WARNING, Heading, did_you_mean, error, listed
 from rosorin_compile.model import Mesh, Output, Publisher, Sensor
 
-from ..controllers.known import owned
+from ..controllers.derived import owned
 from ..controllers.topics import Driver, drivers
 from ..navigation import AMCL, FILTER, SLAM, Found, Frames, frames_of, kind_of, told
 from ..parameters.files import Node, asked, nodes_of, text, value_of
@@ -75,7 +75,7 @@ _SENDING = ("controller_server", "behavior_server", "velocity_smoother", "collis
 _MEASURING = ("bt_navigator", "controller_server", "velocity_smoother")
 
 
-class Known(NamedTuple):
+class Basics(NamedTuple):
     """What a description knows for Nav2: the frames, the base frame of Nav2, and the positions of the joints."""
 
     frames: Frames
@@ -95,7 +95,7 @@ class Measured(NamedTuple):
     remarks: tuple[str, ...] = ()
 
 
-def known(robot: Robot, output: Output) -> tuple[Known | None, list[Found]]:
+def basics(robot: Robot, output: Output) -> tuple[Basics | None, list[Found]]:
     """Return what is known of a robot for an output without measuring it, and all that is wrong."""
     frames, wrong = frames_of(robot, output)
     pose = output.options.get("pose")
@@ -116,7 +116,7 @@ def known(robot: Robot, output: Output) -> tuple[Known | None, list[Found]]:
         way_out = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
         wrong.append(Found("navigation-no-map", message, (), way_out, WARNING, key=True))
     wrong += _unheard(robot, output)
-    return Known(frames, base, poses.get(pose, {}) if pose is not None else {}), wrong
+    return Basics(frames, base, poses.get(pose, {}) if pose is not None else {}), wrong
 
 
 def _left_out(robot: Robot, base: str, pose: str, positions: Mapping[str, float]) -> Iterator[Found]:
@@ -167,7 +167,7 @@ def _clouds(robot: Robot) -> Clouds:
     return cloud
 
 
-def measured(robot: Robot, output: Output, made: Known) -> tuple[Measured | None, list[Diagnostic]]:
+def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | None, list[Diagnostic]]:
     """Return the robot in numbers, and what is unusual; None where nobody knows how large it is."""
     corners, clouds = int(output.options.get("corners", CORNERS)), _clouds(robot)
     try:
@@ -212,7 +212,7 @@ def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
     return Diagnostic("nav2-footprint", WARNING, message, help=way_out)
 
 
-def _heights(robot: Robot, output: Output, made: Known, outline: Footprint) -> tuple[float, float]:
+def _heights(robot: Robot, output: Output, made: Basics, outline: Footprint) -> tuple[float, float]:
     """Return between which heights (m) something is an obstacle: over the floor, and as high as the robot reaches.
 
     A lidar of one plane sees at its own height: that is within, also where nothing of the robot is as high.
@@ -224,7 +224,7 @@ def _heights(robot: Robot, output: Output, made: Known, outline: Footprint) -> t
     return math.floor(low * _MILLIMETRES + 0.5) / _MILLIMETRES + 0.0, math.ceil(high * _MILLIMETRES) / _MILLIMETRES
 
 
-def _above(robot: Robot, made: Known, name: str) -> float:
+def _above(robot: Robot, made: Basics, name: str) -> float:
     """Return how high a sensor is over the frame that the odometry moves (m)."""
     frame = next(sensor.frame for sensor in robot.sensors if sensor.name == name)
     return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
@@ -258,12 +258,12 @@ def _article(word: str) -> str:
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield what is wrong with an entry."""
-    yield from told(case, output, lambda robot, output: known(robot, output)[1])
+    yield from told(case, output, lambda robot, output: basics(robot, output)[1])
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the parameters of a robot for Nav2. The options are in the record."""
-    made, found = known(robot, output)
+    made, found = basics(robot, output)
     wrong = [error(one.rule, one.message, None, one.help) for one in found if one.severity != WARNING]
     if made is None or wrong:
         return "", wrong
@@ -279,7 +279,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return text(robot, output, templates, head, list(_nodes(robot, output, made, size))), said
 
 
-def _nodes(robot: Robot, output: Output, made: Known, size: Measured | None) -> Iterator[Node]:
+def _nodes(robot: Robot, output: Output, made: Basics, size: Measured | None) -> Iterator[Node]:
     """Yield the nodes of Nav2, by the names that nav2_bringup gives them."""
     frames, base = made.frames, {"robot_base_frame": made.base}
     costmaps = {LOCAL: frames.odom, **({GLOBAL: frames.map} if frames.map else {})}
@@ -296,7 +296,7 @@ def _nodes(robot: Robot, output: Output, made: Known, size: Measured | None) -> 
         yield from _localisation(robot, output, frames)
 
 
-def _servers(output: Output, made: Known) -> dict[str, dict[str, Any]]:
+def _servers(output: Output, made: Basics) -> dict[str, dict[str, Any]]:
     """Return the frames of the servers of Nav2, as many as a distribution has of them."""
     frames, base = made.frames, {"robot_base_frame": made.base}
     found: dict[str, dict[str, Any]] = {}

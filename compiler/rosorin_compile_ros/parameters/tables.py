@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
-from rosorin_compile.backend.formats import HUMBLE, JAZZY, known
+from rosorin_compile.backend.formats import HUMBLE, JAZZY, described_by
 from rosorin_compile.backend.model import NODE
 from rosorin_compile.backend.support import data_folder
 from rosorin_compile.extending import world
@@ -169,7 +169,7 @@ def _data(name: str) -> Any:
 
 
 def _of_distribution(distribution: str) -> str:
-    return known(distribution) if distribution else ""
+    return described_by(distribution) if distribution else ""
 
 
 @cache

@@ -18,7 +18,7 @@ from rosorin_compile.backend.formats import (
     Joined,
     Placed,
     Reading,
-    meant,
+    correction,
     named,
     number_of,
     numbers,
@@ -148,7 +148,7 @@ class _Joining:
         found = [element.attributes.get(name) for name in names]
         missing = [name for name, one in zip(names, found, strict=True) if one is None or not one.value.strip()]
         if missing:
-            misspelt = any(meant(one, missing) for one in element.attributes if one not in _ATTRIBUTES)
+            misspelt = any(correction(one, missing) for one in element.attributes if one not in _ATTRIBUTES)
             if not misspelt or self.reading.options.lenient:  # else that is what there is to say
                 help = f"MoveIt passes over it: it has no {quoted(missing, 5)}"
                 self.reading.cannot_carry(named(element), element.span, help)

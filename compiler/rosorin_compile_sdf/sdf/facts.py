@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
     from rosorin_compile import Value
-    from rosorin_compile.backend.formats import Block, Held, Known
+    from rosorin_compile.backend.formats import Block, Expectation, Held
 
 _WORLD, _MODEL = "world", "__model__"
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -77,7 +77,7 @@ def read(text: str) -> Facts:
     return _read(_Sheet(text, "sdf")).facts
 
 
-def against(text: str, known: Known) -> Held:
+def against(text: str, known: Expectation) -> Held:
     """Return what an SDF says that is not known. Raises ValueError if it is damaged."""
     return _read(_Sheet(text, "sdf", known)).held()
 

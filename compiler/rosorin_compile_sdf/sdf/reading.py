@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from rosorin_compile import Diagnostic
-from rosorin_compile.backend.formats import Placed, Reading, meant, named
+from rosorin_compile.backend.formats import Placed, Reading, correction, named
 from rosorin_compile.backend.support import ANGLE, FAR, FULL_TURN, LENGTH
 from rosorin_compile.backend.xml import TEXT, Word
 from rosorin_compile.diagnostics import NOTE, Span, counted
@@ -159,7 +159,7 @@ class Numbers:
 def others(reading: Reading, element: Element, known: Collection[str], attributes: Collection[str]) -> list[Element]:
     """Return the elements within one that are none of the known words, nor misspelt ones, which are told."""
     strange = [child for child in element.children if child.tag not in known and not child.tag.startswith("xacro:")]
-    found = [child for child in strange if meant(child.tag, known) is None]
+    found = [child for child in strange if correction(child.tag, known) is None]
     reading.known(element, [*known, *(child.tag for child in found)], attributes, None)
     return found
 

@@ -368,10 +368,10 @@ def test_quiet(home: Path, capsys: Shown) -> None:
 
 
 def test_a_terminal_without_blocks_gets_letters(home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    from rosorin_compile_fleet.check import telling
+    from rosorin_compile_fleet.check import report
 
     file = swept(home, calibrated(9))
-    monkeypatch.setattr(telling, "_can_print", lambda _: False)
+    monkeypatch.setattr(report, "_can_print", lambda _: False)
     assert shown(capsys, file).isascii()
 
 

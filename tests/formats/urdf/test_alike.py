@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.known import Known
+from rosorin_compile.formats.expectation import Expectation
 from rosorin_compile.formats.urdf import facts
 from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.pipeline import Compiled
@@ -55,4 +55,4 @@ def test_one_that_is_not_like_the_others_is_found(chain: Compiled, which: int, o
 def test_what_is_not_well_formed_is_refused(chain: Compiled, old: str, new: str) -> None:
     assert chain.robot is not None
     with pytest.raises(ValueError, match="line"):
-        facts.against(chain.artifacts[0].text.replace(old, new, 1), Known(chain.robot))
+        facts.against(chain.artifacts[0].text.replace(old, new, 1), Expectation(chain.robot))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.known import Known
+from rosorin_compile.formats.expectation import Expectation
 from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.pipeline import Compiled
 from rosorin_compile_mujoco.mjcf import facts
@@ -61,4 +61,4 @@ def test_what_is_damaged_is_refused(chain: Compiled, old: str, new: str) -> None
     text = chain.artifacts[0].text
     assert old in text
     with pytest.raises(ValueError, match=r"."):
-        facts.against(text.replace(old, new, 1), Known(chain.robot))
+        facts.against(text.replace(old, new, 1), Expectation(chain.robot))

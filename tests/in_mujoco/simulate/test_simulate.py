@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.commands.given import Given
-from rosorin_compile.commands.understanding import Known, understood
+from rosorin_compile.commands.understanding import RobotCase, understood
 from rosorin_compile.diagnostics import Diagnostic, arrange
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.installing import pip_install
@@ -34,7 +34,7 @@ pytestmark = pytest.mark.slow  # MuJoCo, and seconds of simulation
 CASES = sorted((DATA / "simulation").glob("*.yaml"))
 
 
-def known(path: Path) -> tuple[Known, Description]:
+def known(path: Path) -> tuple[RobotCase, Description]:
     description = Description("bad", path, Path("outputs"))
     found = understood(Given({}, ()), description, Console("json"))
     assert found is not None

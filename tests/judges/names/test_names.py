@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.commands.completion import known
+from rosorin_compile.commands.completion import robot_names
 from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.frontend.expand import expand
@@ -121,7 +121,11 @@ def completed(place: Place, folder: Path) -> str:
     """What completes a line in a shell knows the name."""
     path = dumped(folder, plain(place.fragment))
     of = _OFFERED.get(place.kind)
-    return "offered" if of and place.name in known.names(known.Subject((str(path),), {}, {}), of) else "not offered"
+    return (
+        "offered"
+        if of and place.name in robot_names.names(robot_names.Subject((str(path),), {}, {}), of)
+        else "not offered"
+    )
 
 
 def written(place: Place, folder: Path) -> str:
@@ -168,7 +172,7 @@ def asked(check: str, place: Place) -> bool:
 @pytest.fixture(autouse=True)
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the completion take its time: a machine may be busy."""
-    monkeypatch.setattr(known, "PATIENCE", 60)
+    monkeypatch.setattr(robot_names, "PATIENCE", 60)
 
 
 def test_each_text_of_the_schema_is_a_place_or_no_name() -> None:

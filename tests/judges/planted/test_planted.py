@@ -16,7 +16,7 @@ import pytest
 
 from judges.planted.planting import Planted, drawn, one_of_each, planted, planted_in_lists
 from rosorin_compile.formats import Artifact
-from rosorin_compile.formats.known import Known
+from rosorin_compile.formats.expectation import Expectation
 from rosorin_compile.meaning.agreement import agrees
 from rosorin_compile.meaning.golden import compare
 from rosorin_compile.model import Robot
@@ -79,7 +79,7 @@ def of_each_kind(step: int = 1) -> list[Told]:
     every_word = [path for path in EVERY_WORD if "robot:" in path.read_text("utf-8")]
     for path in (*every_word, *reversed(ROBOTS)):
         robot, artifacts = _compiled(path)
-        model = Known(robot)
+        model = Expectation(robot)
         for artifact in artifacts:
             every = [*planted(artifact.text, artifact.file), *planted_in_lists(artifact.text, artifact.file)]
             for change in one_of_each(every, had.setdefault(artifact.backend, set()), SEED)[::step]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main, parser
-from rosorin_compile.commands.completion import known
+from rosorin_compile.commands.completion import robot_names
 from rosorin_compile.commands.completion.candidates import CommandLine, candidates, kind, kinds, slots
 from rosorin_compile.commands.completion.line import split
 from rosorin_compile.commands.parser import Parser
@@ -56,7 +56,7 @@ FREE |= {"PULSE", "VALUE", "PLACE", "TOPIC", "SPDX", "URL", "ADDRESS", "VIEW", "
 def words(line: str, *more: str) -> list[str]:
     """Return what may stand at the end of a line."""
     forget()  # a process answers once
-    known._spent.clear()
+    robot_names._spent.clear()
     *before, current = [*line.split(" "), *more]
     return [one.word for one in candidates(before, current, OURS)]
 
@@ -232,17 +232,18 @@ def test_the_entries_of_every_section_can_be_asked_for(project: Path) -> None:
     for text in (f"{whole}\n{section}", f"{whole}\nmjcf_sensors:\n  ticks: {{kind: clock}}\nlinks: ["):
         robot.write_text(text)
         forget()
-        assert list(known.names(known.Subject(("handy",), {}, {}), "mjcf_sensors")) == ["ticks"]
+        assert list(robot_names.names(robot_names.Subject(("handy",), {}, {}), "mjcf_sensors")) == ["ticks"]
     robot.write_text(f"{whole}\n{section}")
     assert words("explain handy ti") == ["ticks"]
 
 
 @pytest.mark.usefixtures("project")
 def test_what_each_entry_is_goes_with_its_name() -> None:
-    found = {of: known.names(known.Subject(("handy",), {}, {}), of) for of in ("sensors", "outputs", "poses")}
+    handy = robot_names.Subject(("handy",), {}, {})
+    found = {of: robot_names.names(handy, of) for of in ("sensors", "outputs", "poses")}
     assert found == {"sensors": {"eye": "camera"}, "outputs": {"urdf": "handy.urdf"}, "poses": {"open": ""}}
-    assert known.names(known.Subject(("handy",), {}, {}), "links")["shelf"] == "on base_link"
-    assert known.names(known.Subject(("handy",), {}, {}), "joints")["shelf_joint"] == "fixed, base_link -> shelf"
+    assert robot_names.names(handy, "links")["shelf"] == "on base_link"
+    assert robot_names.names(handy, "joints")["shelf_joint"] == "fixed, base_link -> shelf"
 
 
 def test_a_broken_description_has_names_that_stand_in_its_entries(project: Path) -> None:
@@ -253,8 +254,8 @@ def test_a_broken_description_has_names_that_stand_in_its_entries(project: Path)
 
 
 def test_what_takes_long_has_the_names_of_its_text(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(known, "PATIENCE", 0.0)
-    monkeypatch.setattr(known, "_LEAST", 1e-5)
+    monkeypatch.setattr(robot_names, "PATIENCE", 0.0)
+    monkeypatch.setattr(robot_names, "_LEAST", 1e-5)
     assert words("tf sh") == []
     robot = project / "descriptions" / "handy" / "robot.yaml"
     edit(robot, "links: {base_link: {}, shelf: {", "links:\n  base_link: {}\n  shelf: {")
@@ -303,10 +304,10 @@ def test_what_others_print_is_no_candidate(
     project: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert project.is_dir()
-    monkeypatch.setattr(known, "names", lambda *_: print("hello") or print("oh", file=sys.stderr) or {"odom": ""})
+    monkeypatch.setattr(robot_names, "names", lambda *_: print("hello") or print("oh", file=sys.stderr) or {"odom": ""})
     assert main(["complete", "--", "tf", "o"]) == 0
     assert capfd.readouterr() == ("odom\nodom:=\n", "")
-    monkeypatch.setattr(known, "names", lambda *_: parser(["nosuch"]))
+    monkeypatch.setattr(robot_names, "names", lambda *_: parser(["nosuch"]))
     assert main(["complete", "--", "tf", "o"]) == 0
     assert capfd.readouterr() == ("", "")
 
@@ -335,15 +336,15 @@ def test_names_that_are_no_line_are_left_out(project: Path, capsys: pytest.Captu
 def test_several_slow_robots_take_the_patience_of_one(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert project.is_dir()
     limits: list[float] = []
-    monkeypatch.setattr(known.signal, "setitimer", lambda _, limit: limits.append(limit))
-    for spent in (0, known.PATIENCE - 0.5, known.PATIENCE):
-        known._spent[:] = [spent]
+    monkeypatch.setattr(robot_names.signal, "setitimer", lambda _, limit: limits.append(limit))
+    for spent in (0, robot_names.PATIENCE - 0.5, robot_names.PATIENCE):
+        robot_names._spent[:] = [spent]
         forget()
-        assert "odom" in known.names(known.Subject((), {}, {}), "frames")
+        assert "odom" in robot_names.names(robot_names.Subject((), {}, {}), "frames")
     assert [limit > 0 for limit in limits] == [True, False] * 3
-    assert limits[0] == known.PATIENCE
+    assert limits[0] == robot_names.PATIENCE
     assert limits[2] == pytest.approx(0.5)
-    assert limits[4] == known._LEAST
+    assert limits[4] == robot_names._LEAST
 
 
 def test_the_help_goes_with_the_word(project: Path, capsys: pytest.CaptureFixture[str]) -> None:

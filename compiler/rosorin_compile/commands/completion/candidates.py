@@ -21,7 +21,7 @@ from ... import world
 from ..calling import called
 from ..parser import Parser
 from ..registry import names
-from . import known
+from . import robot_names
 
 _MAX_HELP = 70
 MAX_FILES = 2000
@@ -217,7 +217,7 @@ def _others(command: Parser, typed: Typed) -> list[str]:
     return [word for word in typed.words if not (":=" in word and _takes_arguments(command))]
 
 
-def _asked(command: Parser, typed: Typed) -> known.Subject:
+def _asked(command: Parser, typed: Typed) -> robot_names.Subject:
     """Return which robots a line asks about, with which arguments."""
     names = [word for dest in ("robot", "words") for word in typed.values.get(dest, ())]
     for index, word in enumerate(_others(command, typed)):
@@ -231,10 +231,10 @@ def _asked(command: Parser, typed: Typed) -> known.Subject:
             texts[name.removesuffix(":")] = value
     folders = dict.fromkeys(typed.values.get("packages", ()))
     packages = {name: Path(path) for name, _, path in (text.partition("=") for text in folders) if name and path}
-    return known.Subject(tuple(names), texts, packages)
+    return robot_names.Subject(tuple(names), texts, packages)
 
 
-def _of_kind(name: str, asked: known.Subject, current: str) -> list[Candidate]:
+def _of_kind(name: str, asked: robot_names.Subject, current: str) -> list[Candidate]:
     """Return what there is for a place of a name such as FRAME or JOINT=VALUE."""
     left, equals, right = name.partition("=")
     if name.startswith("{"):
@@ -252,10 +252,10 @@ def _of_kind(name: str, asked: known.Subject, current: str) -> list[Candidate]:
     return [one._replace(word=f"{typed}{mark}{one.word}") for one in _beginning(values, rest)]
 
 
-def _all(name: str, asked: known.Subject, current: str) -> Iterable[Candidate]:
+def _all(name: str, asked: robot_names.Subject, current: str) -> Iterable[Candidate]:
     """Return all there is of a kind, files only as far as they are typed."""
     if name.startswith("VALUE OF "):
-        return [Candidate(value) for value in known.values(asked, name.removeprefix("VALUE OF "))]
+        return [Candidate(value) for value in robot_names.values(asked, name.removeprefix("VALUE OF "))]
     of_kind = kinds().get("FILE" if name.startswith("FILE") else name)
     return of_kind(asked, current) if of_kind else ()
 
@@ -264,23 +264,23 @@ def _beginning(found: Iterable[Candidate], current: str) -> list[Candidate]:
     return [one for one in found if one.word.startswith(current)]
 
 
-def _names(of_robot: str) -> Callable[[known.Subject, str], list[Candidate]]:
-    return lambda asked, _: [Candidate(name, help) for name, help in known.names(asked, of_robot).items()]
+def _names(of_robot: str) -> Callable[[robot_names.Subject, str], list[Candidate]]:
+    return lambda asked, _: [Candidate(name, help) for name, help in robot_names.names(asked, of_robot).items()]
 
 
-def _robots(asked: known.Subject, current: str) -> list[Candidate]:
+def _robots(asked: robot_names.Subject, current: str) -> list[Candidate]:
     """Return the robots of this project, then files and folders that may be one; each once."""
     given = {*asked.robots}
-    named = [Candidate(name, "robot of this project") for name in known.robots() if name not in given]
-    with_endings = known.robot_endings()
+    named = [Candidate(name, "robot of this project") for name in robot_names.robots() if name not in given]
+    with_endings = robot_names.robot_endings()
     return [*named, *map(Candidate, files(current, with_endings))]
 
 
-def _checks(_: known.Subject, __: str) -> list[Candidate]:
+def _checks(_: robot_names.Subject, __: str) -> list[Candidate]:
     return [Candidate(name, help) for name, help in names("checks").items()]
 
 
-def _rules(_: known.Subject, __: str) -> list[Candidate]:
+def _rules(_: robot_names.Subject, __: str) -> list[Candidate]:
     from ..rule import every
 
     return [Candidate(id, _plain(rule.what)) for id, rule in sorted(every().items())]
@@ -291,23 +291,23 @@ def _plain(text: str) -> str:
     return text if len(text) <= _MAX_HELP else f"{text[:_MAX_HELP].rpartition(' ')[0]} ..."
 
 
-def _templates(_: known.Subject, __: str) -> list[Candidate]:
+def _templates(_: robot_names.Subject, __: str) -> list[Candidate]:
     from ..init import TEMPLATES
 
     return [Candidate(name, template.what) for name, template in TEMPLATES.items()]
 
 
-def _schemas(_: known.Subject, __: str) -> list[Candidate]:
+def _schemas(_: robot_names.Subject, __: str) -> list[Candidate]:
     from ..schema import names
 
     return [Candidate(name, what) for name, what in names().items()]
 
 
-def _artifacts(asked: known.Subject, _: str) -> list[Candidate]:
+def _artifacts(asked: robot_names.Subject, _: str) -> list[Candidate]:
     """Return the outputs of a robot, and the formats that it does not list."""
     from ...formats import FORMATS
 
-    outputs = known.names(asked, "outputs")
+    outputs = robot_names.names(asked, "outputs")
     formats = {name: "format, by its defaults" for name, one in FORMATS.items() if one.write and name not in outputs}
     return [Candidate(name, help) for name, help in {**outputs, **formats}.items()]
 
@@ -342,7 +342,7 @@ def files(current: str, endings: Sequence[str] | None = None) -> list[str]:
 
 
 # What there is for the name of a place, beside what the entries of a section are called.
-_KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
+_KINDS: dict[str, Callable[[robot_names.Subject, str], Iterable[Candidate]]] = {
     "ROBOT": _robots,
     "CHECK": _checks,
     "FILE": lambda _, current: map(Candidate, files(current)),
@@ -355,7 +355,7 @@ _KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
     "THING": _names("things"),
     "NODE": _names("nodes"),
     "ARTIFACT": _artifacts,
-    "ARGUMENT": _names(known.ARGUMENTS),
+    "ARGUMENT": _names(robot_names.ARGUMENTS),
     "ID": _rules,
     "SCHEMA": _schemas,
     "TEMPLATE": _templates,
@@ -363,7 +363,7 @@ _KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
 
 
 @cache
-def kinds() -> Mapping[str, Callable[[known.Subject, str], Iterable[Candidate]]]:
+def kinds() -> Mapping[str, Callable[[robot_names.Subject, str], Iterable[Candidate]]]:
     """Return what there is for the name of a place; a name that is not there is free text.
 
     ``JOINT`` is one of the entries of the section in which a joint is called so.

@@ -13,7 +13,7 @@ from ..answer import give_result
 from ..older import later_robot
 from ..robots import one
 from ..run import Run
-from ..understanding import Known, understood
+from ..understanding import RobotCase, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _of(robot: Robot, name: str, asked: float) -> Row:
     return Row(robot.joint[name], group, found.pulse, found.position, asked)
 
 
-def _show(known: Known, rows: list[Row], options: argparse.Namespace, console: Console) -> int:
+def _show(known: RobotCase, rows: list[Row], options: argparse.Namespace, console: Console) -> int:
     """Print the rows, or the calibration where nothing is asked; say what is beyond a limit."""
     from ...diagnostics import ERROR, WARNING
     from .states import beyond, beyond_limit

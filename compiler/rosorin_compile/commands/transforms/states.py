@@ -16,7 +16,7 @@ from ...model.kinematics.quaternions import FORMS, KINDS, Position, Positions, a
 from ...numbers import exact
 from ...sections.servos.pulses import NoPulse, NoServo, to_radians
 from ...units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of, unknown_unit
-from ..understanding import Known
+from ..understanding import RobotCase
 from ..usage import WrongUsage
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def asked_for(case: Case, options: argparse.Namespace, console: Console) -> dict
     except NoPulse as problem:
         console.warn(f"rosorin-compile: {problem}")
         return None
-    console.show([beyond_limit(Known(case.robot, case), found, WARNING) for found in beyond(case.robot, state)])
+    console.show([beyond_limit(RobotCase(case.robot, case), found, WARNING) for found in beyond(case.robot, state)])
     return state
 
 
@@ -227,7 +227,7 @@ def beyond(robot: Robot, state: Positions) -> Iterator[Beyond]:
             yield Beyond(joint, here, "upper", upper)
 
 
-def beyond_limit(known: Known, found: Beyond, severity: str) -> Diagnostic:
+def beyond_limit(known: RobotCase, found: Beyond, severity: str) -> Diagnostic:
     """Return what is to say about a position beyond a limit, at the place of the limit."""
     joint, side = found.joint, "below" if found.side == "lower" else "above"
     unit = "m" if joint.type == "prismatic" else "rad"

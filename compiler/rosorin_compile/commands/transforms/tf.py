@@ -16,7 +16,7 @@ from ..answer import give_result
 from ..given import Given
 from ..robots import one
 from ..run import Run
-from ..understanding import Known, mode_states, understood
+from ..understanding import RobotCase, mode_states, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def _has_frames(given: Given, robot: str, frames: list[str]) -> bool:
     return known is not None and set(frames) <= set(Graph(known.robot).frames)
 
 
-def _asked(known: Known, options: argparse.Namespace) -> Asked:
+def _asked(known: RobotCase, options: argparse.Namespace) -> Asked:
     """Return the states that the options ask for. Raises WrongUsage, NoPulse."""
     from ...sections.servos.pulses import NoServo
     from .states import NoState, given, states, sweep_of
@@ -156,7 +156,7 @@ def _asked(known: Known, options: argparse.Namespace) -> Asked:
         raise WrongUsage(str(problem.args[0])) from None
 
 
-def _limits(known: Known, asked: Asked, strict: bool, console: Console) -> int:
+def _limits(known: RobotCase, asked: Asked, strict: bool, console: Console) -> int:
     """Say which positions are beyond a limit, each joint and side once; PROBLEMS if they are refused."""
     from ...diagnostics import ERROR, WARNING
     from .states import beyond, beyond_limit
@@ -171,7 +171,9 @@ def _limits(known: Known, asked: Asked, strict: bool, console: Console) -> int:
     return PROBLEMS if found and strict else FINE
 
 
-def _answer(known: Known, source: str, target: str, asked: Asked, options: argparse.Namespace, console: Console) -> int:
+def _answer(
+    known: RobotCase, source: str, target: str, asked: Asked, options: argparse.Namespace, console: Console
+) -> int:
     """Print the answer for each state."""
     from ...model.kinematics.graph import Graph, NoWay
     from ...model.kinematics.lookup import lookup
@@ -217,7 +219,7 @@ def _form(answers: Sequence[Answer], asked: Asked, options: argparse.Namespace) 
     return "\n".join(blocks)
 
 
-def _in_modes(known: Known, modes: list[str]) -> Robot:
+def _in_modes(known: RobotCase, modes: list[str]) -> Robot:
     """Return the robot with the edges of some modes only; of all if none are named. Raises WrongUsage."""
     from dataclasses import replace
 
@@ -230,7 +232,7 @@ def _in_modes(known: Known, modes: list[str]) -> Robot:
     return replace(robot, edges=tuple(edge for edge in robot.edges if conditions.holds(edge.when, combination)))
 
 
-def _no_way(known: Known, problem: NoWay) -> Diagnostic:
+def _no_way(known: RobotCase, problem: NoWay) -> Diagnostic:
     """Return why the description has no answer: which edges are missing, who publishes them, and when."""
     from ...diagnostics import error
     from .echo import who
@@ -260,7 +262,7 @@ def _when(when: str) -> str:
     return f"when {when}" if when else "always"
 
 
-def _remarks(known: Known, answer: Answer) -> list[Diagnostic]:
+def _remarks(known: RobotCase, answer: Answer) -> list[Diagnostic]:
     """Return notes on transforms of the way that the running robot has only sometimes, or not at all."""
     from ...diagnostics import NOTE
 

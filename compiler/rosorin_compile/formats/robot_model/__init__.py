@@ -23,9 +23,9 @@ from ...startup.remembering import remembered
 from ..format import Facts, Format, Importing, InRos, Opened, Proving, Value, Writing
 
 if TYPE_CHECKING:
+    from ..expectation import Block, Expectation, Held
     from ..facts import Sheet
     from ..imported import Imported
-    from ..known import Block, Held, Known
     from ..templating import Templates
 
 RULES = (
@@ -235,7 +235,7 @@ def read(text: str) -> Facts:
     return _read(json_of(text, _no_number), Sheet()).facts
 
 
-def against(text: str, known: Known) -> Held:
+def against(text: str, known: Expectation) -> Held:
     """Return what a driver's model says that is not known. Raises ValueError if the text is none."""
     from ..facts import Sheet
 

@@ -25,8 +25,8 @@ from ..format import Fact, Facts
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
+    from ..expectation import Block, Expectation, Held
     from ..format import Value
-    from ..known import Block, Held, Known
 
 _MOVING = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "planar": "m"}
 _OF_ROBOT = ("link", "joint", "material")
@@ -43,7 +43,7 @@ def read(text: str) -> Facts:
     return _read(FactSheet(text, "robot")).facts
 
 
-def against(text: str, known: Known) -> Held:
+def against(text: str, known: Expectation) -> Held:
     """Return what a URDF says that is not known. Raises ValueError if it is damaged."""
     return _read(FactSheet(text, "robot", known)).held()
 

@@ -175,7 +175,7 @@ class Reading:
         if self.options.lenient:
             return missing
         others = [other for other in element.attributes if other not in _ATTRIBUTES]
-        return [name for name in missing if not any(meant(other, [name]) for other in others)]
+        return [name for name in missing if not any(correction(other, [name]) for other in others)]
 
     def known(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
         """Look for what a reader of this element does not know.
@@ -190,7 +190,7 @@ class Reading:
                 help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded"
                 self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span, help)
                 continue
-            near = meant(child.tag, tags)
+            near = correction(child.tag, tags)
             if near is not None:
                 self._misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
             elif keep is None:
@@ -208,7 +208,7 @@ class Reading:
                 )
 
     def _unknown(self, what: str, name: str, legal: Collection[str], element: Element, span: Span) -> None:
-        near = meant(name, [other for other in legal if other not in element.attributes])
+        near = correction(name, [other for other in legal if other not in element.attributes])
         if near is None:
             self.cannot_carry(f"{what} of {named(element)}", span)
         else:
@@ -276,7 +276,7 @@ def put(entry: Map, key: str, value: Any, element: Element) -> None:
     entry.put(key, value, element.span, element.span)
 
 
-def meant(word: str, known: Iterable[str]) -> str | None:
+def correction(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that ``word`` is a misspelling of, None if it is a word of its own.
 
     One letter too many, too few, wrong or swapped is a misspelling, of long words two; so is another case. A word with

@@ -241,7 +241,7 @@ def _of_type(value: Any, wanted: str) -> Any:
 
 def _way_out(value: Any, wanted: str) -> str:
     """Return the way out for a value of another type than its parameter has."""
-    from ..meant import flag_meant, number_meant
+    from ..suggestions import flag_meant, number_meant
 
     if wanted == "boolean":
         return flag_meant(value) or "write true or false"

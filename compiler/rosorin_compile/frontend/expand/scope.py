@@ -354,7 +354,7 @@ class Scope:
         if isinstance(resolved, bool):
             return resolved
         what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
-        from ..meant import flag_meant
+        from ..suggestions import flag_meant
         from .tracing import given_at
 
         help = flag_meant(resolved) or "compare it: ${n > 0}"
@@ -455,7 +455,7 @@ class Scope:
 
     def _tell_text(self, name: str, text: str, used: Place) -> None:
         """Report a name that stands for a text which was to be a number, at its own place."""
-        from ..meant import number_meant
+        from ..suggestions import number_meant
         from .tracing import Traced, given
 
         trace = given(self, [name]) or Traced(self.place_of(name) or used.span)

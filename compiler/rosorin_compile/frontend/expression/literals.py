@@ -113,7 +113,7 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
     for match in re.finditer(_NO_UNIT, plain):
         word = match[2]
         if word not in _WORDS and word not in UNITS and word not in CONSTANTS:
-            from ..meant import unit_meant
+            from ..suggestions import unit_meant
 
             meant = unit_meant(word, [])
             help = f"write {match[1]} {meant}" if meant else "a unit such as mm, kg, deg or N*m; or * for a product"

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile import Robot
-from rosorin_compile.backend.formats import HUMBLE, attributes, known
+from rosorin_compile.backend.formats import HUMBLE, attributes, described_by
 from rosorin_compile.backend.support import NumberFormat
 from rosorin_compile.backend.xml import escape
 from rosorin_compile.model import Joint, Output
@@ -25,7 +25,7 @@ OPTION = "control"
 def asked(output: Output) -> str:
     """Return the distribution that an output has hardware blocks for, humble or jazzy; empty for none."""
     said = output.options.get(OPTION)
-    return known(str(said)) if said else ""
+    return described_by(str(said)) if said else ""
 
 
 def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:

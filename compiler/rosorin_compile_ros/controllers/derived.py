@@ -55,34 +55,34 @@ _SENSORS = {
 }
 
 
-class Known(NamedTuple):
+class Derived(NamedTuple):
     """Parameters by their keys, as many as the robot knows, and why it does not know others, in words."""
 
     values: Mapping[str, Any]
     why_not: str = ""
 
 
-def known(robot: Robot, controller: Controller, kind: str) -> Known:
+def derived(robot: Robot, controller: Controller, kind: str) -> Derived:
     """Return what a robot knows of the parameters of a controller; of all distributions."""
     if kind in _KINDS:
         return _of_drive(robot, controller, kind)
     if kind in _SENSORS:
         return _of_sensor(robot, controller, _SENSORS[kind])
-    return Known(_of_joints(robot, controller, kind))
+    return Derived(_of_joints(robot, controller, kind))
 
 
-def _of_drive(robot: Robot, controller: Controller, kind: str) -> Known:
+def _of_drive(robot: Robot, controller: Controller, kind: str) -> Derived:
     drive = robot.sections[DRIVE]
     if drive is None:
-        return Known({}, "the description has no drive")
+        return Derived({}, "the description has no drive")
     if drive.kind not in _KINDS[kind]:
-        return Known({}, f"the drive is {drive.kind}, not {_KINDS[kind][0]}")
+        return Derived({}, f"the drive is {drive.kind}, not {_KINDS[kind][0]}")
     try:
         driving = driving_of(robot)
     except ValueError as problem:
-        return Known({}, str(problem))
+        return Derived({}, str(problem))
     values = {**_frames(robot, controller, driving), **_DRIVES[drive.kind](robot, driving)}
-    return Known({key: _short(value) for key, value in values.items()})
+    return Derived({key: _short(value) for key, value in values.items()})
 
 
 def _short(value: Any) -> Any:
@@ -231,15 +231,15 @@ def _speeds(robot: Robot, driving: Driving, around: float, along: tuple[str, ...
     return values
 
 
-def _of_sensor(robot: Robot, controller: Controller, kind: str) -> Known:
+def _of_sensor(robot: Robot, controller: Controller, kind: str) -> Derived:
     named = [one for one in robot.sensors if one.name == controller.sensor]
     found = named or [one for one in robot.sensors if one.type == kind and not controller.sensor]
     if controller.sensor and not named:
-        return Known({}, f'there is no sensor "{controller.sensor}"')
+        return Derived({}, f'there is no sensor "{controller.sensor}"')
     if len(found) != 1:
         why = f"the description has {len(found) or 'no'} sensors of type {kind}"
-        return Known({}, f"{why}: say which, sensor: NAME" if found else why)
-    return Known({"sensor_name": found[0].name, "frame_id": found[0].frame})
+        return Derived({}, f"{why}: say which, sensor: NAME" if found else why)
+    return Derived({"sensor_name": found[0].name, "frame_id": found[0].frame})
 
 
 # The interface that a controller commands by its type.

@@ -13,7 +13,7 @@ from rosorin_compile.extending import Description, LoadError, WrongUsage, world
 
 from . import record as records
 from .record import ENDING, Record, text_of
-from .telling import in_the_way, of_proof, told
+from .report import in_the_way, of_proof, told
 from .together import proved, put_together
 
 

@@ -1,4 +1,4 @@
-"""Known: what the model says, thing by thing as it is asked for, to hold an artifact against while that is read."""
+"""Expectation: what the model says, thing by thing as it is asked for, while an artifact is held against it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Held(NamedTuple):
     data: object = None
 
 
-class Known:
+class Expectation:
     """What the model says about frames, joints and masses, in the terms of the artifacts.
 
     ``names`` are the names of links by those that an artifact has for them, ``joints`` those of joints, ``solids`` the
@@ -67,11 +67,11 @@ class Known:
 
     def of(
         self, names: Mapping[str, str], inertials: Mapping[str, Inertial], joints: Mapping[str, str] | None = None
-    ) -> Known:
+    ) -> Expectation:
         """Return what is known for an artifact that has other names, or in which some links weigh something else."""
         if not names and not inertials and not joints:
             return self
-        other = Known.__new__(Known)
+        other = Expectation.__new__(Expectation)
         other.__dict__.update(self.__dict__)
         other.names = names
         other.joints = joints or {}

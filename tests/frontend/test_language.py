@@ -303,3 +303,10 @@ def test_a_pipe_in_place_of_a_file_is_told_and_not_waited_for(tmp_path: Path) ->
         assert found.rule == rule
         assert found.message.endswith("pipe.yaml is not a regular file")
         assert found.span.line == 2
+
+
+def test_what_an_expression_has_written_changes_no_quantity_that_is_written_elsewhere() -> None:
+    plain = Quantity.parse("5 mm")
+    assert plain is not None
+    evaluate("5mm + 1*mm", {}.__getitem__)
+    assert (plain.text, Quantity.parse("5 mm").text) == ("5 mm", "5 mm")  # type: ignore[union-attr]

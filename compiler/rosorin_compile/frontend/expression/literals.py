@@ -48,10 +48,10 @@ def masked(text: str) -> tuple[str, Mapping[tuple[int, int], Literal]]:
         if not unit or match.start() < end:
             continue
         start, stop = match.start(), match.start("unit") + len(unit)
-        value = Quantity.parse(f"{match['number']} {unit}")
-        if value is None:
+        parsed = Quantity.parse(f"{match['number']} {unit}")
+        if parsed is None:
             continue
-        value.text = text[start:stop]
+        value = Quantity(parsed, parsed.dimension, text[start:stop])  # what was parsed is shared by all who ask
         _check_neighbours(text, start, stop, unit)
         line, begin = text.count("\n", 0, start) + 1, text.rfind("\n", 0, start) + 1
         # Python's parser counts bytes.

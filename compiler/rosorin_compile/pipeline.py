@@ -94,7 +94,7 @@ class Compiled:
         return files
 
     def proven(self) -> Compiled:
-        """Return it once it is read back: without artifacts, and why, if they say another thing than the robot."""
+        """Read the artifacts back; if one contradicts the robot, return the result without them and with the reason."""
         from .meaning.agreement import agreement
 
         wrong = agreement(self.robot, self.artifacts) if self.robot is not None else []

@@ -180,7 +180,7 @@ def _kind(path: Path) -> str:
 
 
 def _alike(path: Path) -> str:
-    """Return a file of the same folder whose name is nearly that, in words."""
+    """Return "did you mean FILE?" for a file of the same folder with nearly that name; empty if there is none."""
     close = Description.nearest_file(path)
     return f'; did you mean "{close}"?' if close else ""
 

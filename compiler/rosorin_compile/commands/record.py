@@ -48,7 +48,7 @@ class Command:
     hidden: bool = False
 
     def __post_init__(self) -> None:
-        """Raise TypeError or ValueError for what cannot be."""
+        """Check the fields. Raises TypeError or ValueError for one that no record may have."""
         _check_fields(self)
 
 
@@ -70,5 +70,5 @@ class Check:
     each: str = ""
 
     def __post_init__(self) -> None:
-        """Raise TypeError or ValueError for what cannot be."""
+        """Check the fields. Raises TypeError or ValueError for one that no record may have."""
         _check_fields(self)

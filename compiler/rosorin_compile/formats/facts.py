@@ -209,7 +209,7 @@ class Sheet:
                 self.take("joint", name, "child", Value(child))
 
     def named(self, link: str) -> str:
-        """Return the name that the robot has for a link of the artifact, as far as that is known."""
+        """Return what the robot calls a link of the artifact; the name as it is where no other is known."""
         return link if self.known is None else self.known.names.get(link, link)
 
     def joint(self, name: str) -> str:
@@ -240,7 +240,7 @@ class Sheet:
     def add_pose(
         self, child: str, pose: Pose, metres: Vector = NO_TOLERANCE, radians: Vector = NO_TOLERANCE, which: str = ""
     ) -> None:
-        """Take down where a frame sits, as ``frame_facts``; ``which`` as in ``add_parent``."""
+        """Add the facts of a frame's pose, those of ``frame_facts``; ``which`` as in ``add_parent``."""
         if self.known is not None:
             meant = self.known.place(f"{child}{which}")
             if meant is None or (meant.xyz == pose.xyz and meant.rpy == pose.rpy):

@@ -140,7 +140,7 @@ class Node(NamedTuple):
 
 
 def texts(entry: Mapping[str, Any]) -> dict[str, str]:
-    """Return the keys of an entry whose values are texts, with them."""
+    """Return those keys of an entry whose values are texts, each with its text."""
     return {key: value for key, value in entry.items() if isinstance(value, str)}
 
 

@@ -42,7 +42,7 @@ class _Walk:
         return replace(found, values=values, said=said)
 
     def _value(self, node: Node, value: Any) -> Any:
-        """Return the value of a section: it, or each of its entries, may know by itself how it is renamed."""
+        """Return the value of a section under new names: by its own ``renamed``, or by that of each of its entries."""
         if isinstance(value, tuple) and any(hasattr(one, "renamed") for one in value):
             return tuple(self._value(node, one) for one in value)
         rename = getattr(value, "renamed", None)

@@ -222,7 +222,7 @@ def _marks(numbers: Iterable[float], near: float) -> list[float]:
 def _columns(
     boxes: Sequence[Box], xs: Sequence[float], ys: Sequence[float], near: float
 ) -> dict[tuple[int, int], list[tuple[float, float]]]:
-    """Return from where to where boxes fill the columns between the marks along x and y."""
+    """Return, for each column between the marks along x and y, the ranges of z that boxes fill."""
     filled: dict[tuple[int, int], list[tuple[float, float]]] = {}
     for box in sorted(boxes, key=lambda box: box.lower[2]):
         (a, b, low), (c, d, high) = box.lower, box.upper

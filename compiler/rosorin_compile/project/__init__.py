@@ -294,7 +294,7 @@ class Resolved(NamedTuple):
 
 
 def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:
-    """Return where a name led, with absolute paths."""
+    """Return the note of a lookup: what was looked for, by whom, and the path it led to, absolute; empty for none."""
     return Resolved(kind, name, os.path.abspath(by) if by else "", "" if answer is None else os.path.abspath(answer))
 
 

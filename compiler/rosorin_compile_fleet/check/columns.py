@@ -387,7 +387,7 @@ def _cover(firsts: Mapping[str, _First]) -> tuple[str, ...]:
 
 
 def recognised(name: str, text: str) -> tuple[Format | None, Facts]:
-    """Return the format of an artifact, by its name and its text, and what it says; None for one that has no facts."""
+    """Return the format of an artifact, known by name and text, with its facts; None if that format has no facts."""
     best: tuple[Format | None, Facts] = (None, {})
     for format in FORMATS.values():
         if format.facts is None or not _may_be(format, name):

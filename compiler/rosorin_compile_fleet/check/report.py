@@ -148,7 +148,7 @@ def add_table(rows: Sequence[Row], console: Console) -> None:
 
 
 def told_of(row: Row) -> FleetNumber:
-    """Return a number that differs for a program."""
+    """Return a number that differs between robots in the form for programs (JSON)."""
     spread = row.spread
     return FleetNumber(
         row.label,

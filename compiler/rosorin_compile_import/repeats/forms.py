@@ -123,7 +123,7 @@ def _zeros(entry: Form) -> None:
 
 
 def _body(entry: Form) -> Form:
-    """Return the form of a link with what is zero when nothing is said, so that it can be compared."""
+    """Return the form of a link with its defaults (zeros) written out, so that two forms can be compared."""
     for shape in (*(entry.get("visual") or ()), *(entry.get("collision") or ())):
         _zeros(shape)
         if isinstance(shape.get("mesh"), dict) and "scale" not in shape["mesh"]:

@@ -313,7 +313,7 @@ class Rendering:
         }
 
     def unary(self, node: ast.UnaryOp, scope: Scope, depth: int) -> ast.expr:
-        """Return a sign, or what is not so."""
+        """Return a number with its sign, or a negated condition (``not``)."""
         operand = self.node(node.operand, scope, depth)
         if isinstance(node.op, ast.Not):
             return _decided(negated(self.truth(operand)))

@@ -202,7 +202,7 @@ class Renderer(Elements):
 
     @contextmanager
     def at_top(self, element: Element | None, macro: Macro | None, own: Element | None) -> Iterator[None]:
-        """Tell what cannot be said of an element at the top of a file, or of ``own`` in a macro."""
+        """Give an Unsupported of the block its element: that at the top of the file, or ``own`` of the macro."""
         try:
             yield
         except Unsupported as problem:

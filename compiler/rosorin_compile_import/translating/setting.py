@@ -122,7 +122,7 @@ class Setting:
         self.new_local(name, value, body, target, when)
 
     def set_above(self, name: str, value: Value, body: Body, when: Whens) -> None:
-        """Take down that a part sets a property of whoever calls it; Unsupported where that hangs on its own ones."""
+        """Note that a macro sets a property of its caller. Raises Unsupported if its own properties decide it."""
         macro = body.macro
         texts = [value.text, *(on.value.text for on in when)]
         names = {one for text in texts for one in foreign(text)}

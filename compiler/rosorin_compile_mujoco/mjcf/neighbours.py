@@ -92,7 +92,7 @@ def _filtered(reading: Reading, touching: set[int], said: set[frozenset[str]]) -
 
 
 def _pair(names: list[str], element: Element, reason: str) -> Map:
-    """Return the entry of two links, in the order in which the file names them."""
+    """Return the entry for a pair of links, named in the order of the file."""
     entry, links = Map(element.span), Seq(element.span)
     spans = {attribute.value: attribute.span for attribute in element.attributes.values()}
     for name in sorted(names, key=lambda name: name != element.get("body1")) if reason == _EXCLUDED else names:

@@ -278,7 +278,7 @@ def _not_its_own(
 
 
 def _other_child(case: Case, claim: Claim, every: Sequence[Declared]) -> Iterator[Diagnostic]:
-    """Yield that nobody publishes the frame by the description that a node publishes."""
+    """Yield a problem where a node publishes a frame that the description gives to no publisher."""
     publishers = case.robot.publishers
     mine = [one for one in every if claim.node.is_of(one.publisher, publishers)]
     near = [one for one in mine if one.parent == claim.parent.value] or mine

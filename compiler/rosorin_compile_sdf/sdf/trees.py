@@ -153,7 +153,7 @@ class Tree:
         return member, span
 
     def _tops(self) -> dict[int, Node]:
-        """Return the top of each body, by its link."""
+        """Return for each link the topmost link of its rigid body."""
         tops: dict[int, Node] = {}
         for joint in self.joints:
             body = self.body_of(joint.child)

@@ -213,7 +213,7 @@ def _takes_arguments(command: Parser) -> bool:
 
 
 def _others(command: Parser, typed: Typed) -> list[str]:
-    """Return the words that set no arguments."""
+    """Return the words of the line but those of the form NAME:=VALUE."""
     return [word for word in typed.words if not (":=" in word and _takes_arguments(command))]
 
 

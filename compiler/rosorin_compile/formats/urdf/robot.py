@@ -42,7 +42,7 @@ _VERSIONS = ("1", "1.0", "1.1", "1.2")
 
 
 def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...] = ()) -> Imported:
-    """Return the robot of a URDF document; ``files`` are those that it came from, ``path`` if empty."""
+    """Return the robot of a URDF document. ``files`` are the files that it was made of; if empty, ``path`` alone."""
     reading = Reading(options)
     root = document.root
     tree = _tree(root, path, reading)

@@ -226,6 +226,7 @@ def bazel_workspace(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 @pytest.mark.skipif(BAZEL is None, reason="no bazel (apt: bazel-bootstrap)")
 def test_in_bazel(tmp_path: Path) -> None:

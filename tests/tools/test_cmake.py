@@ -93,6 +93,7 @@ def test_a_build_runs_what_changed_and_nothing_else(tmp_path: Path, generator: s
     assert ran(build(source)) == []
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_an_include_that_comes_and_goes(tmp_path: Path, generator: str) -> None:
@@ -115,6 +116,7 @@ def test_an_include_that_comes_and_goes(tmp_path: Path, generator: str) -> None:
     assert ran(build(source)) == []
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_a_template_an_argument_file_and_a_mesh_are_read_too(tmp_path: Path, generator: str) -> None:
@@ -136,6 +138,7 @@ def test_a_template_an_argument_file_and_a_mesh_are_read_too(tmp_path: Path, gen
     assert '"two_foot"' in made(source).joinpath("urdf/arm.urdf").read_text()
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_an_output_that_gets_another_name(tmp_path: Path, generator: str) -> None:
@@ -186,6 +189,7 @@ def test_golden_artifacts(tmp_path: Path, generator: str) -> None:
         build(source)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_golden_artifacts_elsewhere(tmp_path: Path) -> None:
     source = project(tmp_path, "rosorin_compile_add_robot(DESCRIPTION arm ARGS prefix:=left_ GOLDEN committed/left)")
@@ -207,6 +211,7 @@ outputs: {note: {file: note.txt, template: note.jinja, options: {said: ["${text}
 TEXTS = ["two words", "a;b", 'say "yes"', "it's", "$HOME", "100%", "#1", "-x", "", "a=b", "c:=d", "*", r"\n"]
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_arguments_arrive_to_the_letter(tmp_path: Path, generator: str) -> None:
@@ -235,6 +240,7 @@ message(STATUS "all <${all}>")
 """
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_one_description_with_several_arguments(tmp_path: Path, generator: str) -> None:
@@ -301,6 +307,7 @@ def test_a_description_with_an_error(tmp_path: Path, generator: str) -> None:
         assert ran(build(source)) == []
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_what_has_to_be_there_first(tmp_path: Path, generator: str) -> None:
@@ -320,6 +327,7 @@ rosorin_compile_add_robot(DESCRIPTION arm TARGET robots
     assert ran(build(source)) == ["arm"]
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_another_program_compiles_anew(tmp_path: Path, generator: str) -> None:

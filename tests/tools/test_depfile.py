@@ -242,6 +242,7 @@ def test_ninja_with_all_outputs_and_meshes(home: Path, monkeypatch: pytest.Monke
         assert "no work to do" in run("ninja")
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_make_with_names_that_need_escapes(home: Path) -> None:
     write_files(home / "my robot $x #1", SHARED)

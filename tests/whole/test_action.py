@@ -209,6 +209,7 @@ def test_no_project(repository: Path) -> None:
     assert job.outputs["code"] == "2"
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_the_whole_action(repository: Path) -> None:
     """The environment is made, and the sources of the action are installed."""

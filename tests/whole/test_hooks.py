@@ -151,6 +151,7 @@ def run(user: Path, ours: Path) -> Callable[..., Ran]:
 CHECK, ALL = (hook["id"] for hook in HOOKS)
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_pre_commit_runs_them(run: Callable[..., Ran], user: Path) -> None:
     right = run(CHECK, "--all-files")

@@ -54,6 +54,7 @@ def test_mypy_in_its_strict_mode_has_nothing_to_say(tmp_path: Path) -> None:
     assert all(word in ran[1].stdout for _, _, word in FAULTS.values())
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_pyright_has_nothing_to_say(tmp_path: Path) -> None:
     npm = shutil.which("npm")

@@ -145,6 +145,7 @@ def test_a_cluster_makes_what_is_made_here() -> None:
     assert ["unchanged", str(ROWS + 1)] in lines, "the second run has nothing to do"
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_a_killed_worker_loses_nothing() -> None:
     alone = without()
@@ -154,6 +155,7 @@ def test_a_killed_worker_loses_nothing() -> None:
     assert same_files()
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_workers_write_where_fsspec_leads(here: Path) -> None:
     alone = without()

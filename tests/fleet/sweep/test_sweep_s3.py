@@ -121,6 +121,7 @@ def test_a_bucket_gets_what_a_folder_gets(s3: Any) -> None:
     assert not any(name.startswith("r8/") for name in found)
 
 
+@pytest.mark.tier("outside")
 def test_what_is_killed_goes_on(s3: Any) -> None:
     run = subprocess.Popen(words("s3://robots/fleet", "-j", "2", "-q"), stderr=subprocess.DEVNULL)
     until = time.monotonic() + 60

@@ -17,6 +17,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import numpy as np  # noqa: E402
 
+from in_mujoco.mjcf.other_fields import CARED_FOR  # noqa: E402
 from rosorin_compile_mujoco.mjcf import moves, same, same_fields  # noqa: E402
 from rosorin_compile_mujoco.mjcf.matched import Model  # noqa: E402
 from support.paths import DATA  # noqa: E402
@@ -439,7 +440,7 @@ def _arrays() -> list[tuple[str, bool]]:
     made += [(f"dof_{word}", True) for words in same_fields.OF_DOFS.values() for word in words.split()]
     made += [(field, False) for field in same_fields.REFERENCES]
     made += [(field, True) for words in same_fields.WHOLE.values() for field in words.split()]
-    words = " ".join(same_fields.CARED_FOR).split()
+    words = " ".join(CARED_FOR).split()
     made += [(word, False) for word in words if not word.startswith("name") and not word.startswith("n")]
     return made
 

@@ -86,6 +86,7 @@ def test_bash_gets_all_that_may_stand_there(project: Path) -> None:
     assert shown.stdout.splitlines() == ["mapping|mapping=off", "off", "check", "eye_link|eye_link_optical", "scale:=1"]
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_zsh_shows_what_each_is_and_loads_it_from_a_file(project: Path) -> None:
     needs("zsh")

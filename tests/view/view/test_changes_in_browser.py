@@ -60,7 +60,7 @@ pytestmark = [
 ]
 
 
-@pytest.mark.parametrize("distance", [10, 100])
+@pytest.mark.parametrize("distance", [10, pytest.param(100, marks=pytest.mark.tier("outside"))])
 def test_a_part_that_moved(project: Path, distance: int) -> None:
     assert main(["all", "-q"]) == 0
     edit(project / "descriptions/mast/robot.yaml", "200 mm", f"{200 + distance} mm")

@@ -145,6 +145,7 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
     kept_to_itself(browser)
 
 
+@pytest.mark.tier("outside")
 def test_measuring_between_two_frames_says_what_tf_says(browser: Browser, sent: Path) -> None:
     robot = compiled().robot
     assert robot is not None
@@ -163,6 +164,7 @@ def tree_of(browser: Browser) -> list[str]:
     return list(browser.evaluate("[...document.querySelectorAll('.tree .row')].map((row) => row.title)"))
 
 
+@pytest.mark.tier("outside")
 def test_modes_change_the_tree(browser: Browser, sent: Path) -> None:
     browser.open(f"file://{sent}")
     before = tree_of(browser)
@@ -175,6 +177,7 @@ def test_modes_change_the_tree(browser: Browser, sent: Path) -> None:
     assert tree_of(browser) == before
 
 
+@pytest.mark.tier("outside")
 def test_frames_have_names(browser: Browser, sent: Path) -> None:
     browser.open(f"file://{sent}")
     labels = "[...document.querySelectorAll('.labels span')].map((one) => one.textContent)"
@@ -194,6 +197,7 @@ def on_screen(browser: Browser, xyz: tuple[float, float, float]) -> list[float]:
     return [float(at[0]), float(at[1])]
 
 
+@pytest.mark.tier("outside")
 def test_a_click_takes_the_link_that_a_ray_meets(browser: Browser, home: Path) -> None:
     """Two boxes, one behind the other: a click on the point of the front one takes that, a click beside takes none."""
 
@@ -229,6 +233,7 @@ def test_a_save_moves_the_robot_and_leaves_the_rest(browser: Browser, live: View
     kept_to_itself(browser, live.port)
 
 
+@pytest.mark.tier("outside")
 def test_parts_that_touch_are_red(browser: Browser, live: Viewing) -> None:
     browser.open(f"http://localhost:{live.port}/")
     browser.wait("document.getElementById('touching').textContent === 'no parts touch that are no neighbours'")
@@ -255,6 +260,7 @@ def test_an_error_is_shown_over_the_last_good_robot(browser: Browser, live: View
     kept_to_itself(browser, live.port)
 
 
+@pytest.mark.tier("outside")
 def test_a_page_waits_for_a_robot_that_does_not_compile_yet(browser: Browser, home: Path) -> None:
     (home / "robot.yaml").write_text("robot: r\nlinks: {base: {}\n")
     with Viewing(home, "robot.yaml", "--port", "0") as viewing:
@@ -283,6 +289,7 @@ joints:
 """
 
 
+@pytest.mark.tier("outside")
 def test_sliders_of_planar_and_floating_joints(browser: Browser, home: Path, capsys: Shown) -> None:
     (home / "free.yaml").write_text(FREE)
     ask(capsys, "view", "free.yaml", "--html", "free.html")
@@ -301,6 +308,7 @@ def test_sliders_of_planar_and_floating_joints(browser: Browser, home: Path, cap
     kept_to_itself(browser)
 
 
+@pytest.mark.tier("outside")
 def test_a_colour_that_changed_is_drawn(browser: Browser, home: Path, capsys: Shown) -> None:
     (home / "old.yaml").write_text(FREE)
     (home / "new.yaml").write_text(FREE.replace("0.8, 0.1, 0.1", "0.1, 0.7, 0.1"))
@@ -317,6 +325,7 @@ def test_a_colour_that_changed_is_drawn(browser: Browser, home: Path, capsys: Sh
     kept_to_itself(browser)
 
 
+@pytest.mark.tier("outside")
 def test_images_are_on_the_parts(browser: Browser, home: Path, capsys: Shown) -> None:
     """An image of one red pixel on a box and, by its materials, on one of two parts of a mesh; from disk and served."""
     header = b"BM" + (58).to_bytes(4, "little") + bytes(4) + (54).to_bytes(4, "little") + (40).to_bytes(4, "little")
@@ -376,6 +385,7 @@ def chain(size: int) -> Robot:
     return Robot("many", tuple(Link(name, collision=(shape,)) for name in names), joints)
 
 
+@pytest.mark.tier("outside")
 def test_five_thousand_links_answer(browser: Browser, home: Path) -> None:
     (home / "many.html").write_text(html({"robot": robot_data(chain(5000))}), "utf-8")
     browser.open(f"file://{home}/many.html")
@@ -388,6 +398,7 @@ def test_five_thousand_links_answer(browser: Browser, home: Path) -> None:
     kept_to_itself(browser)
 
 
+@pytest.mark.tier("outside")
 def test_how_long_a_picture_takes(browser: Browser, home: Path) -> None:
     """Printed, and not held: here no graphics card draws."""
     (home / "many.html").write_text(html({"robot": robot_data(chain(148))}), "utf-8")
@@ -432,6 +443,7 @@ def test_a_phone_shows_the_robot_first(browser: Browser, sent: Path, width: int,
     assert card <= 0.45 * height, "the card leaves the robot in sight"
 
 
+@pytest.mark.tier("outside")
 def test_every_control_has_a_name_and_is_reached_by_keys(browser: Browser, sent: Path) -> None:
     browser.open(f"file://{sent}")
     nameless = """[...document.querySelectorAll('button, input, select, summary, [role=treeitem]')].filter((one) =>
@@ -463,6 +475,7 @@ joints:
 COUNTED = "document.querySelector('.warnings summary').textContent"
 
 
+@pytest.mark.tier("outside")
 def test_warnings_and_lost_meshes_are_counted_and_listed(browser: Browser, home: Path, capsys: Shown) -> None:
     """On a page that is served, followed, and on one that is sent."""
     (home / "robot.yaml").write_text(WARNED)

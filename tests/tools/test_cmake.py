@@ -22,7 +22,6 @@ from support.commands import Shown, edit, touch
 
 CMAKE = shutil.which("cmake")
 pytestmark = pytest.mark.skipif(CMAKE is None or not GENERATORS, reason="cmake is not here")
-everywhere = pytest.mark.parametrize("generator", GENERATORS)
 # Where generators hardly differ: one at each landing, the others by .ci/full builds.
 one_of_them = pytest.mark.parametrize(
     "generator", [*GENERATORS[:1], *(pytest.param(name, marks=pytest.mark.tier("builds")) for name in GENERATORS[1:])]
@@ -75,7 +74,7 @@ def test_versions(tmp_path: Path, asked: str, found: int) -> None:
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_a_build_runs_what_changed_and_nothing_else(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, BOTH)
     assert "rosorin-compile: arm: mjcf/arm.xml, urdf/arm.urdf" in configure(source, generator=generator)
@@ -271,7 +270,7 @@ def test_what_is_installed(tmp_path: Path, generator: str) -> None:
 
 
 @pytest.mark.slow
-@everywhere
+@one_of_them
 def test_a_clean_build(tmp_path: Path, generator: str) -> None:
     source = project(tmp_path, "rosorin_compile_add_robot(DESCRIPTION arm GOLDEN)")
     configure(source, generator=generator)
@@ -284,6 +283,7 @@ def test_a_clean_build(tmp_path: Path, generator: str) -> None:
     assert ran(build(source)) == []
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_a_description_with_an_error(tmp_path: Path, generator: str) -> None:

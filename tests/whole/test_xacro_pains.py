@@ -17,12 +17,11 @@ from typing import Any
 
 import pytest
 
-import rosorin_compile
 from rosorin_compile.diagnostics import ERROR, Diagnostic
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.pipeline import Compiled, compile_robot
 from support.cases import told
-from support.paths import XACRO
+from support.paths import PACKAGES, XACRO
 from support.xacro_table import read, ready
 from support.xacro_typos import TYPOS
 
@@ -247,15 +246,14 @@ EXTRAS |= {"backports", "compression", "lz4"}  # what rosbags decompresses with
 
 @pytest.mark.slow
 def test_nothing_of_ros_is_imported() -> None:
-    package = Path(rosorin_compile.__file__).parent
     roots: set[str] = set()
-    for path in package.rglob("*.py"):
+    for path in (path for package in PACKAGES for path in package.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.Import):
                 roots |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level:
                 roots.add((node.module or "").partition(".")[0])
-    assert roots - sys.stdlib_module_names <= CORE | EXTRAS
+    assert roots - sys.stdlib_module_names - {package.name for package in PACKAGES} <= CORE | EXTRAS
 
 
 @pytest.mark.slow

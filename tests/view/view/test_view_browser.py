@@ -69,7 +69,9 @@ def kept_to_itself(browser: Browser, port: int = 0) -> None:
     assert browser.complaints == []
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize(
+    "name", [next(iter(ROBOTS)), *(pytest.param(name, marks=pytest.mark.tier("outside")) for name in [*ROBOTS][1:])]
+)
 def test_both_forms_look_as_they_did(browser: Browser, home: Path, capsys: Shown, name: str) -> None:
     path, asked = ROBOTS[name]
     ask(capsys, "view", str(path), "--html", "robot.html")
@@ -91,6 +93,7 @@ def test_both_forms_look_as_they_did(browser: Browser, home: Path, capsys: Shown
         assert is_near(cells, browser.cells(picture)), apart(cells, browser.cells(picture))
 
 
+@pytest.mark.tier("outside")
 def test_a_robot_that_is_not_there_is_seen(browser: Browser, sent: Path, tmp_path: Path) -> None:
     """The judge of pictures: another pose, another robot and an empty floor are told apart."""
     meant = browser.cells(PICTURES / "rosorin.png")

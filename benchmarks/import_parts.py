@@ -24,7 +24,7 @@ from typing import Any
 from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.description import outputs, tree_of, write
+from rosorin_compile_import.description import tree_of, write
 from rosorin_compile_import.repeats import with_parts
 from rosorin_compile_import.report import repeated
 from rosorin_compile_import.round_trip import check_round_trip
@@ -83,7 +83,7 @@ def _judge(path: Path, imported: Imported, row: dict[str, Any]) -> None:
     began = time.process_time()
     found = with_parts(imported)
     row |= {"seconds": round(time.process_time() - began, 3), "links": len(tree_of(imported)["links"])}
-    row["flat"] = lines(write(imported, outputs(imported)))
+    row["flat"] = lines(write(imported, imported.outputs()))
     if found is imported:
         return
     row["parts"] = repeated(tree_of(found), reordered=False)

@@ -27,7 +27,7 @@ from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.sameness import different
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
-from rosorin_compile_import.description import outputs, write
+from rosorin_compile_import.description import write
 from rosorin_compile_sdf.sdf.proof import prove
 
 NICE = 10
@@ -81,7 +81,7 @@ def judged(path: Path, lenient: bool) -> tuple[str, str]:
     if imported.tree is None:
         return "refused", f"{errors[0].rule}: {errors[0].message}"
     with tempfile.TemporaryDirectory() as name:
-        for file, text in write(imported, outputs(imported, "not asked for")).items():  # without an MJCF
+        for file, text in write(imported, imported.outputs("not asked for")).items():  # without an MJCF
             Path(name, file).write_text(text, "utf-8")
         compiled = compile_robot(Path(name, ROOT_FILE))
         errors = [d for d in compiled.diagnostics if d.severity == ERROR and d.rule != "mesh-not-found"]

@@ -31,7 +31,7 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
-from rosorin_compile_import.description import outputs, write
+from rosorin_compile_import.description import write
 from rosorin_compile_import.round_trip import check_round_trip
 
 NICE = 10
@@ -88,7 +88,7 @@ def robot_of(file: Path, package: Path) -> Path | None:
 def compared(urdf: Path, file: Path, made: Imported) -> str:
     """Return whether pinocchio takes the compiled SRDF as it takes the source."""
     with tempfile.TemporaryDirectory() as name:
-        for text_name, text in write(made, outputs(made, "not asked")).items():
+        for text_name, text in write(made, made.outputs("not asked")).items():
             (Path(name) / text_name).write_text(text, "utf-8")
         compiled = compile_robot(Path(name) / ROOT_FILE)
         again = Path(name) / "again.srdf"

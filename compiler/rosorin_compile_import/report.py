@@ -1,4 +1,4 @@
-"""Telling: what became of a source, in a few lines for the person who imports it.
+"""Report: what became of a source, in a few lines for the person who imports it.
 
 ``renamed`` makes the names of meshes and textures such that they are found from where the description stands. The
 ``source`` of the description says where: in which ``folder`` relative names are looked for, and the ``packages``

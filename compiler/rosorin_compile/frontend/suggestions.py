@@ -1,4 +1,4 @@
-"""Meant: what a person may have meant by a value of another kind than its place asks for, and how it is written here.
+"""Suggestions: what a person may have meant by a value of another kind than its place asks for, written as it should.
 
 ``unit_meant`` knows units as people write them, ``number_meant``, ``list_meant``, ``mapping_meant``, ``text_meant`` and
 ``flag_meant`` the values; each gives a way out in a few words, or nothing.

@@ -1,4 +1,4 @@
-"""Unsaid: what cannot be compared, because one of two formats has no word for it, or one file leaves all of it out."""
+"""Not compared: what one of two formats has no word for, or what one file leaves out as a whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Alike: links, and joints, that hold the very same values, as those that one part makes do; one speaks for all."""
+"""Shared values: links and joints that hold the very same values, as those of one part do; one speaks for all."""
 
 from __future__ import annotations
 

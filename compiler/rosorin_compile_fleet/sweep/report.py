@@ -1,4 +1,4 @@
-"""Telling: what a person sees of a sweep. Errors at once, each with its variant; what many variants have, once.
+"""Report: what a person sees of a sweep. Errors at once, each with its variant; what many variants have, once.
 
 All that there is to say of a variant stands in its line of the index, and is taken from there.
 """

@@ -1,4 +1,4 @@
-"""Again: the import of a source that was imported before, into the description that stands there."""
+"""Reimport: the import of a source that was imported before, into the description that stands there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Telling: what a merge took of the newer source, what stayed, and what is in its way, line by line."""
+"""Report: what a merge took of the newer source, what stayed, and what is in its way, line by line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Telling: what became of the macros and arguments of a xacro, in a few lines for the person who imports it."""
+"""Report: what became of the macros and arguments of a xacro, in a few lines for the person who imports it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Telling: what became words, and what stays as it is and why, in lines for the person who imports."""
+"""Report: what became words, and what stays as it is and why, in lines for the person who imports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Telling: what came of the trials as tables for people, as JSON for programs, and as a page with curves.
+"""Report: what came of the trials as tables for people, as JSON for programs, and as a page with curves.
 
 The page is one file that asks for no other. It is the same for the same robot: nothing in it is of the computer.
 """

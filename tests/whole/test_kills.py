@@ -201,8 +201,16 @@ def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, only: str = ""
     return scene
 
 
+# Of commands whose kills are alike one at a landing, the other with all of them.
+SOME = [
+    ("deploy", "rename"),
+    pytest.param("sweep --prune", "rename", marks=pytest.mark.tier("kills")),
+    ("print -o", ""),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "only"), [("deploy", "rename"), ("sweep --prune", "rename"), ("print -o", "")])
+@pytest.mark.parametrize(("name", "only"), SOME)
 def test_some_kills(name: str, only: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run(name, tmp_path, monkeypatch, only).kills >= 3
 

@@ -297,6 +297,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> set[tuple[str, str]]:
     return asked
 
 
+@pytest.mark.tier("engines")
 @pytest.mark.usefixtures("reach")
 def test_one_core_and_two_find_the_same(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     """And so does a second process that ends before it has told anything."""

@@ -133,7 +133,11 @@ def test_every_yaml_block_is_yaml(page: Path) -> None:
             parse_yaml(Source(page.name, "\n".join(block.lines)))
 
 
-@pytest.mark.parametrize("page", [*PAGES, *sorted(ROOT.glob("*.md")), TESTS / "README.md"], ids=str)
+@pytest.mark.parametrize(
+    "page",
+    [*PAGES, *sorted(ROOT.glob("*.md")), TESTS / "README.md"],
+    ids=lambda page: page.relative_to(ROOT).as_posix(),
+)
 def test_links_lead_somewhere(page: Path) -> None:
     for target in links(page.read_text("utf-8")):
         if target.startswith("https://"):

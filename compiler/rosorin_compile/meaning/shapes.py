@@ -77,10 +77,8 @@ def compare_shapes(
         what = f"the round ends of capsules: {lacking.named} has cylinders of the same full length"
         work.not_compared.append(what)
     if work.unsaid:
-        links, simple = (
-            several(work.unsaid),
-            next(side.format for side in sides if ONE_BOX in side.format.writing.lacks),
-        )
+        links = several(work.unsaid)
+        simple = next(side.format for side in sides if ONE_BOX in side.format.writing.lacks)
         what = f"the collision of {links}: {simple.named} has one box along the axes of a link"
         work.not_compared.append(what)
     if work.meshes:

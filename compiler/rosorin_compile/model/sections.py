@@ -156,8 +156,9 @@ class OwnSection(Section[T]):
         schema: Mapping[str, Any] = json.loads(text(Path(folder) / f"{name or 'schema'}.json"))
         name = name or package.rpartition(".")[2]
         made: OwnSection[T] = OwnSection(name, object, schema, _form_of(schema), nothing=nothing, after=after)
-        made = replace(made, lowers=lowers, compares=compares, tells=tells, rules=rules, package=package)
-        return replace(made, in_urdf=in_urdf, checks_urdf=checks_urdf)
+        functions: dict[str, Any] = {"lowers": lowers, "compares": compares, "tells": tells, "rules": rules}
+        functions |= {"in_urdf": in_urdf, "checks_urdf": checks_urdf}
+        return replace(made, package=package, **functions)
 
     def empty(self) -> Any:
         """Return the value of a section that is not there."""

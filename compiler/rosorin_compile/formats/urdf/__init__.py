@@ -56,7 +56,8 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     yield from masses.check(case, output)
     yield from damping.check(case, output)
     for section in sections_in(output):
-        yield from section.function(section.checks_urdf)(case, output)
+        if section.checks_urdf:
+            yield from section.function(section.checks_urdf)(case, output)
 
 
 def _for_simulators(output: Output) -> bool:

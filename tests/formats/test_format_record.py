@@ -24,12 +24,12 @@ def named() -> Iterator[tuple[str, Named]]:
 def test_functions_that_are_named_as_text_are_there() -> None:
     found = dict(named())
     assert {"urdf facts", "mjcf against", "srdf join", "controllers write"} <= found.keys()
-    assert [name for name, one in found.items() if not callable(one.function)] == []
+    assert [name for name, one in found.items() if not callable(one.function())] == []
 
 
 def test_a_name_that_is_wrong_is_found() -> None:
     with pytest.raises(AttributeError, match="no attribute 'wirte'"):
-        _ = by_name("rosorin_compile.formats.urdf")("write:wirte").function
+        by_name("rosorin_compile.formats.urdf")("write:wirte").function()
 
 
 def test_the_flat_fields_of_0_2_are_read_and_said_with_a_warning() -> None:

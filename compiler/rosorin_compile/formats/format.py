@@ -250,15 +250,14 @@ class Named:
     def __init__(self, package: str, name: str) -> None:
         self.package, self.name = package, name
 
-    @cached_property
     def function(self) -> Callable[..., Any]:
-        """The function itself."""
+        """Return the function itself."""
         module, _, name = self.name.partition(":")
         found: Callable[..., Any] = getattr(import_module(f".{module}", self.package), name)
         return found
 
     def __call__(self, *given: Any) -> Any:
-        return self.function(*given)
+        return self.function()(*given)
 
 
 def by_name(package: str) -> Callable[[str], Any]:

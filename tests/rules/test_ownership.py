@@ -21,7 +21,7 @@ from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import Link, Robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.rules.conditions import combinations, holds
-from rosorin_compile.rules.proof import in_words, prove
+from rosorin_compile.rules.publishing import in_words, publishing
 from rosorin_compile_view.drawing.situations import situations
 from support import launch
 from support.launch import Context, Failed, Started, command_line, parsed, performed, run
@@ -158,7 +158,7 @@ def test_gaps_are_those_of_the_search(description):
     }
     assert told == gaps
     assert sum(d.rule == "unpublished-edge" for d in diagnostics) == len(gaps)
-    proof = prove(model(description))
+    proof = publishing(model(description))
     published = [
         {child for _, child, owner in running(description, states) if owner != "nobody"} for states in every_state()
     ]
@@ -557,7 +557,7 @@ def test_three_owners_in_any_order(order):
 
 def test_proof_of_the_reference_robot():
     robot = compiled().robot
-    proof = prove(robot)
+    proof = publishing(robot)
     edges = {edge.child for edge in robot.edges}
     joints = {j.child for j in robot.joints if j.publisher.kind != "none" and j.publisher.name}
     assert set(proof.published) == edges | joints
@@ -571,5 +571,5 @@ def test_proof_of_the_reference_robot():
 def test_no_proof_of_what_does_not_hold():
     edges = [{"parent": "odom", "child": "base", "publisher": who} for who in ("a", "b")]
     description = {"robot": "r", "links": {"base": {}}, "publishers": dict.fromkeys("ab"), "edges": edges}
-    assert in_words(prove(model(description))) == ""
-    assert in_words(prove(model({"robot": "r", "links": {"base": {}}}))) == ""
+    assert in_words(publishing(model(description))) == ""
+    assert in_words(publishing(model({"robot": "r", "links": {"base": {}}}))) == ""

@@ -16,7 +16,7 @@ from ..model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, R
 from ..model.joint import UNPUBLISHED
 from ..model.sections import own_sections
 from ..numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
-from ..rules.proof import in_words, prove
+from ..rules.publishing import in_words, publishing
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Proving, Value, row_name
 from .static_tf import describe
 
@@ -78,7 +78,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
         "simulated": _simulated(robot),
         "stand_ins": _stand_ins(robot),
-        "proof": _wrapped(_escape(in_words(prove(robot)))),
+        "proof": _wrapped(_escape(in_words(publishing(robot)))),
         "stamps": list(_stamps(robot)),
         "poses": _table(_POSE_HEADERS, _POSE_WIDTHS, list(_pose_rows(robot, number))),
         "modes": _escape(", ".join(robot.modes)),

@@ -13,7 +13,7 @@ from rosorin_compile.extending import Description, LoadError, WrongUsage, world
 
 from . import record as records
 from .record import ENDING, Record, text_of
-from .report import in_the_way, of_proof, told
+from .report import in_the_way, of_merge, told
 from .together import proved, put_together
 
 
@@ -92,8 +92,8 @@ def imported_again(folder: Path, record: Record, files: Mapping[str, str], wante
         return Again({}, {}, [], [problem.diagnostic], [], refused=True)
     found = in_the_way(together, source, folder)
     if not found and together.taken:
-        proof = proved(folder, record.files, files, together.files, wanted.arguments, wanted.packages)
-        found = of_proof(proof, source, folder, wanted.keep_ours)
+        merge = proved(folder, record.files, files, together.files, wanted.arguments, wanted.packages)
+        found = of_merge(merge, source, folder, wanted.keep_ours)
     if has_errors(found):
         return Again({}, {}, [], found, [], refused=True)
     written = {name: text for name, text in together.files.items() if text != ours.get(name)}

@@ -23,7 +23,7 @@ from rosorin_compile.extending import Map, Quantity, Scalar
 from rosorin_compile.extending import Path as Keys
 
 from .three_way import MISSING, Change, Conflict, merged
-from .together import Cannot, Proof, Together
+from .together import Cannot, Judged, Together
 
 RULES = (
     Rule(
@@ -100,12 +100,12 @@ def _cannot(cannot: Cannot, source: str, folder: Path) -> Diagnostic:
     return error("import-cannot-merge", message, None, "make these changes by hand, and import again", lines)
 
 
-def of_proof(proof: Proof, source: str, folder: Path, keep_ours: bool) -> list[Diagnostic]:
-    """Return what the proof of a merge has against it; with ``keep_ours`` that are warnings, but for its errors."""
-    if proof.errors:
-        return proof.errors
-    found = [] if keep_ours else [_conflict(one, source, proof.ours, folder) for one in proof.conflicts]
-    for one in proof.apart:
+def of_merge(merge: Judged, source: str, folder: Path, keep_ours: bool) -> list[Diagnostic]:
+    """Return what compiling a merge has against it; with ``keep_ours`` that are warnings, but for its errors."""
+    if merge.errors:
+        return merge.errors
+    found = [] if keep_ours else [_conflict(one, source, merge.ours, folder) for one in merge.conflicts]
+    for one in merge.apart:
         before = "would not be there" if one.old is MISSING else f"would be {shown(one.old)}"
         after = "is not there" if one.new is MISSING else f"is {shown(one.new)}"
         message = f"{named(one.path)} {after} by what was changed here; by the newer {source} it {before}"

@@ -134,8 +134,8 @@ def with_more(record: str, before: str, after: str) -> str:
         return record
 
 
-class Proof(NamedTuple):
-    """What the proof of a merge says: the errors that it has itself, values that both sides changed, and others.
+class Judged(NamedTuple):
+    """What compiling a merge says of it: the errors that it has itself, values that both sides changed, and others.
 
     ``conflicts`` are values of the robot that both sides have changed, though not at one place of a file; ``apart``
     those that would come out otherwise than the three-way merge of the robots has them. ``ours`` is the robot as it
@@ -150,7 +150,7 @@ class Proof(NamedTuple):
 
 def proved(
     folder: Path, base: Files, theirs: Files, made: Files, arguments: Mapping[str, str], packages: Mapping[str, Path]
-) -> Proof:
+) -> Judged:
     """Compile what would be written into a folder, and hold it against what was imported, stands there and is new.
 
     It is held with its arguments as they are by default, and with each other value that can be listed, one at a time.
@@ -161,7 +161,7 @@ def proved(
     given = {} if alone else dict(arguments)
     compiled = compile_robot(root, given, packages=packages, unsaved=states[3])
     errors = [one for one in compiled.diagnostics if one.severity == ERROR]
-    proof = Proof(errors, [], [])
+    found = Judged(errors, [], [])
     for values in [] if errors else ({}, *_values(made)):
         trees: list[Map] = []
         for files, what in zip(states, _STATES, strict=True):
@@ -170,13 +170,13 @@ def proved(
                 trees.append(tree)
             elif not values:
                 message = f"{what} does not compile alone: what changed cannot be told"
-                return proof._replace(errors=[error("import-unproven", message, None, _HELP)])
+                return found._replace(errors=[error("import-unproven", message, None, _HELP)])
         if len(trees) == len(states):  # else an argument is new, or gone
             base_tree, ours, newer, result = trees
             wanted = merged(base_tree, ours, newer)
             apart = merged(wanted.value, result, wanted.value).own
-            proof = Proof([], _more(proof.conflicts, wanted.conflicts), _more(proof.apart, apart), proof.ours or ours)
-    return proof
+            found = Judged([], _more(found.conflicts, wanted.conflicts), _more(found.apart, apart), found.ours or ours)
+    return found
 
 
 def _more(known: list[Any], found: list[Any]) -> list[Any]:

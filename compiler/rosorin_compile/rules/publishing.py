@@ -1,4 +1,4 @@
-"""Proof: what the rules have shown about who publishes the frames of a robot, to be told with its frames."""
+"""Publishing: who publishes the frames of a robot, counted in every combination of modes; told with its frames."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..model.joint import UNPUBLISHED
 from .conditions import MAX_MODES, combinations, holds, modes_in
 
 
-class Proof(NamedTuple):
+class Publishing(NamedTuple):
     """What was found in every combination of modes.
 
     ``published`` are the frames with exactly one publisher in each combination, ``gaps`` those with none in some,
@@ -28,7 +28,7 @@ class Proof(NamedTuple):
     unchecked: tuple[str, ...]
 
 
-def prove(robot: Robot) -> Proof:
+def publishing(robot: Robot) -> Publishing:
     """Return what is so about the frames of a robot, by a count in every combination of modes."""
     whens: dict[str, list[str]] = {}
     for joint in (joint for joint in robot.joints if joint.child not in robot.simulated_frames):
@@ -43,7 +43,7 @@ def prove(robot: Robot) -> Proof:
     names = [modes_in(robot, conditions) for conditions in different]
     modes = tuple(mode for mode in robot.modes if any(mode in some for some in names))
     kinds = ("published", "gaps", "never", "wrong", "unchecked")
-    return Proof(modes, *(tuple(by_kind.get(kind, ())) for kind in kinds))
+    return Publishing(modes, *(tuple(by_kind.get(kind, ())) for kind in kinds))
 
 
 def _kind(robot: Robot, conditions: Sequence[str]) -> str:
@@ -62,21 +62,21 @@ def _kind(robot: Robot, conditions: Sequence[str]) -> str:
     return "published" if counts == {1} else "gaps" if 1 in counts else "never"
 
 
-def in_words(proof: Proof) -> str:
-    """Return the proof as a paragraph; empty if nothing was to be shown, or it does not hold."""
-    if not proof.published + proof.gaps or proof.wrong:
+def in_words(found: Publishing) -> str:
+    """Return what was found as a paragraph; empty if nothing was to be shown, or it does not hold."""
+    if not found.published + found.gaps or found.wrong:
         return ""
-    count = len(proof.published)
+    count = len(found.published)
     what = f"each of {count} frames has" if count != 1 else "one frame has"
     sentences = [
-        f"{_checked(proof.modes)}: {what} one parent and exactly one publisher, and no way leads round in a circle."
+        f"{_checked(found.modes)}: {what} one parent and exactly one publisher, and no way leads round in a circle."
     ]
-    if proof.gaps:
-        sentences.append(f"In some of them nobody publishes {listed(proof.gaps)}.")
-    if proof.never:
-        sentences.append(f"Nobody ever publishes {listed(proof.never)}.")
-    if proof.unchecked:
-        sentences.append(f"Not checked, for too many modes decide: {listed(proof.unchecked)}.")
+    if found.gaps:
+        sentences.append(f"In some of them nobody publishes {listed(found.gaps)}.")
+    if found.never:
+        sentences.append(f"Nobody ever publishes {listed(found.never)}.")
+    if found.unchecked:
+        sentences.append(f"Not checked, for too many modes decide: {listed(found.unchecked)}.")
     return " ".join(sentences)
 
 

@@ -21,9 +21,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rosorin_compile.diagnostics import ERROR
-from rosorin_compile.formats.imported import Proof, ReadOptions
+from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.lower import lower
+from rosorin_compile.meaning.proof import Proof
 from rosorin_compile.meaning.sameness import different
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE

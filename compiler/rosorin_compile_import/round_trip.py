@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -36,10 +35,11 @@ from rosorin_compile.extending import (
     Outputs,
     Proof,
     ReadOptions,
+    Tolerance,
     compile_robot,
     world,
 )
-from rosorin_compile.model import Joint, Robot, Transform
+from rosorin_compile.model import Robot, Transform
 
 from .description import write
 from .repeats import with_parts
@@ -62,9 +62,8 @@ RULES = (
 )
 
 STATES = 20
-TOLERANCE = 1e-12  # between numbers of the source and of the compiled URDF; poses add up the rounding of a chain
-POSE_TOLERANCE = 1e-9
 _SEED = 20
+_REACH = 3.0  # rad or m: of each joint, whatever its limits
 _MAX_SAID = 300
 _MAX_TOLD = 20
 
@@ -176,13 +175,13 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
         found += [f"{what}: {text}" for text in lost]
         made, again = without_words(made, source), without_words(again, source)
     found += [f"description: {text}" for text in Difference.in_values(source, made, 0.0, carried_by_urdf=False)]
-    found += [f"{what}: {text}" for text in Difference.in_values(source, again, TOLERANCE, carried_by_urdf=True)]
+    found += [f"{what}: {text}" for text in Difference.in_values(source, again, Tolerance.NUMBER, carried_by_urdf=True)]
     for companion in beside:
         for section in companion.reading.joins:
-            lines = Difference.in_section(source, again, section, TOLERANCE)
+            lines = Difference.in_section(source, again, section, Tolerance.NUMBER)
             found += [f"compiled {companion.word}: {text}" for text in lines]
     largest = 0.0 if found else largest_difference(source, again)
-    if largest > POSE_TOLERANCE:
+    if largest > Tolerance.POSE:
         found.append(f"{what}: frames differ by {largest:.2g}")
     if found:
         return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
@@ -232,11 +231,10 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
 
 def _untold(proof: Proof) -> Diagnostic:
     """Return the error about what differs though no message of the import says so."""
-    count = sum(map(len, proof.wrong.values()))
-    what = "comes out" if count == 1 else "come out"
-    message = f"{counted(count, 'thing')} {what} otherwise than in the source, and nothing above says so"
+    texts = proof.texts
+    what = "comes out" if len(texts) == 1 else "come out"
+    message = f"{counted(len(texts), 'thing')} {what} otherwise than in the source, and nothing above says so"
     message += f": {listed(list(proof.wrong))}"
-    texts = [text for texts in proof.wrong.values() for text in texts]
     more = [and_more(len(texts) - _MAX_TOLD).strip()] if len(texts) > _MAX_TOLD else []
     related = tuple(Related(text, None) for text in [*texts[:_MAX_TOLD], *more])
     help = "please report it with the file; --lenient writes it all the same"
@@ -245,11 +243,10 @@ def _untold(proof: Proof) -> Diagnostic:
 
 def largest_difference(one: Robot, other: Robot) -> float:
     """Return the largest difference between the poses of all frames, at zero and at random states of the joints."""
-    generator = random.Random(_SEED)  # noqa: S311 (the same states in every run)
     largest = 0.0
-    for number in range(STATES + 1):
-        Progress.step("proving the import", number, STATES + 1)
-        state = {} if number == 0 else {joint.name: _somewhere(joint, generator) for joint in one.joints}
+    states = [{}, *Proof.states([(joint, -_REACH, _REACH) for joint in one.joints], STATES, _SEED)]
+    for number, state in enumerate(states):
+        Progress.step("proving the import", number, len(states))
         first, second = one.poses_in_root(state), other.poses_in_root(_in_urdf(one, state))
         largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])
     return largest
@@ -261,18 +258,9 @@ def _in_urdf(robot: Robot, state: Mapping[str, float | Sequence[float]]) -> dict
     return {name: (0.0, 0.0, 0.0, *at) if name in balls else at for name, at in state.items()}  # type: ignore[misc]
 
 
-def _somewhere(joint: Joint, generator: random.Random) -> float | Sequence[float]:
-    """Return a position of a joint, whatever its limits; the orientation of a floating one is not normalised."""
-    numbers = [generator.uniform(-3.0, 3.0) for _ in joint.coordinates]
-    return numbers if len(numbers) > 1 else sum(numbers)
-
-
 def _apart(one: Transform, other: Transform) -> float:
     """Return the largest difference between the numbers of two transforms."""
-    if one == other:
-        return 0.0
-    rows = (*zip(one.rows, other.rows, strict=True), (one.xyz, other.xyz))
-    return max(abs(a - b) for first, second in rows for a, b in zip(first, second, strict=True))
+    return 0.0 if one == other else Tolerance.apart((one.rows, one.xyz), (other.rows, other.xyz))
 
 
 def _first_error(diagnostics: Sequence[Diagnostic]) -> str:

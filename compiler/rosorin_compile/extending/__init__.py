@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..commands.usage import FINE, PROBLEMS, WrongUsage
     from ..formats import FORMATS
     from ..formats.format import Importing, InRos, Proving, Writing, by_name
-    from ..formats.imported import Comment, Imported, Outputs, Proof, ReadOptions
+    from ..formats.imported import Comment, Imported, Outputs, ReadOptions
     from ..formats.mesh_files import Places
     from ..formats.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
     from ..formats.static_tf import StaticTransform
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from ..meaning.entities import Change
     from ..meaning.golden import Comparison, TextDifference, compare
     from ..meaning.overlay import Overlay
+    from ..meaning.proof import Found, Proof, Tolerance
     from ..numbers import exact
     from ..output import OutputError
     from ..output.one_file import write_file
@@ -69,6 +70,7 @@ _HOMES = {
     "ExtractProblem": "formats.mesh_triangles",
     "FINE": "commands.usage",
     "FORMATS": "formats",
+    "Found": "meaning.proof",
     "Given": "commands.given",
     "Held": "output.ours",
     "Holding": "output.placing",
@@ -88,7 +90,7 @@ _HOMES = {
     "Parser": "commands.parser",
     "Path": "frontend.tree",
     "Places": "formats.mesh_files",
-    "Proof": "formats.imported",
+    "Proof": "meaning.proof",
     "Quantity": "units",
     "ReadOptions": "formats.imported",
     "Remark": "xml.markup",
@@ -99,6 +101,7 @@ _HOMES = {
     "StaticTransform": "formats.static_tf",
     "Text": "frontend.tree",
     "TextDifference": "meaning.golden",
+    "Tolerance": "meaning.proof",
     "TriangleMesh": "formats.mesh_triangles",
     "WrongUsage": "commands.usage",
     "compare": "meaning.golden",
@@ -135,6 +138,7 @@ __all__ = [
     "Element",
     "ExpressionError",
     "ExtractProblem",
+    "Found",
     "Given",
     "Held",
     "Holding",
@@ -167,6 +171,7 @@ __all__ = [
     "StaticTransform",
     "Text",
     "TextDifference",
+    "Tolerance",
     "TriangleMesh",
     "Writing",
     "WrongUsage",

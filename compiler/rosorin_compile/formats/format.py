@@ -19,11 +19,12 @@ from ..numbers import amount, six_digits
 if TYPE_CHECKING:
     from ..diagnostics.registry import Rule
     from ..frontend.tree import Map
+    from ..meaning.proof import Proof
     from ..model import Edge, Inertial, Output, Robot, Shape
     from ..rules.case import Case
     from ..xml.markup import Document, MarkupError
     from .expectation import Expectation, Held
-    from .imported import Imported, LeftOut, Proof, ReadOptions
+    from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
 
 

@@ -63,21 +63,6 @@ class LeftOut(NamedTuple):
     span: Span
 
 
-class Proof(NamedTuple):
-    """How the artifact that a source becomes differs from it to the engine that reads both, in texts by feature.
-
-    ``wrong`` is what nobody said, ``known`` what the import listed as left out or changed; ``said`` is the sentence
-    about what holds. ``unknown`` is why the engine did not answer; empty if it did. ``counts`` is how many objects the
-    source has, by kind.
-    """
-
-    wrong: Mapping[str, Sequence[str]] = {}
-    known: Mapping[str, Sequence[str]] = {}
-    said: str = ""
-    unknown: str = ""
-    counts: Mapping[str, int] = {}
-
-
 class Outputs(NamedTuple):
     """The artifacts that a description asks for: entries of its section, and by format what is not usual in it.
 

@@ -14,6 +14,7 @@ from ..formats.expectation import Expectation, Held
 from ..formats.facts import COLLISION, Solid
 from ..frontend.validator import misfits
 from ..model import Inertial, Mesh, Output, Robot, Shape
+from .proof import Tolerance
 from .solids import remainder, same_set, solid_from, straight
 from .tolerance import NOISE, same_turn, same_value
 from .view import View, called, joints_called, named_as, turn_of, view_of
@@ -30,7 +31,7 @@ RULES = (
 _RULE = "artifacts-disagree"
 _HELP = "a template or a backend is at fault, not the description: please report it"
 # What the way through frames, quaternions and half sizes costs (m, and rotation entries).
-_TOLERANCE = 1e-9
+_TOLERANCE = Tolerance.POSE
 
 
 class _Reading(NamedTuple):

@@ -9,13 +9,13 @@ Then, the states of the joints at which two robots are compared: the same ones i
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from ..model import Joint, Robot
 from ..model.geometry import norm
 from ..model.motion import motion
+from .proof import Proof
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, Printing
 
 Positions = Mapping[str, float]
@@ -143,10 +143,11 @@ def states_of(joints: Sequence[tuple[Joint, Joint | None]]) -> list[dict[str, fl
     found: list[dict[str, float]] = [{}]
     for joint, twin in joints:
         found += [{joint.name: position} for position in span_of(joint, twin) if position]
-    chance = random.Random(_SEED)  # noqa: S311
-    for _ in range(6 if len(joints) > 1 else 1):
-        found.append({joint.name: chance.uniform(*span_of(joint, twin)) for joint, twin in joints})
-    return found
+    return found + Proof.states(_spans(joints), 6 if len(joints) > 1 else 1, _SEED)
+
+
+def _spans(joints: Sequence[tuple[Joint, Joint | None]]) -> list[tuple[Joint, float, float]]:
+    return [(joint, *span_of(joint, twin)) for joint, twin in joints]
 
 
 def whole_states(robot: Robot, twin: Robot) -> list[dict[str, float]]:
@@ -155,7 +156,4 @@ def whole_states(robot: Robot, twin: Robot) -> list[dict[str, float]]:
     pairs = [(joint, twin.joint.get(joint.name)) for joint in free]
     found = states_of(pairs) if len(pairs) <= _FEW else [{}]
     found += [{name: value for name, value in pose.positions.items() if value} for pose in robot.poses]
-    chance = random.Random(_SEED)  # noqa: S311
-    for _ in range(_RANDOM):
-        found.append({joint.name: chance.uniform(*span_of(joint, other)) for joint, other in pairs})
-    return found
+    return found + Proof.states(_spans(pairs), _RANDOM, _SEED)

@@ -16,6 +16,7 @@ from ..formats import Format
 from ..formats.format import Importing
 from ..model import Robot
 from ..project import ENDINGS
+from .proof import Tolerance
 from .tolerance import EXACT, Printing
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ YAML = Format(
         takes_arguments=True,
     ),
 )
-DEFAULT_TOLERANCE = 1e-9
+DEFAULT_TOLERANCE = Tolerance.POSE
 
 
 class Side(NamedTuple):

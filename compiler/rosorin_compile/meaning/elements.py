@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 _SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12
 _DIGITS = 10  # of metres and entries of a rotation, behind the point
-TOLERANCE = 1e-12  # of numbers, absolute or relative: what is left of a field of view that was halved
 
 # A lidar has two names in the newer Gazebo, in the classic one only the first.
 ALIASES = {"ray": "lidar"}

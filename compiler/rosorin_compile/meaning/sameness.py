@@ -18,6 +18,7 @@ from ..model.joint import Dynamics
 from ..model.sections import Sections, own_sections
 from ..model.shape import Material, plain
 from .difference import YAML, Side
+from .proof import Tolerance
 from .robots import compare_robots
 from .wording import number_pair
 
@@ -114,7 +115,7 @@ class _Comparison:
 
     def same(self, one: Any, other: Any) -> bool:
         if type(one) is float and type(other) is float and self.tolerance:
-            return abs(one - other) <= self.tolerance * max(1.0, abs(one), abs(other))
+            return Tolerance.same(one, other, self.tolerance)
         return bool(one == other) and (one is None) == (other is None)
 
 

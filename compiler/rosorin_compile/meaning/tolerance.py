@@ -19,6 +19,7 @@ from ..frontend.tree import Map, Seq
 from ..model import Transform, Vector
 from ..model.geometry import norm, rotation_of_rpy
 from ..numbers import Style
+from .proof import Tolerance
 
 # Fewer digits than these are taken for a choice, not for rounding: 0.1 is 0.1.
 FEWEST = 6
@@ -27,7 +28,7 @@ _MOST = 14
 # By how much less a number is known that was calculated from printed ones.
 _CALCULATED = 4.0
 # What arithmetic on the way to a number costs: relative, and absolute for lengths (m) and angles (rad).
-NOISE = 1e-12
+NOISE = Tolerance.NUMBER
 # Three coordinates may be off at once; three angles may all turn about one line.
 ROOT_THREE, TURNS = 3**0.5, 3.0
 # Closer than this to a pitch of 90 degrees (its cosine), roll and yaw are not told apart.

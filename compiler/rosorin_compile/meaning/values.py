@@ -10,7 +10,7 @@ from typing import Any
 from ..model import Pose
 from ..model.geometry import IDENTITY
 from .difference import OTHER, Item
-from .tolerance import NOISE
+from .proof import Tolerance
 from .wording import number_pair
 
 # The value of each word that an entry says.
@@ -86,7 +86,7 @@ def _same(one: Any, other: Any) -> bool:
     if isinstance(one, (tuple, list)) and isinstance(other, (tuple, list)):
         return len(one) == len(other) and all(map(_same, one, other))
     if _is_number(one) and _is_number(other):
-        return abs(one - other) <= NOISE * max(1.0, abs(one), abs(other))  # type: ignore[no-any-return]
+        return Tolerance.same(one, other)
     return text_of(one) == text_of(other)
 
 

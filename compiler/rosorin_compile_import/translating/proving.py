@@ -27,6 +27,7 @@ from rosorin_compile.extending import (
     LoadError,
     Map,
     ReadOptions,
+    Tolerance,
     compile_robot,
     parse_yaml,
     world,
@@ -39,7 +40,6 @@ from .flattened import Place, outermost, place_of
 from .scopes import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
 
 MAX_COMBINATIONS = 32
-TOLERANCE = 1e-12
 PROBE = "probe_"  # what an argument is given beside its default that stands in names
 
 Combination = tuple[tuple[str, str], ...]
@@ -154,7 +154,7 @@ def moves(source: Source, row: Combination) -> bool:
     one, two = base.robot, other.robot
     if one is None or two is None:
         return False
-    return bool(Difference.in_values(_settled(one), _settled(two), TOLERANCE, carried_by_urdf=True))
+    return bool(Difference.in_values(_settled(one), _settled(two), Tolerance.NUMBER, carried_by_urdf=True))
 
 
 def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
@@ -252,7 +252,7 @@ def _faults(
         source = replace(source, name=name)
     found, again = _meant(source, again, compiled.robot.asks_for_humble) if in_words else ([], again)
     source, again = _settled(source), _settled(again)
-    found = [*found, *Difference.in_values(source, again, TOLERANCE, carried_by_urdf=True)][:8]
+    found = [*found, *Difference.in_values(source, again, Tolerance.NUMBER, carried_by_urdf=True)][:8]
     entries = _entries_of(made)
     return [
         _fault(told, row, [*_spans_in(one, entries), *_spans_called(told, made)])

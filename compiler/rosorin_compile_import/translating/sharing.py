@@ -17,14 +17,14 @@ from pathlib import Path
 
 from rosorin_compile import Difference
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
-from rosorin_compile.extending import Description, Packages, world
+from rosorin_compile.extending import Description, Packages, Tolerance, world
 from rosorin_compile.model import Robot
 
 from ..merging.record import ENDING, read, text_of
 from ..merging.together import renewed
 from .pieces import File, Macro
 from .program import Program
-from .proving import MAX_COMBINATIONS, TOLERANCE
+from .proving import MAX_COMBINATIONS
 from .uniting import Apart, united
 
 COMMON = "common"
@@ -281,6 +281,6 @@ def _other(before: Mapping[tuple[str, ...], Robot | str], after: Mapping[tuple[s
         if not isinstance(again, type(robot)):
             return f"does not compile any more: {again or next(iter(after.values()))}{how}"
         if again != robot:
-            first = Difference.in_values(robot, again, TOLERANCE, carried_by_urdf=False)[:1]
+            first = Difference.in_values(robot, again, Tolerance.NUMBER, carried_by_urdf=False)[:1]
             return f"is another robot: {' '.join(first)}{how}"
     return ""

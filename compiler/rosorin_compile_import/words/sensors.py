@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.extending import Tolerance
 from rosorin_compile.model import Robot, Sensor
 
 from .blocks import Unsayable, plain
@@ -41,7 +42,6 @@ _NAME = re.compile(r"""[^\s<>&"'/]+""")
 _OPTICAL = re.compile(r"optical")
 _FRAMES = ("gz_frame_id", "ignition_frame_id")
 _FRAME_NAMES = ("frame_name", "frameName", "frame_id")
-TOLERANCE = 1e-12  # of numbers: what is left of a field of view that was halved
 _SMALLEST = 1e-4  # m: what the library takes as the least distance that is seen
 _WIDEST = math.radians(170)
 
@@ -78,7 +78,7 @@ def _pose(text: Any) -> tuple[float, ...]:
         raise Unsayable(f'its <pose> is "{text}"') from None
     if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
         raise Unsayable(f'its <pose> is "{text}"')
-    return tuple(0.0 if abs(number) <= TOLERANCE else number for number in numbers)
+    return tuple(0.0 if abs(number) <= Tolerance.NUMBER else number for number in numbers)
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
@@ -229,7 +229,7 @@ def _field(word: str, axis: Mapping[str, Any], widest: float, rays: int) -> dict
     step = span / max(rays - 1, 1)
     if (rays and abs(span + step - math.tau) < _NEAR) or span >= math.tau - _NEAR:
         return {}
-    return {word: 2 * high if abs(low + high) <= TOLERANCE else span} if 0 < span <= widest else {}
+    return {word: 2 * high if abs(low + high) <= Tolerance.NUMBER else span} if 0 < span <= widest else {}
 
 
 _NEAR = 5e-3  # rad: of a circle that is said with a few digits
@@ -357,7 +357,7 @@ def overlay(one: Seen, sensor: Sensor, asked: str) -> dict[str, Any]:
         made["sensor"] = one.type
     pose = (*brought.pose.xyz, *brought.pose.rpy)
     stamp = brought.stamp
-    if any(abs(a - b) > TOLERANCE for a, b in zip(pose, one.pose, strict=True)):
+    if any(abs(a - b) > Tolerance.NUMBER for a, b in zip(pose, one.pose, strict=True)):
         image = TYPES.get(one.type) in IMAGES
         made |= {"frame": "sensor"} if image else {}
         made |= {"xyz": list(one.pose[:3])} if any((*one.pose[:3], *pose[:3])) else {}
@@ -407,7 +407,7 @@ def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str
 
 def _same(one: Any, other: Any) -> bool:
     if isinstance(one, float) and isinstance(other, float):
-        return abs(one - other) <= TOLERANCE * max(1.0, abs(one), abs(other))
+        return Tolerance.same(one, other)
     return bool(one == other) and isinstance(one, bool) == isinstance(other, bool)
 
 

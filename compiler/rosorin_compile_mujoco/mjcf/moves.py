@@ -14,13 +14,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rosorin_compile.extending import Tolerance
+
 from .matched import BALL, FREE
 from .same import Comparison
 from .same_values import slice_of
 
 SECONDS = 0.5
 MOST_STEPS = 2000
-TOLERANCE = 1e-6  # m, or an entry of a rotation
+TOLERANCE = Tolerance.SIMULATED
 LOOKS = 25  # how often the two are compared on the way
 
 # Source and ours differ by rounding: of degrees, of quaternions, of principal axes, at most by 1e-12. By how much of

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import counted, listed
-from rosorin_compile.extending import Imported, Proof
+from rosorin_compile.extending import Found, Imported, Proof
 
 from .process import prove as ask
 
@@ -84,27 +84,26 @@ _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-sta
 
 def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     """Return how the MJCF of an imported one differs from it; ``files`` are its meshes, by the names in the text."""
-    asked = {"text": text, "files": dict(files), "names": imported.names, "still": STILL}
-    answer = ask(imported.files[0], asked)
+    return Proof.of(imported, (text, files), _by_mujoco)
+
+
+def _by_mujoco(imported: Imported, made: tuple[str, Mapping[str, str]]) -> Found | str:
+    """Return what MuJoCo tells apart; ``made`` is the MJCF with its files."""
+    text, files = made
+    answer = ask(imported.files[0], {"text": text, "files": dict(files), "names": imported.names, "still": STILL})
     if isinstance(answer, str):
-        return Proof(unknown=answer)
+        return answer
     if "refused" in answer:
-        return Proof({"loading": [f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}"]})
-    by_feature: dict[str, list[str]] = {}
+        return Found([("loading", f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}")])
     motion = answer.get("motion")
-    if motion and motion["verdict"] == "differs":
-        by_feature["motion"] = [_moved(motion)]
-    for feature, what in answer["differences"]:
-        by_feature.setdefault(feature, []).append(what)
+    moved = [("motion", _moved(motion))] if motion and motion["verdict"] == "differs" else []
     said = [d.message for d in imported.diagnostics if d.rule in _LISTS]
-    known: dict[str, list[str]] = {}
-    wrong: dict[str, list[str]] = {}
-    for feature, texts in by_feature.items():
-        told = [text for text in texts if is_listed(feature, text, said)]
-        rest = [text for text in texts if text not in told]
-        known |= {feature: told} if told else {}
-        wrong |= {feature: rest} if rest else {}
-    return Proof(wrong, known, _in_words(wrong, known, motion), counts=answer.get("counts", {}))
+    return Found(
+        [*moved, *answer["differences"]],
+        lambda feature, difference: is_listed(feature, difference, said),
+        lambda features: _in_words(features, motion),
+        answer.get("counts", {}),
+    )
 
 
 def is_listed(feature: str, difference: str, said: Sequence[str]) -> bool:
@@ -119,16 +118,10 @@ def _moved(motion: Mapping[str, Any]) -> str:
     return f"after {motion['steps']} steps with moving controls the two are apart by {apart}{where}"
 
 
-def _in_words(wrong: Mapping[str, Any], known: Mapping[str, Any], motion: Mapping[str, Any] | None) -> str:
-    """Return what was shown, as a sentence; empty if it does not hold."""
-    if wrong:
-        return ""
-    if known:
-        sentence = (
-            f"MuJoCo's model of the MJCF is that of the source, but for what is listed above ({listed(list(known))})"
-        )
-    else:
-        sentence = "MuJoCo's model of the MJCF is that of the source, in every field that it decides"
+def _in_words(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:
+    """Return what was shown, but for the features of which something was told, as a sentence."""
+    but = f"but for what is listed above ({listed(known)})" if known else "in every field that it decides"
+    sentence = f"MuJoCo's model of the MJCF is that of the source, {but}"
     return sentence + (f"; {_how_it_moved(motion)}" if motion else "")
 
 

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rosorin_compile.extending import Tolerance
+
 from .matched import BALL, FREE, rotation
 from .same_values import activation, both, near, near_pose, slice_of, value
 
 if TYPE_CHECKING:
     from .same import Comparison
 
-FOUND = 1e-6  # between two lengths (m or rad) that simulations have found
 SOLIDS_OF_TENDONS = (4, 5)  # mjtWrap: sphere and cylinder
 
 
@@ -44,7 +45,7 @@ def actuators(comparison: Comparison) -> None:
         biases = theirs.actuator_biasprm[one], own.actuator_biasprm[other]
         comparison.numbers("actuators", "actuator", one, "biasprm", *biases)
         lengths = [value(mj, "actuator_lengthrange", index) for mj, index in ((theirs, one), (own, other))]
-        if not np.allclose(lengths[0], lengths[1], rtol=FOUND, atol=FOUND):
+        if not np.allclose(lengths[0], lengths[1], rtol=Tolerance.SIMULATED, atol=Tolerance.SIMULATED):
             comparison.tell("actuators", "actuator", one, f"lengthrange {both(*lengths)}")
         limited = "actuator_ctrllimited"
         if comparison.is_set(comparison.source, limited, one) and comparison.is_set(comparison.ours, limited, other):

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from rosorin_compile.extending import Tolerance
+
 from .matched import BALL, FREE, MESH, SDF, Model, rotation
 from .same_fields import SLICES
 
-RELATIVE = 1e-9  # between two numbers of double precision, of the larger one
-ABSOLUTE = 1e-12
-PLACE = 1e-9  # m, or an entry of a rotation
-SINGLE = 1e-6  # between two numbers of single precision: colours, vertices, relative to the largest
+# Of the larger of two numbers of double precision: MuJoCo turns degrees, quaternions and axes into others.
+RELATIVE = 1e-9
 
 
 def public(struct: Any) -> Iterator[str]:
@@ -66,13 +66,13 @@ def close(one: Any, other: Any) -> bool:
 def tolerances(one: Any, other: Any) -> tuple[float, float]:
     """Return how far two numbers may be apart that only rounding has moved: of the larger one, and at all."""
     if np.float32 in (one.dtype, other.dtype):
-        return SINGLE, SINGLE
-    return (RELATIVE, ABSOLUTE) if one.dtype.kind == "f" or other.dtype.kind == "f" else (0.0, 0.0)
+        return Tolerance.SINGLE, Tolerance.SINGLE
+    return (RELATIVE, Tolerance.NUMBER) if one.dtype.kind == "f" or other.dtype.kind == "f" else (0.0, 0.0)
 
 
 def near(one: Any, other: Any) -> bool:
     """Say whether two positions, or two rotation matrices, are the same."""
-    return bool(np.abs(np.asarray(one, dtype=float) - other).max(initial=0) <= PLACE)
+    return bool(np.abs(np.asarray(one, dtype=float) - other).max(initial=0) <= Tolerance.POSE)
 
 
 def near_pose(one: Any, other: Any) -> bool:
@@ -221,7 +221,7 @@ def both(one: Any, other: Any) -> str:
 
 
 def _number(number: float) -> str:
-    return f"{number:.6g}" if abs(number) > ABSOLUTE else "0"
+    return f"{number:.6g}" if abs(number) > Tolerance.NUMBER else "0"
 
 
 _FEW = 20

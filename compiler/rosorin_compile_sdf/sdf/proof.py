@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import json
-import random
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rosorin_compile import Robot
-from rosorin_compile.backend.support import lower
 from rosorin_compile.diagnostics import counted
-from rosorin_compile.extending import Imported, Proof, world
+from rosorin_compile.extending import Found, Imported, Proof, Tolerance, world
 
 STATES = 20
-TOLERANCE = 1e-9  # between the poses of frames, in metres and entries of rotations
-EXACT = 1e-12  # between masses and inertias, relative or absolute
 SECONDS = 300
 _SEED = 14
 _ENGINE = Path(__file__).with_name("engine.py")
@@ -31,25 +27,30 @@ def prove(imported: Imported, text: str, files: Mapping[str, str], python: str =
     """
     if not python and not world.package("pydrake"):
         return Proof()
-    robot = lower(imported.tree).robot if imported.tree is not None else None
+    return Proof.of(imported, (text, python), _by_drake)
+
+
+def _by_drake(imported: Imported, made: tuple[str, str]) -> Found | str:
+    """Return what Drake tells apart; ``made`` is the SDF, and the Python that has Drake."""
+    text, python = made
+    robot = imported.robot
     if robot is None:
-        return Proof()
-    chance = random.Random(_SEED)  # noqa: S311 - the same states in every run
-    led = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
-    states: list[dict[str, Any]] = [{name: chance.uniform(-1, 1) for name in led} for _ in range(STATES)]
+        return Found()
+    led = [joint for joint in robot.joints if joint.moves and joint.mimic is None]
+    states = Proof.states([(joint, -1.0, 1.0) for joint in led], STATES, _SEED)
     for state in states:
         state |= {one.name: robot.position(one, state) for one in robot.joints if one.mimic is not None}
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
-        made = Path(folder, "made.sdf")
-        made.write_text(text, "utf-8")
-        answer = ask([imported.files[0].absolute(), made], "world", states, python)
+        file = Path(folder, "made.sdf")
+        file.write_text(text, "utf-8")
+        answer = ask([imported.files[0].absolute(), file], "world", states, python)
     if isinstance(answer, str):
-        return Proof(unknown=answer)
+        return answer
     source, ours = answer
     for who, one in (("the source", source), ("what it becomes", ours)):
         if "refused" in one:
             lines = [line for line in one["refused"].splitlines() if line.strip()] or ["no reason said"]
-            return Proof(unknown=f"Drake does not load {who}: {lines[-1].strip()[:200]}")
+            return f"Drake does not load {who}: {lines[-1].strip()[:200]}"
     return _compared(robot, source, ours, bool(imported.left_out))
 
 
@@ -67,44 +68,31 @@ def ask(files: Sequence[Path], root: str, states: Sequence[Mapping[str, Any]], p
     return found
 
 
-def _compared(robot: Robot, source: Mapping[str, Any], ours: Mapping[str, Any], listed: bool) -> Proof:
+def _compared(robot: Robot, source: Mapping[str, Any], ours: Mapping[str, Any], listed: bool) -> Found:
     """Return what differs; where the import has listed something as left out, that is known."""
-    found: dict[str, list[str]] = {}
+    found: list[tuple[str, str]] = []
     worst, count = 0.0, 0
     for name in robot.link:
         if name not in ours["frames"][0] or name not in source["frames"][0]:
             continue
         count += 1
         pairs = zip(source["frames"], ours["frames"], strict=True)
-        apart = max(_apart(before[name], after[name]) for before, after in pairs)
+        apart = max(Tolerance.apart(before[name], after[name]) for before, after in pairs)
         worst = max(worst, apart)
-        if apart > TOLERANCE:
-            found.setdefault("frames", []).append(f"frame {name} is {apart:.2g} elsewhere")
+        if apart > Tolerance.POSE:
+            found.append(("frames", f"frame {name} is {apart:.2g} elsewhere"))
     for name, mass in source["masses"].items():
         other = ours["masses"].get(name)
-        if other is None or abs(other - mass) > EXACT * max(1.0, mass):
-            found.setdefault("masses", []).append(f"link {name} weighs {mass} -> {other} kg")
-        elif _apart(source["inertias"][name], ours["inertias"][name]) > EXACT:
-            found.setdefault("inertias", []).append(f"the inertia of link {name} is another")
+        if other is None or not Tolerance.same(mass, other):
+            found.append(("masses", f"link {name} weighs {mass} -> {other} kg"))
+        elif Tolerance.apart(source["inertias"][name], ours["inertias"][name]) > Tolerance.NUMBER:
+            found.append(("inertias", f"the inertia of link {name} is another"))
     for name, said in source["joints"].items():
         kept = ours["joints"].get(name)
         if kept is not None and kept != said:
-            found.setdefault("joints", []).append(f"joint {name}: {said} -> {kept}")
-    said = "" if found else (
+            found.append(("joints", f"joint {name}: {said} -> {kept}"))
+    same = (
         f"Drake sees the same robot: {counted(count, 'frame')} at {STATES} random joint states, largest difference"
         f" {worst:.2g}, and {counted(len(source['masses']), 'mass')} with their inertias"
-    )  # fmt: skip
-    return Proof(known=found) if listed else Proof(found, said=said)
-
-
-def _apart(one: Any, other: Any) -> float:
-    """Return the largest difference between the numbers of two nested lists."""
-    return max((abs(a - b) for a, b in zip(_numbers(one), _numbers(other), strict=True)), default=0.0)
-
-
-def _numbers(nested: Any) -> Iterator[float]:
-    for item in nested:
-        if isinstance(item, list):
-            yield from _numbers(item)
-        else:
-            yield item
+    )
+    return Found(found, lambda *_: listed, lambda _: "" if listed else same)

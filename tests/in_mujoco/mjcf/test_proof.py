@@ -10,7 +10,8 @@ import pytest
 pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.diagnostics import WARNING, Diagnostic
-from rosorin_compile.formats.imported import Imported, Proof
+from rosorin_compile.formats.imported import Imported
+from rosorin_compile.meaning.proof import Proof
 from rosorin_compile_mujoco.mjcf import proof
 from rosorin_compile_mujoco.mjcf.proof import _how_it_moved, is_listed
 

@@ -12,7 +12,14 @@ from typing import NamedTuple
 
 # Where mutants are planted: proofs, rules, placing, lowering and comparison, below compiler.
 CORE = (
-    *("meaning/*.py", "rules/*.py", "frontend/lower/*.py", "frontend/annotations.py", "frontend/mentions.py"),
+    *(
+        "meaning/*.py",
+        "meaning/*/*.py",
+        "rules/*.py",
+        "frontend/lower/*.py",
+        "frontend/annotations.py",
+        "frontend/mentions.py",
+    ),
     *(f"frontend/expand/{name}.py" for name in ("mirroring", "naming", "placing", "prefixing")),
     *("formats/facts.py", "formats/expectation.py", "formats/*/facts.py"),
     *("formats/robot_model/__init__.py", "formats/static_tf*.py", "commands/diff.py", "commands/sides.py"),

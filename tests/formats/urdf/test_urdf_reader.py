@@ -57,6 +57,12 @@ def test_defaults_are_those_of_urdf() -> None:
     assert facts[Fact("joint", "j", "mimic offset")] == Value(0.0, "rad")
 
 
+def test_a_mesh_without_a_scale_is_as_large_as_its_file() -> None:
+    shape = '<collision><geometry><mesh filename="a.stl"/></geometry></collision>'
+    facts = urdf_facts.read(f'<robot name="r"><link name="a">{shape}</link></robot>')
+    assert [facts[Fact("link", "a", f"collision 1 scale {axis}")].value for axis in "xyz"] == [1.0, 1.0, 1.0]
+
+
 def origin(token: str) -> Value:
     joint = f'<joint name="j" type="fixed"><origin xyz="{token} 0 0"/><parent link="a"/><child link="b"/></joint>'
     return urdf_facts.read(f'<robot name="r"><link name="a"/><link name="b"/>{joint}</robot>')[

@@ -21,7 +21,7 @@ CORE = (
         "frontend/mentions.py",
     ),
     *(f"frontend/expand/{name}.py" for name in ("mirroring", "naming", "placing", "prefixing")),
-    *("formats/facts.py", "formats/expectation.py", "formats/*/facts.py"),
+    *("formats/facts.py", "formats/expectation.py", "formats/*/facts.py", "formats/*/grammar.py"),
     *("formats/robot_model/__init__.py", "formats/static_tf*.py", "commands/diff.py", "commands/sides.py"),
 )
 OF_SECTIONS = tuple(f"sections/*/{name}.py" for name in ("lowering", "comparison", "rules", "rules/*"))

@@ -2,7 +2,7 @@
 
 Written by ``write``; ``facts`` reads such a file back for comparison. Foreign files are read, in this order, by
 ``robot`` (the file as a whole), ``reading`` and ``values`` (how one element and its numbers are taken apart), then
-``links``, ``joints`` and ``materials``.
+``links``, ``joints`` and ``materials``. What stands in a URDF, ``grammar`` says for all that read.
 """
 
 from __future__ import annotations

@@ -7,14 +7,14 @@ from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import plural, quoted
 from ...frontend.tree import Map, Path
 from ...xml.markup import Element
-from .reading import Reading, named, put
-from .values import ANGLES, LENGTHS, PLAIN, need_numbers, put_number, put_numbers, put_origin
+from .grammar import NUMBERS, TYPES
+from .reading import Reading, known, named, put
+from .values import PLAIN, put_all, put_numbers, put_origin
 
 RULES = (Rule("joint-type", "URDF has no such type of joint.", "Correct it.", READING),)
 
-TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-_PARTS = ("axis", "limit", "mimic", "dynamics", "calibration", "safety_controller")
-_WORDS = ("origin", "parent", "child", *_PARTS)
+# The types of joints that have ends, whose numbers have units.
+_LIMITED = ("revolute", "prismatic")
 # What has no effect on a joint of a type. That of an axis is not told: exporters write one for every joint.
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 
@@ -27,7 +27,8 @@ def read_joint(element: Element, path: Path, reading: Reading) -> Map:
     for end in ("parent", "child"):
         _end(element, end, entry, path, reading)
     put_origin(entry, element, path, reading)
-    for part in _PARTS:
+    position = TYPES[kind] if kind in _LIMITED else PLAIN
+    for part, read in _READERS.items():
         inner = reading.single(element, part)
         if inner is None:
             continue
@@ -36,10 +37,10 @@ def read_joint(element: Element, path: Path, reading: Reading) -> Map:
             if part != "axis":
                 reading.ignored(f"<{part}> of a {kind} joint has no effect", inner.span)
             continue
-        _READERS[part](inner, entry, kind, reading)
-    if kind in ("revolute", "prismatic") and "limit" not in entry and reading.single(element, "limit") is None:
+        read(inner, entry, position, reading)
+    if kind in _LIMITED and "limit" not in entry and reading.single(element, "limit") is None:
         _no_limit(element, kind, reading)
-    reading.known(element, _WORDS, ("name", "type"), entry)
+    known(element, reading, entry)
     return entry
 
 
@@ -63,7 +64,7 @@ def _end(element: Element, end: str, entry: Map, path: Path, reading: Reading) -
     if inner is None:
         reading.error("missing-element", f"{named(element)} has no <{end}>", element.span, f'add <{end} link="..."/>')
         return
-    reading.known(inner, (), ("link",), None)
+    known(inner, reading)
     reading.paths[id(inner)] = (*path, end)
     link = reading.attribute(inner, "link")
     if link is not None:
@@ -81,31 +82,25 @@ def _no_limit(element: Element, kind: str, reading: Reading) -> None:
     reading.lenient("limit-missing", message, element.span, help, "takes it without")
 
 
-def _unit(kind: str) -> str:
-    return {"revolute": ANGLES, "prismatic": LENGTHS}.get(kind, PLAIN)
-
-
 def _axis(element: Element, joint: Map, _: str, reading: Reading) -> None:
-    reading.known(element, (), ("xyz",), None)
+    known(element, reading)
     if reading.attribute(element, "xyz") is None:
         return
     attribute = element.attributes["xyz"]
-    put_numbers(joint, "axis", element, "xyz", 3, PLAIN, reading)
+    put_numbers(joint, element, "xyz", reading, "axis")
     if "axis" in joint:
         joint.key_spans["axis"], joint.value_spans["axis"] = element.span, attribute.span
 
 
-def _limit(element: Element, joint: Map, kind: str, reading: Reading) -> None:
+def _limit(element: Element, joint: Map, position: str, reading: Reading) -> None:
     """Set the limit; what is left out of lower and upper is 0, as readers take it."""
     entry = Map(element.span)
-    reading.known(element, (), ("lower", "upper", "effort", "velocity"), None)
-    for name in ("lower", "upper"):
-        put_number(entry, name, element, name, _unit(kind), reading)
-        if kind in ("revolute", "prismatic") and name not in element.attributes:
+    known(element, reading)
+    for name in NUMBERS["limit"]:
+        put_numbers(entry, element, name, reading, position=position)
+        if position and name in ("lower", "upper") and name not in element.attributes:
             entry.put(name, 0, element.span, element.span)
     missing = [name for name in ("effort", "velocity") if name not in element.attributes]
-    for name in ("effort", "velocity"):
-        put_number(entry, name, element, name, PLAIN, reading)
     if missing:
         message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
         help = "add them, the largest torque or force and the largest speed: readers of URDF refuse a limit without"
@@ -113,9 +108,9 @@ def _limit(element: Element, joint: Map, kind: str, reading: Reading) -> None:
     put(joint, "limit", entry, element)
 
 
-def _mimic(element: Element, joint: Map, kind: str, reading: Reading) -> None:
+def _mimic(element: Element, joint: Map, position: str, reading: Reading) -> None:
     entry = Map(element.span)
-    reading.known(element, (), ("joint", "multiplier", "offset"), None)
+    known(element, reading)
     leader = reading.attribute(element, "joint")
     if leader is None:
         return
@@ -126,17 +121,15 @@ def _mimic(element: Element, joint: Map, kind: str, reading: Reading) -> None:
     entry.put("joint", leader, attribute.name_span, attribute.span)
     if not leader:
         reading.error("missing-attribute", f"joint of {named(element)} is empty", attribute.span, "name a joint")
-    put_number(entry, "multiplier", element, "multiplier", PLAIN, reading)
-    put_number(entry, "offset", element, "offset", _unit(kind), reading)
+    put_all(entry, element, reading, position)
     put(joint, "mimic", entry, element)
 
 
 def _dynamics(element: Element, joint: Map, _: str, reading: Reading) -> None:
     entry = Map(element.span)
-    reading.known(element, (), ("damping", "friction"), None)
-    for name in ("damping", "friction"):
-        put_number(entry, name, element, name, PLAIN, reading)
-    if not {"damping", "friction"} & element.attributes.keys():
+    known(element, reading)
+    put_all(entry, element, reading)
+    if not NUMBERS["dynamics"].keys() & element.attributes.keys():
         message = f"{named(element)} has neither damping nor friction"
         help = "add one, or remove the element: urdfdom, the reader of ROS, refuses the joint"
         reading.lenient("missing-attribute", message, element.span, help, "leaves it out")
@@ -144,25 +137,21 @@ def _dynamics(element: Element, joint: Map, _: str, reading: Reading) -> None:
     put(joint, "dynamics", entry, element)
 
 
-def _calibration(element: Element, joint: Map, kind: str, reading: Reading) -> None:
+def _calibration(element: Element, joint: Map, position: str, reading: Reading) -> None:
     entry = Map(element.span)
-    names = ("rising", "falling", "reference_position")
-    reading.known(element, (), names, None)
-    for name in names:
-        put_number(entry, name, element, name, _unit(kind), reading)
+    known(element, reading)
+    put_all(entry, element, reading, position)
     if entry:
         put(joint, "calibration", entry, element)
     else:
         reading.ignored("<calibration> without a value has no effect", element.span)
 
 
-def _safety(element: Element, joint: Map, kind: str, reading: Reading) -> None:
+def _safety(element: Element, joint: Map, position: str, reading: Reading) -> None:
     entry = Map(element.span)
-    reading.known(element, (), ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"), None)
-    for name in ("soft_lower_limit", "soft_upper_limit"):
-        put_number(entry, name, element, name, _unit(kind), reading)
-    put_number(entry, "k_position", element, "k_position", PLAIN, reading)
-    need_numbers(entry, element, ("k_velocity",), PLAIN, reading)
+    known(element, reading)
+    put_all(entry, element, reading, position)
+    reading.need(element, "k_velocity")
     put(joint, "safety_controller", entry, element)
 
 

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, listed, plural, quoted
 from ...frontend.tree import Map, Path, Seq
 from ...xml.markup import Element
+from .grammar import NUMBERS, SHAPES, attributes
 from .materials import put_material
-from .reading import NAME, Reading, named, put
-from .values import LENGTHS, PLAIN, need_numbers, number_of, put_number, put_numbers, put_origin, shortened
+from .reading import NAME, Reading, known, named, put
+from .values import PLAIN, number_of, put_all, put_numbers, put_origin, shortened
 
 RULES = (
     Rule("missing-element", "An element lacks another that the specification asks for.", "Add it.", READING),
     Rule("import-kept", "A note: a shape of another kind is kept as it is.", topic=READING),
 )
 
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _PRODUCTS = ("ixy", "ixz", "iyz")
-_SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 
 
 def read_link(element: Element, path: Path, reading: Reading) -> Map:
@@ -33,7 +30,7 @@ def read_link(element: Element, path: Path, reading: Reading) -> Map:
         for child in element.children:
             if child.tag == purpose:
                 _solid(child, entry, path, reading)
-    reading.known(element, ("inertial", "visual", "collision"), ("name",), entry)
+    known(element, reading, entry)
     return entry
 
 
@@ -48,15 +45,15 @@ def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None
     mass = _one(element, "mass", reading)
     inertia = _one(element, "inertia", reading)
     if mass is not None:
-        reading.known(mass, (), ("value",), None)
+        known(mass, reading)
         reading.need(mass, "value")
-        put_number(entry, "mass", mass, "value", PLAIN, reading)
+        put_numbers(entry, mass, "value", reading, "mass")
         reading.paths[id(mass)] = (*path, "inertial", "mass")
     put_origin(entry, element, (*path, "inertial"), reading)
     if inertia is not None:
         put(entry, "inertia", _inertia(inertia, reading), inertia)
         reading.paths[id(inertia)] = (*path, "inertial", "inertia")
-    reading.known(element, ("origin", "mass", "inertia"), (), None)
+    known(element, reading)
     if mass is not None and inertia is not None and not reading.spoilt(element, "the inertial", before):
         put(link, "inertial", entry, element)
 
@@ -64,9 +61,9 @@ def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None
 def _inertia(element: Element, reading: Reading) -> Map:
     """Return the moments of an <inertia>."""
     moments = Map(element.span)
-    reading.known(element, (), (*_MOMENTS, *_mirrored(element, reading)), None)
-    missing = reading.missing(element, *_MOMENTS)
-    need_numbers(moments, element, [name for name in _MOMENTS if name in element.attributes], PLAIN, reading)
+    reading.known(element, (), (*NUMBERS["inertia"], *_mirrored(element, reading)), None)
+    missing = reading.missing(element, *NUMBERS["inertia"])
+    put_all(moments, element, reading)
     if missing and all(name in _PRODUCTS for name in missing):
         message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
         help = "add " + " ".join(f'{name}="0"' for name in missing) + ", if that is meant"
@@ -74,7 +71,7 @@ def _inertia(element: Element, reading: Reading) -> Map:
             for name in missing:
                 moments.put(name, 0, element.span, element.span)
     elif missing:
-        reading.need(element, *_MOMENTS)
+        reading.need(element, *NUMBERS["inertia"])
     return moments
 
 
@@ -125,14 +122,11 @@ def _solid(element: Element, link: Map, path: Path, reading: Reading) -> None:
     reading.paths[id(element)] = own
     reading.paths[id(geometry)] = reading.paths[id(shape)] = (*own, shape.tag)
     put_origin(entry, element, own, reading)
-    words = ["origin", "geometry"]
-    if element.tag == "visual":
-        words.append("material")
-        material = reading.single(element, "material")
-        if material is not None:
-            reading.paths[id(material)] = (*own, "material")
-            put_material(entry, material, reading)
-    reading.known(element, words, ("name",), entry)
+    material = reading.single(element, "material") if element.tag == "visual" else None
+    if material is not None:
+        reading.paths[id(material)] = (*own, "material")
+        put_material(entry, material, reading)
+    known(element, reading, entry)
     link[element.tag].put(entry, element.span)
 
 
@@ -148,42 +142,34 @@ def _solid_name(element: Element, entry: Map, reading: Reading) -> None:
 
 def _shape(geometry: Element, entry: Map, reading: Reading) -> Element | None:
     """Set the shape of an entry and return its element; None after an error, the geometry if no reader knows it."""
-    known = [child for child in geometry.children if child.tag in _SHAPES]
-    if len(known) > 1:
-        message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in known)}; it takes one"
-        reading.error("duplicate-element", message, known[1].span, "make a second <visual> or <collision> of it")
+    solids = [child for child in geometry.children if child.tag in SHAPES]
+    if len(solids) > 1:
+        message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in solids)}; it takes one"
+        reading.error("duplicate-element", message, solids[1].span, "make a second <visual> or <collision> of it")
         return None
-    if not known and geometry.children:
+    if not solids and geometry.children:
         before = len(reading.diagnostics)
-        reading.known(geometry, _SHAPES, (), Map(geometry.span))
+        known(geometry, reading, Map(geometry.span))
         broken = any(diagnostic.severity == "error" for diagnostic in reading.diagnostics[before:])
         return None if broken else geometry
-    if not known:
+    if not solids:
         message = f"{named(geometry)} is empty"
-        reading.error("missing-element", message, geometry.span, f"it takes one of {', '.join(_SHAPES)}")
+        reading.error("missing-element", message, geometry.span, f"it takes one of {', '.join(SHAPES)}")
         return None
-    reading.known(geometry, _SHAPES, (), None)
-    shape = known[0]
+    known(geometry, reading)
+    shape = solids[0]
     made = Map(shape.span)
-    _READERS[shape.tag](shape, made, reading)
+    known(shape, reading)
+    if shape.tag == "mesh":
+        _mesh(shape, made, reading)
+    else:
+        reading.need(shape, *attributes(shape.tag))
+        put_all(made, shape, reading)
     put(entry, shape.tag, made, shape)
     return shape
 
 
-def _box(shape: Element, made: Map, reading: Reading) -> None:
-    reading.known(shape, (), ("size",), None)
-    if reading.attribute(shape, "size") is not None:
-        put_numbers(made, "size", shape, "size", 3, LENGTHS, reading)
-
-
-def _round(shape: Element, made: Map, reading: Reading) -> None:
-    names = ("radius",) if shape.tag == "sphere" else ("radius", "length")
-    reading.known(shape, (), names, None)
-    need_numbers(made, shape, names, LENGTHS, reading)
-
-
 def _mesh(shape: Element, made: Map, reading: Reading) -> None:
-    reading.known(shape, (), ("filename", "scale"), None)
     file = reading.attribute(shape, "filename")
     if file is not None:
         attribute = shape.attributes["filename"]
@@ -191,7 +177,7 @@ def _mesh(shape: Element, made: Map, reading: Reading) -> None:
         if not file.strip():
             reading.error("missing-attribute", f"filename of {named(shape)} is empty", attribute.span, "name a mesh")
     if len(shape.attributes["scale"].words() if "scale" in shape.attributes else ()) in (0, 3):
-        put_numbers(made, "scale", shape, "scale", 3, PLAIN, reading)
+        put_numbers(made, shape, "scale", reading)
     else:
         _other_scale(shape, made, reading)
 
@@ -212,12 +198,3 @@ def _other_scale(shape: Element, made: Map, reading: Reading) -> None:
         for value, word in zip((values * 3)[:3], (words * 3)[:3], strict=True):
             scale.put(value, word.span)
         made.put("scale", scale, attribute.name_span, attribute.span)
-
-
-_READERS: dict[str, Callable[[Element, Map, Reading], None]] = {
-    "box": _box,
-    "cylinder": _round,
-    "capsule": _round,
-    "sphere": _round,
-    "mesh": _mesh,
-}

@@ -8,7 +8,7 @@ from ...diagnostics import NOTE, Diagnostic, Related, Span
 from ...diagnostics.wording import and_more
 from ...frontend.tree import Map, Seq
 from ...xml.markup import Element
-from .reading import Reading, named
+from .reading import Reading, known, named
 from .values import PLAIN, number_of, put_numbers
 
 _NOT_IN_NAMES = re.compile(r"[<>&\"'\x00-\x1f]")
@@ -66,28 +66,28 @@ def _surface(entry: Map, element: Element, reading: Reading) -> None:
     """Set rgba and texture of an entry."""
     color = reading.single(element, "color")
     if color is not None:
-        reading.known(color, (), ("rgba",), None)
+        known(color, reading)
         before = len(reading.diagnostics)
         if reading.attribute(color, "rgba") is not None:
             _rgba(entry, color, reading)
         reading.spoilt(color, "the colour", before)
     texture = reading.single(element, "texture")
     if texture is not None:
-        reading.known(texture, (), ("filename",), None)
+        known(texture, reading)
         attribute = texture.attributes.get("filename")
         file = None if attribute is None else reading.attribute(texture, "filename")
         if attribute is not None and file:
             entry.put("texture", file, attribute.name_span, attribute.span)
         elif not file:  # exporters write an empty <texture/>
             reading.ignored("a texture without a file name has no effect", texture.span)
-    reading.known(element, ("color", "texture"), ("name",), None)
+    known(element, reading)
 
 
 def _rgba(entry: Map, color: Element, reading: Reading) -> None:
     attribute = color.attributes["rgba"]
     words = attribute.words()
     if len(words) != 3:
-        put_numbers(entry, "rgba", color, "rgba", 4, PLAIN, reading)
+        put_numbers(entry, color, "rgba", reading)
         return
     values = [number_of(word, PLAIN, color, "rgba", reading) for word in words]
     message = f"rgba of {named(color)} has 3 numbers; it takes 4"

@@ -19,6 +19,7 @@ from ...rules import acceptable
 from ...xml.elements import indented
 from ...xml.markup import INSTRUCTION, TEXT, Element
 from ..imported import LeftOut, ReadOptions, cannot_carry
+from .grammar import CHILDREN, NUMBERS, TEXTS, attributes
 from .magnitudes import Magnitudes
 
 RULES = (
@@ -52,12 +53,7 @@ RULES = (
 NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
 
 # Every attribute that URDF has somewhere.
-_ATTRIBUTES = {
-    *("name", "version", "type", "link", "joint", "value", "xyz", "rpy", "quat_xyzw", "lower", "upper", "effort"),
-    *("velocity", "multiplier", "offset", "damping", "friction", "rising", "falling", "reference_position"),
-    *("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
-    *("iyx", "izx", "izy", "size", "radius", "length", "filename", "scale", "rgba"),
-}
+_ATTRIBUTES = {"iyx", "izx", "izy", *(name for tag in (*TEXTS, *NUMBERS) for name in attributes(tag))}
 
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 
@@ -237,6 +233,11 @@ class Reading:
             span = element.document.span(item.start, min(item.end - item.start, 40))
             what = "text between elements" if item.kind == TEXT else "an instruction <?...?>"
             self.ignored(f"{what} has no meaning to any reader", span)
+
+
+def known(element: Element, reading: Reading, keep: Map | None = None) -> None:
+    """Look for what no reader of URDF knows in an element; ``keep`` as for ``Reading.known``."""
+    reading.known(element, CHILDREN.get(element.tag, ()), attributes(element.tag), keep)
 
 
 # An element in words, with its name (see ``named``).

@@ -21,6 +21,7 @@ from ...xml.files import printable_name
 from ...xml.markup import COMMENT, Document, Element, Remark
 from ..checked import accept
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
+from .grammar import CHILDREN, attributes
 from .joints import read_joint
 from .links import read_link
 from .materials import read_materials, settle
@@ -83,7 +84,7 @@ def _tree(root: Element, path: Path, reading: Reading) -> Map:
     _section(root, "link", read_link, tree, reading)
     _section(root, "joint", read_joint, tree, reading)
     settle(tree, reading)
-    reading.known(root, ("link", "joint", "material"), ("name", "version"), tree)
+    reading.known(root, CHILDREN["robot"], attributes("robot"), tree)
     version = root.attributes.get("version")
     if version is not None and version.value.strip() not in _VERSIONS:
         reading.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")

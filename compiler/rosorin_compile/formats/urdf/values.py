@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from typing import Any
 
-from ...diagnostics import NOTE, Diagnostic
+from ...diagnostics import NOTE, Diagnostic, Span
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Path, Seq
@@ -19,8 +18,9 @@ from ...rules.remarkable import FULL_TURN
 from ...rules.values import FAR
 from ...units import ANGLE, LENGTH, Quantity
 from ...xml.markup import Attribute, Element, Word
+from .grammar import NUMBERS, SHAPES
 from .magnitudes import LIMIT, ORIGIN, SIZE
-from .reading import Reading, named
+from .reading import Reading, known, named
 
 RULES = (
     Rule(
@@ -46,7 +46,6 @@ _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 # What a number may stand for: its unit decides from which size on it is written with it.
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
 _LIMITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}
-_SHAPES = ("box", "cylinder", "sphere", "capsule")
 
 
 def number_of(word: Word, unit: str, element: Element, name: str, reading: Reading) -> float | None:
@@ -65,11 +64,11 @@ def number_of(word: Word, unit: str, element: Element, name: str, reading: Readi
         message = f"{_what(element, name)}: {shortened(text)} is too large for a number"
         reading.error("not-a-number", message, word.span, "correct it")
         return None
-    if unit == PLAIN:
+    if unit not in _LIMITS:
         return value
     dimension, far = _LIMITS[unit]
     what = f"{_what(element, name)} is {text} {unit}" if abs(value) > far else ""
-    where = ORIGIN if element.tag == "origin" else SIZE if element.tag in _SHAPES else LIMIT
+    where = ORIGIN if element.tag == "origin" else SIZE if element.tag in SHAPES else LIMIT
     reading.magnitudes.take(unit, value, where, what, word.span)
     return Quantity(value, dimension, f"{text} {unit}") if what else value
 
@@ -131,11 +130,9 @@ def _split_by_other_than_space(attribute: Attribute) -> bool:
     return any(letter in attribute.raw.strip() for letter in "\t\n\r")
 
 
-def number(element: Element, name: str, unit: str, reading: Reading) -> tuple[float, Word] | None:
-    """Return the number of an attribute and its place; None if it is not there, or after an error."""
-    attribute = element.attributes.get(name)
-    if attribute is None:
-        return None
+def _number(element: Element, name: str, unit: str, reading: Reading) -> tuple[float, Span] | None:
+    """Return the number of an attribute that is there, and its place; None after an error."""
+    attribute = element.attributes[name]
     words = attribute.words()
     if len(words) != 1:
         have = "is empty" if not words else f"has {len(words)} numbers"
@@ -143,31 +140,33 @@ def number(element: Element, name: str, unit: str, reading: Reading) -> tuple[fl
         reading.error("wrong-count", message, attribute.span, "give one number")
         return None
     value = number_of(words[0], unit, element, name, reading)
-    return None if value is None else (value, words[0])
+    return None if value is None else (value, words[0].span)
 
 
-def put_number(entry: Map, key: str, element: Element, name: str, unit: str, reading: Reading) -> Any:
-    """Set a key to the number of an attribute, if it is there; return it."""
-    value = number(element, name, unit, reading)
-    if value is None:
-        return None
-    entry.put(key, value[0], element.attributes[name].name_span, value[1].span)
-    return value[0]
+def put_numbers(
+    entry: Map, element: Element, name: str, reading: Reading, key: str = "", position: str = PLAIN
+) -> None:
+    """Set a key, by default that of the name, to what an attribute of numbers says, if it is there.
+
+    ``position`` is the unit of the position of the joint that the element is of.
+    """
+    attribute, said = element.attributes.get(name), NUMBERS[element.tag][name]
+    if attribute is None:
+        return
+    unit = said.unit_at(position)
+    if said.many == 1:
+        found: tuple[Any, Span] | None = _number(element, name, unit, reading)
+    else:
+        values = numbers(element, name, said.many, unit, reading)
+        found = None if values is None else (values, attribute.span)
+    if found is not None:
+        entry.put(key or name, found[0], attribute.name_span, found[1])
 
 
-def need_numbers(entry: Map, element: Element, names: Sequence[str], unit: str, reading: Reading) -> None:
-    """Set keys to the numbers of the attributes of the same names, which have to be there."""
-    reading.need(element, *names)
-    for name in names:
-        put_number(entry, name, element, name, unit, reading)
-
-
-def put_numbers(entry: Map, key: str, element: Element, name: str, count: int, unit: str, reading: Reading) -> Any:
-    """Set a key to the numbers of an attribute, if it is there; return them."""
-    values = numbers(element, name, count, unit, reading)
-    if values is not None:
-        entry.put(key, values, element.attributes[name].name_span, element.attributes[name].span)
-    return values
+def put_all(entry: Map, element: Element, reading: Reading, position: str = PLAIN) -> None:
+    """Set the keys of all numbers of an element that are there."""
+    for name in NUMBERS[element.tag]:
+        put_numbers(entry, element, name, reading, position=position)
 
 
 def put_origin(entry: Map, element: Element, path: Path, reading: Reading) -> None:
@@ -175,18 +174,18 @@ def put_origin(entry: Map, element: Element, path: Path, reading: Reading) -> No
     origin = reading.single(element, "origin")
     if origin is None:
         return
-    reading.known(origin, (), ("xyz", "rpy", "quat_xyzw"), None)
+    known(origin, reading)
     reading.paths[id(origin)] = (*path, "xyz" if "xyz" in origin.attributes else "rpy")
-    put_numbers(entry, "xyz", origin, "xyz", 3, LENGTHS, reading)
+    put_numbers(entry, origin, "xyz", reading)
     if "quat_xyzw" not in origin.attributes:
-        put_numbers(entry, "rpy", origin, "rpy", 3, ANGLES, reading)
+        put_numbers(entry, origin, "rpy", reading)
         return
     attribute = origin.attributes["quat_xyzw"]
     if "rpy" in origin.attributes:
         message = f"{named(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
         reading.error("duplicate-element", message, attribute.name_span, "remove one")
         return
-    quaternion = numbers(origin, "quat_xyzw", 4, PLAIN, reading)
+    quaternion = numbers(origin, "quat_xyzw", NUMBERS["origin"]["quat_xyzw"].many, PLAIN, reading)
     if quaternion is None:
         return
     if not any(quaternion):

@@ -25,7 +25,6 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.proof import Proof
-from rosorin_compile.meaning.sameness import different
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
 from rosorin_compile_import.description import write
@@ -95,7 +94,7 @@ def judged(path: Path, lenient: bool) -> tuple[str, str]:
     first, second = lower(imported.tree).robot, None if back.tree is None else lower(back.tree).robot
     if first is None or second is None:
         return "differs", "what it becomes is not read"
-    found = different(first, second, TOLERANCE, carried_by_urdf=True)
+    found = Proof.of(first, second, Proof.model(TOLERANCE, carried_by_urdf=True)).texts
     if found:
         return "differs", found[0]
     proof = prove(imported, text, {}, os.environ["DRAKE"]) if "DRAKE" in os.environ else Proof()

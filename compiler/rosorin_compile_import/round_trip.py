@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from rosorin_compile import Compiled, Difference, Format
+from rosorin_compile import Compiled, Format
 from rosorin_compile.diagnostics import (
     ERROR,
     Diagnostic,
@@ -171,14 +171,15 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
         from .words.proving import without_words
 
         pair = source.urdf_elements, again.urdf_elements
-        lost = Difference.in_elements(*pair, source, humble=made.asks_for_humble)
+        lost = Proof.of(*pair, Proof.elements(source, humble=made.asks_for_humble)).texts
         found += [f"{what}: {text}" for text in lost]
         made, again = without_words(made, source), without_words(again, source)
-    found += [f"description: {text}" for text in Difference.in_values(source, made, 0.0, carried_by_urdf=False)]
-    found += [f"{what}: {text}" for text in Difference.in_values(source, again, Tolerance.NUMBER, carried_by_urdf=True)]
+    exact, by_urdf = Proof.model(0.0, carried_by_urdf=False), Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
+    found += [f"description: {text}" for text in Proof.of(source, made, exact).texts]
+    found += [f"{what}: {text}" for text in Proof.of(source, again, by_urdf).texts]
     for companion in beside:
         for section in companion.reading.joins:
-            lines = Difference.in_section(source, again, section, Tolerance.NUMBER)
+            lines = Proof.of(source, again, Proof.section(section, Tolerance.NUMBER)).texts
             found += [f"compiled {companion.word}: {text}" for text in lines]
     largest = 0.0 if found else largest_difference(source, again)
     if largest > Tolerance.POSE:

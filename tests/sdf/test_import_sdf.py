@@ -17,11 +17,11 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.frontend.lower import lower
-from rosorin_compile.meaning.sameness import different
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.sections import NO_SECTIONS
 from rosorin_compile_sdf.sdf.bodies import bodies_of
 from support.cases import header, read, told_in_xml
+from support.comparing import different
 from support.machines import as_in_sdf, robot_of
 from support.paths import DATA, ROOT, ROSORIN
 from support.robots import compiled

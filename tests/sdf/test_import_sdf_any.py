@@ -18,8 +18,8 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.tree import locate
-from rosorin_compile.meaning.sameness import different
 from rosorin_compile.model import Output
+from support.comparing import different
 from support.machines import as_in_sdf
 from support.paths import DATA
 

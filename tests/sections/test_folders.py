@@ -43,7 +43,7 @@ NAMED = {
     ("frontend/lower/__init__.py", "mjcf_elements"): "also a key of links",
     ("frontend/lower/entries.py", "servos"): "poses may be written in pulses",
     ("frontend/synonyms.py", "controllers"): "the output that is called so",
-    ("meaning/sameness.py", "mjcf_elements"): "also a key of links",
+    ("meaning/proof/model.py", "mjcf_elements"): "also a key of links",
     ("meaning/simulation.py", "mjcf_elements"): "also a key of links",
     ("meaning/not_compared.py", "drive"): "a topic of formats, with its word",
     ("model/__init__.py", "drive"): DOOR,

@@ -13,6 +13,8 @@ from typing import Any
 
 from rosorin_compile.cli import main
 from rosorin_compile.meaning.golden import Comparison, compare, lines
+from rosorin_compile.meaning.proof import Proof
+from rosorin_compile.model import Robot
 from rosorin_compile.pipeline import Compiled
 from support.paths import DATA, ROSORIN
 from support.robots import compiled, copy_of_rosorin
@@ -130,3 +132,8 @@ def block(name: str, key: str) -> str:
     found = re.search(rf"^  {key}:.*\n(?:   .*\n)*", text, re.MULTILINE)
     assert found, f"{key} is not in {name}"
     return found[0]
+
+
+def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> list[str]:
+    """Return in which values two robots differ, to a proof."""
+    return Proof.of(one, other, Proof.model(tolerance, carried_by_urdf=carried_by_urdf)).texts

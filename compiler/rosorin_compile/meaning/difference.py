@@ -5,7 +5,7 @@ It is lines for people, and JSON for programs (``schemas/robot_diff.schema.json`
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -103,37 +103,6 @@ class Difference:
         if self.a is None or self.b is None:
             raise ValueError("one of the two could not be read: see diagnostics")
         return self.a, self.b
-
-    @staticmethod
-    def in_values(one: Robot, other: Robot, tolerance: float, *, carried_by_urdf: bool) -> list[str]:
-        """Return in which values two robots differ: the sentences of ``diff``, then each field; nothing for the same.
-
-        Numbers may differ by ``tolerance``, absolute or relative. With ``carried_by_urdf`` only what a URDF says is
-        compared, and by what it means.
-        """
-        from .sameness import different
-
-        return different(one, other, tolerance, carried_by_urdf)
-
-    @staticmethod
-    def in_section(one: Robot, other: Robot, section: str, tolerance: float) -> list[str]:
-        """Return in which values two robots differ in one section, such as ``moveit``."""
-        from .sameness import differently_said
-
-        return differently_said(one, other, section, tolerance)
-
-    @staticmethod
-    def in_elements(
-        one: Iterable[str], other: Iterable[str], robot: Robot | None = None, *, humble: bool = False
-    ) -> list[str]:
-        """Return what only one of two lists of elements of a URDF says, in words.
-
-        The joints of ``robot`` that follow others are known, and whether ROS 2 ``humble`` reads it.
-        """
-        from .elements import Context, context_of, differently_meant
-
-        context = Context(humble=humble) if robot is None else context_of(robot, humble)
-        return differently_meant(one, other, context)
 
     @property
     def same(self) -> bool:

@@ -13,10 +13,10 @@ from ..model.joint import UNPUBLISHED
 from ..model.robot import JointPose
 from ..model.sections import own_sections
 from .difference import OTHER, Item, Side
-from .elements import Context, Key, context_of, said, spelt
 from .joints import differ, unit_of
 from .pairing import Pairing
 from .plainly import compare_rest, either
+from .proof.elements import Context, Key, context_of, said, spelt
 from .simulation import compare_simulation
 from .values import text_of
 from .wording import number_change, value_change

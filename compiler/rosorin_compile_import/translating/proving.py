@@ -17,7 +17,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile import Difference
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Progress, Span
 from rosorin_compile.extending import (
     FORMATS,
@@ -26,6 +25,7 @@ from rosorin_compile.extending import (
     Imported,
     LoadError,
     Map,
+    Proof,
     ReadOptions,
     Tolerance,
     compile_robot,
@@ -41,6 +41,7 @@ from .scopes import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
 
 MAX_COMBINATIONS = 32
 PROBE = "probe_"  # what an argument is given beside its default that stands in names
+_AS_URDF = Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
 
 Combination = tuple[tuple[str, str], ...]
 
@@ -154,7 +155,7 @@ def moves(source: Source, row: Combination) -> bool:
     one, two = base.robot, other.robot
     if one is None or two is None:
         return False
-    return bool(Difference.in_values(_settled(one), _settled(two), Tolerance.NUMBER, carried_by_urdf=True))
+    return bool(Proof.of(_settled(one), _settled(two), _AS_URDF).texts)
 
 
 def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
@@ -252,7 +253,7 @@ def _faults(
         source = replace(source, name=name)
     found, again = _meant(source, again, compiled.robot.asks_for_humble) if in_words else ([], again)
     source, again = _settled(source), _settled(again)
-    found = [*found, *Difference.in_values(source, again, Tolerance.NUMBER, carried_by_urdf=True)][:8]
+    found = [*found, *Proof.of(source, again, _AS_URDF).texts][:8]
     entries = _entries_of(made)
     return [
         _fault(told, row, [*_spans_in(one, entries), *_spans_called(told, made)])
@@ -270,7 +271,8 @@ def _fault(told: str, row: Combination, spans: list[Span]) -> Fault:
 
 def _meant(source: Robot, again: Robot, humble: bool) -> tuple[list[str], Robot]:
     """Return what elements say otherwise than in the source, and the robot with those of the source."""
-    found = Difference.in_elements(source.urdf_elements, again.urdf_elements, source, humble=humble)
+    engine = Proof.elements(source, humble=humble)
+    found = Proof.of(source.urdf_elements, again.urdf_elements, engine).texts
     return found, without_words(again, source)
 
 

@@ -15,9 +15,8 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
-from rosorin_compile import Difference
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, has_errors, listed
-from rosorin_compile.extending import Description, Packages, Tolerance, world
+from rosorin_compile.extending import Description, Packages, Proof, Tolerance, world
 from rosorin_compile.model import Robot
 
 from ..merging.record import ENDING, read, text_of
@@ -281,6 +280,6 @@ def _other(before: Mapping[tuple[str, ...], Robot | str], after: Mapping[tuple[s
         if not isinstance(again, type(robot)):
             return f"does not compile any more: {again or next(iter(after.values()))}{how}"
         if again != robot:
-            first = Difference.in_values(robot, again, Tolerance.NUMBER, carried_by_urdf=False)[:1]
+            first = Proof.of(robot, again, Proof.model(Tolerance.NUMBER, carried_by_urdf=False)).texts[:1]
             return f"is another robot: {' '.join(first)}{how}"
     return ""

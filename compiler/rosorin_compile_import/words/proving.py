@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rosorin_compile import Difference, Templates
-from rosorin_compile.extending import FORMATS, Document, Imported, Map, Seq
+from rosorin_compile import Templates
+from rosorin_compile.extending import FORMATS, Document, Imported, Map, Proof, Seq
 from rosorin_compile.model import Output, Robot, Sensor
 
 from .blocks import Unsayable, block
@@ -139,7 +139,7 @@ class _Proving:
         written = self._written(self._lowered({CONTROL: made}), options) if made else {}
         for one in [one for one in found if one.name in made]:
             texts = written.get(one.called, [])
-            wrong = Difference.in_elements([one.alone], texts, self.robot, humble=humble)
+            wrong = Proof.of([one.alone], texts, Proof.elements(self.robot, humble=humble)).texts
             if wrong:
                 del made[one.name]
                 why[one.called] = _otherwise(wrong, texts)
@@ -297,7 +297,7 @@ def _unwritten(texts: Seq) -> dict[str, str]:
 
 def _differs(one: Candidate, texts: Sequence[str]) -> str:
     """Return what comes out otherwise of a sensor; empty if nothing does."""
-    wrong = Difference.in_elements([one.alone], texts)
+    wrong = Proof.of([one.alone], texts, Proof.elements()).texts
     return _otherwise(wrong, texts) if wrong else ""
 
 

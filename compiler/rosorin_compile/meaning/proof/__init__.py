@@ -2,7 +2,7 @@
 
 ``Proof.of(source, made, engine)`` is the one way to ask. What an engine compares is its own, and what it is given:
 
-- ``model``: two models of a robot, value by value.
+- ``model``: two models of a robot, value by value; or one section of them.
 - ``elements``: what elements of XML mean that a URDF has beside links and joints.
 - ``facts``: compiled artifacts, read back, and the model that they are to say.
 - MuJoCo and Drake (``Proving.prove`` of their formats): what each makes of a source, and of what that becomes.
@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
-    from ...model import Joint
+    from ...model import Joint, Robot
 
 Source = TypeVar("Source")
 Made = TypeVar("Made")
@@ -107,6 +108,34 @@ class Proof(NamedTuple):
             known |= {feature: told} if told else {}
             wrong |= {feature: rest} if rest else {}
         return Proof(wrong, known, "" if wrong else found.said(list(known)), counts=found.counts)
+
+    @staticmethod
+    def model(tolerance: float, *, carried_by_urdf: bool) -> Engine[Robot, Robot]:
+        """Return the engine that compares two robots by value: the sentences of ``diff``, then each field that differs.
+
+        Numbers may differ by ``tolerance``, absolute or relative. With ``carried_by_urdf`` only what a URDF says is
+        compared, and by what it means.
+        """
+        from .model import by_values
+
+        return partial(by_values, tolerance=tolerance, carried_by_urdf=carried_by_urdf)
+
+    @staticmethod
+    def section(name: str, tolerance: float) -> Engine[Robot, Robot]:
+        """Return the engine that compares one section of two robots, such as ``moveit``, value by value."""
+        from .model import by_section
+
+        return partial(by_section, section=name, tolerance=tolerance)
+
+    @staticmethod
+    def elements(robot: Robot | None = None, *, humble: bool = False) -> Engine[Iterable[str], Iterable[str]]:
+        """Return the engine that compares what two lists of elements of a URDF say.
+
+        The joints of ``robot`` that follow others are known, and whether ROS 2 ``humble`` reads it.
+        """
+        from .elements import Context, by_elements, context_of
+
+        return partial(by_elements, context=Context(humble=humble) if robot is None else context_of(robot, humble))
 
     @staticmethod
     def states(joints: Iterable[tuple[Joint, float, float]], count: int, seed: int) -> list[State]:

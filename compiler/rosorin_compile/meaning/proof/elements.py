@@ -1,4 +1,4 @@
-"""Meaning: what elements of a URDF beside links and joints say, so that two spellings of it are the same.
+"""Elements: the engine that compares what elements of a URDF beside links and joints say, in whichever spelling.
 
 White space, comments, the order of what has other names, spare zeros and what SDF takes by default mean nothing.
 Within a plug-in, whose words are its own, texts and their order stay as they are. What Gazebo is told of a link or a
@@ -11,14 +11,15 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Set
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..model import Pose, Sensor
-from ..xml.elements import canonical, tree_of
-from ..xml.imu import with_noise
+from ...model import Pose, Sensor
+from ...xml.elements import canonical, tree_of
+from ...xml.imu import with_noise
+from . import Found
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from ..model import Robot
+    from ...model import Robot
 
 _SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12
 _DIGITS = 10  # of metres and entries of a rotation, behind the point
@@ -150,10 +151,11 @@ def context_of(robot: Robot, humble: bool) -> Context:
     return Context(frozenset(joint.name for joint in robot.joints if joint.mimic is not None), humble)
 
 
-def differently_meant(one: Iterable[str], other: Iterable[str], context: Context) -> list[str]:
-    """Return what only one of two lists of elements says, in words."""
+def by_elements(one: Iterable[str], other: Iterable[str], context: Context) -> Found:
+    """Return what only one of two lists of elements says, in words. See ``Proof.elements``."""
     first, second = said(one, context), said(other, context)
-    return [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
+    texts = [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
+    return Found([("elements", text) for text in texts])
 
 
 def spelt(key: Key) -> str:

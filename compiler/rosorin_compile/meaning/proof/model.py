@@ -1,4 +1,4 @@
-"""Sameness: two models of a robot compared value by value, as the import's proof that nothing was lost asks for.
+"""Model: the engine that compares two models of a robot value by value, for the proof that nothing was lost.
 
 ``diff`` looks at what a robot is; here every field of the model counts, and a number is equal to the last digit. What
 differs is said as ``diff`` says it, and then field by field, so that nothing goes untold.
@@ -11,16 +11,16 @@ from collections.abc import Generator, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from ..formats import FORMATS
-from ..frontend.annotations import sections
-from ..model import Box, Ellipsoid, Joint, Link, Robot, Shape
-from ..model.joint import Dynamics
-from ..model.sections import Sections, own_sections
-from ..model.shape import Material, plain
-from .difference import YAML, Side
-from .proof import Tolerance
-from .robots import compare_robots
-from .wording import number_pair
+from ...formats import FORMATS
+from ...frontend.annotations import sections
+from ...model import Box, Ellipsoid, Joint, Link, Robot, Shape
+from ...model.joint import Dynamics
+from ...model.sections import Sections, own_sections
+from ...model.shape import Material, plain
+from ..difference import YAML, Side
+from ..robots import compare_robots
+from ..wording import number_pair
+from . import Found, Tolerance
 
 # Where a value comes from and what is made of it says nothing about the robot.
 _NOT_COMPARED = ("source", "outputs", "stand_in")
@@ -31,27 +31,27 @@ _NOT_IN_URDF = (
 _NAMED = (Link, Joint, Material)
 
 
-def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> list[str]:
+def by_values(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> Found:
     """Return in which values two robots differ: the sentences of ``diff``, then each field; nothing for the same robot.
 
-    Numbers may differ by ``tolerance``, absolute or relative. With ``carried_by_urdf`` only what a URDF says is
-    compared, and by what it means: a box by its size, an element of XML without its line ends.
+    See ``Proof.model``. By what it means, a box is its size, and an element of XML has no line ends.
     """
     skipped = (*_NOT_COMPARED, *(_NOT_IN_URDF if carried_by_urdf else ()))
     held = _without_lacking(one, other) if carried_by_urdf else one
     values = list(_Comparison(tolerance, skipped, carried_by_urdf).values("", held, other))
     if not values:
-        return []
+        return Found()
     sides = Side("source", YAML, one), Side("result", FORMATS.published() if carried_by_urdf else YAML, other)
     difference = compare_robots(*sides, tolerance, prefix="")
-    return [item.text for item in difference.items] + values
+    sentences = [("meaning", item.text) for item in difference.items]
+    return Found([*sentences, *(("values", value) for value in values)])
 
 
-def differently_said(one: Robot, other: Robot, section: str, tolerance: float) -> list[str]:
-    """Return in which values two robots differ in one section, such as ``moveit``."""
+def by_section(one: Robot, other: Robot, tolerance: float, section: str) -> Found:
+    """Return in which values two robots differ in one section. See ``Proof.section``."""
     comparison = _Comparison(tolerance, _NOT_COMPARED, by_meaning=False)
     old, new = (getattr(robot, section) for robot in (one, other))
-    return list(comparison.values(section, old, new))
+    return Found([("values", value) for value in comparison.values(section, old, new)])
 
 
 def _without_lacking(one: Robot, other: Robot) -> Robot:

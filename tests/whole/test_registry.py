@@ -67,8 +67,9 @@ DECLARING = [path for path in SOURCES if re.search(r"\b[Rr]ule\(\s*\"[a-z]", pat
 
 @cache
 def declared(path: Path) -> list[Rule]:
-    """Return the rules that a source declares."""
-    return declared_in(path.read_text("utf-8"))
+    """Return the rules that a source declares; one without such a call is not parsed."""
+    text = path.read_text("utf-8")
+    return declared_in(text) if re.search(r"\b[Rr]ule\(", text) else []
 
 
 @cache

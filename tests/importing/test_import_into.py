@@ -527,11 +527,12 @@ def colcon(folder: Path, *words: str) -> str:
 
 
 KINDS = [
-    pytest.param("ament_python", marks=pytest.mark.tier("builds")),
+    "ament_python",
     pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")),
 ]
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @pytest.mark.skipif(COLCON is None, reason="colcon is not here: pip install colcon-common-extensions")
 @pytest.mark.parametrize("kind", KINDS)

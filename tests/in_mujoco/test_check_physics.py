@@ -63,6 +63,7 @@ def test_each_rule_of_physics_has_a_case() -> None:
     assert said == declared | {"mesh-unreadable", "accept-unused"}
 
 
+@pytest.mark.tier("engines")
 def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Path, capsys: Shown) -> None:
     copy_of_rosorin(rosorin, whole=True)
     shutil.copytree(ROOT / "outputs", rosorin / "outputs")

@@ -48,6 +48,7 @@ def test_memory_answers_what_a_run_would_many_times() -> None:
     judged(play(ALL, 1_000), ALL)
 
 
+@pytest.mark.tier("memory")
 @pytest.mark.slow
 def test_memory_answers_so_on_a_disk_with_a_plugin_too(tmp_path: Path) -> None:
     judged(play(SOME // 10, 0, tmp_path), SOME // 10)

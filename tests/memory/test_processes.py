@@ -90,6 +90,7 @@ def sweep_words(project: Project) -> str:
     return " ".join(project.run(*SWEEP, "out")[1].split())
 
 
+@pytest.mark.tier("memory")
 def test_a_change_of_what_a_sweep_asked_for(tmp_path: Path) -> None:
     sweep_and_change(tmp_path, 1)
 
@@ -135,6 +136,7 @@ def change(chance: random.Random, path: Path, number: int) -> None:
         return
 
 
+@pytest.mark.tier("memory")
 def test_changes_of_what_was_asked_for(tmp_path: Path) -> None:
     assert play(tmp_path, 2) > 0
 
@@ -144,6 +146,7 @@ def test_many_changes_of_what_was_asked_for(tmp_path: Path) -> None:
     assert play(tmp_path, 50) >= 50 / 3
 
 
+@pytest.mark.tier("memory")
 def test_a_check_of_every_argument_is_answered_from_memory(tmp_path: Path) -> None:
     project, words = Project(tmp_path), ("check", "--every-argument")
     first, kept = project.run(*words), project.records()

@@ -19,12 +19,13 @@ from support.engines import pose
 from support.machines import BODY, TESTER, chain, machine, robot_of
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
+from support.tiers import some
 
 pytestmark = pytest.mark.slow
 
 EXAMPLES = sorted((ROOT / "examples").glob("*/robot.yaml"))
-ENGINES = pytest.mark.tier("engines")
-AT_A_LANDING = (ROSORIN, EXAMPLES[0], EXAMPLES[-1])  # the others in a tier
+ROBOTS = (ROSORIN, *EXAMPLES)
+SEEDS = range(12)
 STATES = 200
 TOLERANCE = 1e-9
 SHORT = 1.1e-12  # relative; what printing may cost a number
@@ -99,12 +100,12 @@ def test_drake_sees_the_same_robot(robot, tmp_path):
     judged(robot, tmp_path)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", some(SEEDS, (0, 6), "engines"))
 def test_drake_sees_the_same_random_robot(seed, tmp_path):
     judged(random_robot(seed), tmp_path, seed=seed)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_libsdformat_reads_a_random_robot(seed, tmp_path):
     sdformat.need()
     robot = random_robot(seed)
@@ -147,13 +148,7 @@ def test_what_drake_refuses_is_refused(tmp_path):
         in_drake.ask(path, "root")
 
 
-@pytest.mark.parametrize(
-    "robot",
-    [
-        pytest.param(one, id=one.parent.name, marks=[] if one in AT_A_LANDING else ENGINES)
-        for one in (ROSORIN, *EXAMPLES)
-    ],
-)
+@pytest.mark.parametrize("robot", some(ROBOTS, EXAMPLES[:1], "engines", lambda path: path.parent.name))
 def test_the_reference_robot_and_the_examples(robot, tmp_path):
     """None of them asks for an SDF: what it would be is judged all the same."""
     compiled_robot = compiled(robot).robot

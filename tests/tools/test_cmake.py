@@ -165,6 +165,7 @@ def test_an_output_that_gets_another_name(tmp_path: Path, generator: str) -> Non
     assert [name for name in tree(made(source)) if name.endswith(".urdf")] == ["second.urdf"]
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_golden_artifacts(tmp_path: Path, generator: str) -> None:
@@ -269,6 +270,7 @@ def test_what_is_installed(tmp_path: Path, generator: str) -> None:
     assert tree(source / "there") == golden
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_a_clean_build(tmp_path: Path, generator: str) -> None:

@@ -72,6 +72,7 @@ def share(workspace: Path, package: str) -> Path:
     return workspace / "install" / package / "share" / package
 
 
+@pytest.mark.tier("builds")
 def test_a_workspace_is_built_once_and_what_is_touched_again(workspace: Path) -> None:
     """At a landing: with links, of which ``test_a_workspace`` has none, and those packages that the cell needs."""
     words = ("--symlink-install", "--packages-up-to", "cell_description")

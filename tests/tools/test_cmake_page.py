@@ -51,6 +51,7 @@ def test_cmake(lamp: Path) -> None:
     assert ran(run(lamp, command[0])) == []
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.skipif(not shutil.which("ninja"), reason="no ninja")
 def test_ninja(lamp: Path) -> None:
     shade = lamp / "descriptions/lamp/shade.yaml"

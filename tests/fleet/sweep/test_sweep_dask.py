@@ -165,6 +165,7 @@ def test_workers_write_where_fsspec_leads(here: Path) -> None:
     assert same_files()
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_the_library_asks_a_cluster() -> None:
     assert "fine" in ran("library.py")

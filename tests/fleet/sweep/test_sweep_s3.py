@@ -106,6 +106,7 @@ def made_here() -> dict[str, bytes]:
     return {path.relative_to("here").as_posix(): path.read_bytes() for path in files}
 
 
+@pytest.mark.tier("outside")
 def test_a_bucket_gets_what_a_folder_gets(s3: Any) -> None:
     assert swept("s3://robots/fleet", "-j", "2") == {"made": COUNT, "unchanged": 0, "errors": 0}
     alone, found = made_here(), there(s3)

@@ -26,6 +26,7 @@ from rosorin_compile_mujoco.simulate.world import FIXED, FREE, quiet
 from support.cases import told
 from support.commands import Shown
 from support.paths import DATA, ROOT
+from support.tiers import some
 
 pytest.importorskip("mujoco", minversion="4")
 
@@ -80,8 +81,6 @@ ROBOTS = {
     "examples/unitree_a1": {"limit-not-reached": 1},
     "examples/ur5e": {"limit-not-reached": 2},
 }
-AT_A_LANDING = ("descriptions/rosorin", "examples/turtlebot3_burger", "examples/ur5e")  # the others in a tier
-ENGINES = pytest.mark.tier("engines")
 NOT_DRIVEN = {"examples/unitree_a1", "examples/ur5e"}  # they have no wheels
 
 
@@ -90,9 +89,7 @@ def test_every_robot_of_this_project_is_simulated() -> None:
     assert {str(folder.relative_to(ROOT)) for folder in folders if (folder / "robot.yaml").is_file()} == set(ROBOTS)
 
 
-@pytest.mark.parametrize(
-    "folder", [folder if folder in AT_A_LANDING else pytest.param(folder, marks=ENGINES) for folder in sorted(ROBOTS)]
-)
+@pytest.mark.parametrize("folder", some(sorted(ROBOTS), ["examples/turtlebot3_burger", "examples/ur5e"], "engines"))
 def test_a_robot_of_this_project_behaves(folder: str, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     monkeypatch.chdir(ROOT)
     assert main(["simulate", f"{folder}/robot.yaml", "--format", "json-list", "--no-timing"]) == 0
@@ -119,6 +116,7 @@ def test_a_mecanum_base_follows_every_command(capsys: Shown) -> None:
     assert set(made["timing"]) == {"steps_per_cpu_second", "times_real_time"}
 
 
+@pytest.mark.tier("engines")
 def test_it_is_the_same_every_time(tmp_path: Path, capsys: Shown) -> None:
     said = []
     for name in ("a.html", "b.html"):
@@ -176,6 +174,7 @@ def test_what_is_written_over_is_not_the_description(tmp_path: Path, capsys: Sho
     assert "output-is-input" in capsys.readouterr().err
 
 
+@pytest.mark.tier("engines")
 def test_a_robot_in_another_format_is_simulated(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     monkeypatch.chdir(ROOT)
     assert main(["simulate", "outputs/rosorin/rosorin.xml", "--no-timing"]) == 0

@@ -27,7 +27,7 @@ HERE = Path(__file__).parent
 ROBOTS = [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]
 EVERY_WORD = sorted((ROOT / "tests/judges/goldens/every_word").glob("*.yaml"))
 EACH = 15  # of an artifact
-AT_A_LANDING = 5
+AT_A_LANDING = 10
 SEED = 20261126
 _LONGEST = 150
 
@@ -72,7 +72,7 @@ def some() -> list[Told]:
 def of_each_kind(step: int = 1) -> list[Told]:
     """Return what is told of a change of each kind of place that a format has, and whether a proof sees it.
 
-    With a ``step`` of 5 it is the first, the sixth and so on of each artifact.
+    With a ``step`` of 10 it is the first, the eleventh and so on of each artifact.
     """
     told: list[Told] = []
     had: dict[str, set[tuple[str, ...]]] = {}

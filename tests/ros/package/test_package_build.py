@@ -70,7 +70,7 @@ def kinds(landing: str) -> pytest.MarkDecorator:
         pytest.param(False, PYTHON, id="False-ament_python"),
         pytest.param(False, CMAKE, id="False-ament_cmake", marks=[BUILDS, _NEEDS_CMAKE]),
         pytest.param(True, PYTHON, id="True-ament_python", marks=BUILDS),
-        pytest.param(True, CMAKE, id="True-ament_cmake", marks=_NEEDS_CMAKE),
+        pytest.param(True, CMAKE, id="True-ament_cmake", marks=[BUILDS, _NEEDS_CMAKE]),
     ],
 )
 def test_what_is_installed_is_what_was_written(

@@ -13,6 +13,7 @@ from rosorin_compile.cli import main
 from rosorin_compile.commands.completion.command import SCRIPTS
 from support.commands import HANDY
 from support.shells import environment, shell
+from support.tiers import some
 
 PROJECT = {**HANDY, "my robots/a b.yaml": "robot: a\n", "my robots/it's.urdf": "<robot/>", "$x/y.yaml": "robot: y\n"}
 
@@ -50,7 +51,7 @@ def needs(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["bash", "zsh"])
+@pytest.mark.parametrize("name", some(["bash", "zsh"], ["bash"], "outside"))
 def test_a_line_is_completed_on_a_terminal(project: Path, name: str) -> None:
     needs(name)
     with shell(name, project) as made:

@@ -15,6 +15,7 @@ import sys
 import traceback
 from contextlib import suppress
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -33,6 +34,8 @@ LOADED = (
 
 def fork_mujoco(patch: pytest.MonkeyPatch) -> None:
     """Let the tool ask forks in place of new processes for the rest of this process."""
+    if find_spec("mujoco") is None:
+        return
     start, new_process = process._run, subprocess.run
 
     def run(command: list[str], folder: str, seconds: int) -> subprocess.CompletedProcess[bytes]:

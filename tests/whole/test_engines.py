@@ -46,7 +46,7 @@ FREE: dict[str, dict[str, str]] = {
 FIXED: dict[str, dict[str, str]] = {"ur5e": {}}
 # What has layers of its own says itself who touches whom, and accepts the rule not-in-mjx.
 LAYERED = ["porter"]
-SAMPLE = ("rosorin", "omni_base")
+SAMPLE = ("omni_base",)  # at a landing
 SECONDS = 2.0
 DROP = 0.005  # m: where a robot begins above the floor
 SAME = 0.002  # m

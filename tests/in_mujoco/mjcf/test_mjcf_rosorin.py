@@ -16,7 +16,7 @@ from support.simulator import BASES, contacts, frame, load, matrix, no_warning, 
 
 pytestmark = pytest.mark.slow
 
-STATES = 300
+STATES = 60
 MILLIMETRE, MILLIDEGREE = 0.5e-3, 0.5e-3  # half of what tf2_echo prints
 PRINTED = 1.1e-12  # relative: what short numbers leave out
 FINGERS = {"r_joint", "l_joint", "l_in_joint", "l_out_joint", "r_in_joint", "r_out_joint"}

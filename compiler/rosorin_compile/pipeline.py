@@ -95,7 +95,7 @@ class Compiled:
 
     def proven(self) -> Compiled:
         """Read the artifacts back; if one contradicts the robot, return the result without them and with the reason."""
-        from .meaning.agreement import agreement
+        from .meaning.proof.facts import agreement
 
         wrong = agreement(self.robot, self.artifacts) if self.robot is not None else []
         return replace(self, artifacts=(), diagnostics=[*self.diagnostics, *wrong]) if wrong else self

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS, Artifact, static_tf
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,

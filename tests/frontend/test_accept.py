@@ -10,7 +10,7 @@ import pytest
 
 from rosorin_compile.diagnostics import NOTE, has_errors
 from rosorin_compile.formats.mesh_files import Places, search
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.rules import acceptable
 from support.robots import compiled_text

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.meaning.golden import compare
+from rosorin_compile.meaning.committed import compare
 from rosorin_compile.meaning.moves import moves
 from rosorin_compile.meaning.past import past
 from rosorin_compile.model import Robot

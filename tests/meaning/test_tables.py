@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rosorin_compile.diagnostics.markdown import Diff, Table
-from rosorin_compile.meaning.golden import CHANGED, MAX_LINES, TextDifference
+from rosorin_compile.meaning.committed import CHANGED, MAX_LINES, TextDifference
 from rosorin_compile.meaning.tables import blocks
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.meaning.diff import compare_robots
 from rosorin_compile.meaning.difference import YAML, Difference, Side
-from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Mesh, Pose, Robot, Shape
 from rosorin_compile.model.robot import JointPose, Sensor
 from rosorin_compile.model.sections import Sections

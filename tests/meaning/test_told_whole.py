@@ -18,10 +18,10 @@ from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.markdown import Section, document
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
+from rosorin_compile.meaning.committed import compare
+from rosorin_compile.meaning.diff import compare_robots
 from rosorin_compile.meaning.difference import YAML, Side, as_json, lines
-from rosorin_compile.meaning.golden import compare
 from rosorin_compile.meaning.renaming import renamed
-from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.meaning.tables import blocks
 from rosorin_compile.model import Output, Robot
 from rosorin_compile_view.page import data_of

@@ -23,7 +23,7 @@ from rosorin_compile.diagnostics import Diagnostic, Source, has_errors
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.project import Description
 from rosorin_compile_ros.check_parameters import checking, files, nodes

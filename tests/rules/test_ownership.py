@@ -17,7 +17,7 @@ from rosorin_compile.formats import frames
 from rosorin_compile.formats.launching import condition, in_frontends, in_python
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.lower import lower
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import Link, Robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.rules.conditions import combinations, holds

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rosorin_compile.cli import main
-from rosorin_compile.meaning.golden import Comparison, compare, lines
+from rosorin_compile.meaning.committed import Comparison, compare, lines
 from rosorin_compile.meaning.proof import Proof
 from rosorin_compile.model import Robot
 from rosorin_compile.pipeline import Compiled

@@ -17,7 +17,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.validate import validate
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import Robot
 from rosorin_compile.pipeline import Compiled, compile_robot
 from rosorin_compile.rules import check

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.diagnostics import Diagnostic, has_errors
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.pipeline import compile_robot
 
 pytestmark = pytest.mark.slow

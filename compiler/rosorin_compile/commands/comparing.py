@@ -15,7 +15,7 @@ from .understanding import understood
 if TYPE_CHECKING:
     from ..formats import Artifact
     from ..formats.format import Refusal
-    from ..meaning.golden import Comparison
+    from ..meaning.committed import Comparison
     from ..pipeline import Compiled
 
 
@@ -43,7 +43,7 @@ class Held(NamedTuple):
 
     def lines(self, full: bool = False) -> list[str]:
         """Return in lines how files differ; texts are shortened unless ``full``."""
-        from ..meaning.golden import lines
+        from ..meaning.committed import lines
 
         said = lines(self.comparison, full) if self.comparison is not None else []
         return said + [f"{name}: {what}" for name, what in self.meshes]
@@ -51,7 +51,7 @@ class Held(NamedTuple):
 
 def compared(given: Given, description: Description, compiled: Compiled) -> Held:
     """Hold a robot without errors against its outputs folder. Raises ValueError for one with errors."""
-    from ..meaning.golden import compare
+    from ..meaning.committed import compare
     from ..output import OutputError, read_set
 
     if compiled.robot is None:

@@ -68,8 +68,8 @@ def options(command: Parser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compare two robots; say what differs."""
     from ..frontend.load import LoadError
+    from ..meaning.diff import compare_robots
     from ..meaning.difference import DEFAULT_TOLERANCE, as_json, lines
-    from ..meaning.robots import compare_robots
 
     run = Run.of(options)
     given, words = run.given, run.words

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from ..diagnostics.console import Console
+    from ..meaning.committed import Comparison
     from ..meaning.difference import Difference
-    from ..meaning.golden import Comparison
     from ..pipeline import Compiled
     from ..project import Description
     from .given import Given

@@ -13,8 +13,8 @@ from .. import world
 from ..diagnostics import ERROR, Diagnostic, error, has_errors
 from ..formats import FORMATS
 from ..frontend import asked
+from ..meaning.diff import compare_robots
 from ..meaning.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
-from ..meaning.robots import compare_robots
 from ..meaning.tolerance import printing_of
 from ..meaning.wording import several
 from ..model import Robot

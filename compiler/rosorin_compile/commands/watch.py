@@ -20,7 +20,7 @@ from .run import Run
 from .usage import FINE
 
 if TYPE_CHECKING:
-    from ..meaning.golden import Comparison
+    from ..meaning.committed import Comparison
     from ..pipeline import Compiled
     from .parser import Parser
 
@@ -114,7 +114,7 @@ class _Robot:
             self._write(compiled)
 
     def _write(self, compiled: Compiled) -> None:
-        from ..meaning.golden import compare
+        from ..meaning.committed import compare
         from ..output import OutputError, read_set, write_outputs
 
         if compiled.robot is None:

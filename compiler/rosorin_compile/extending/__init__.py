@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from ..frontend.schema import fragment_at
     from ..frontend.tree import Map, Path, Seq, Text
     from ..frontend.yaml_text import Scalar
+    from ..meaning.committed import Comparison, TextDifference, compare
     from ..meaning.entities import Change
-    from ..meaning.golden import Comparison, TextDifference, compare
     from ..meaning.overlay import Overlay
     from ..meaning.proof import Found, Proof, Tolerance
     from ..numbers import exact
@@ -62,7 +62,7 @@ _HOMES = {
     "Argument": "frontend.arguments",
     "Change": "meaning.entities",
     "Comment": "formats.imported",
-    "Comparison": "meaning.golden",
+    "Comparison": "meaning.committed",
     "Description": "project",
     "Document": "xml.markup",
     "Element": "xml.markup",
@@ -100,11 +100,11 @@ _HOMES = {
     "Stage": "output.staging",
     "StaticTransform": "formats.static_tf",
     "Text": "frontend.tree",
-    "TextDifference": "meaning.golden",
+    "TextDifference": "meaning.committed",
     "Tolerance": "meaning.proof",
     "TriangleMesh": "formats.mesh_triangles",
     "WrongUsage": "commands.usage",
-    "compare": "meaning.golden",
+    "compare": "meaning.committed",
     "compile_robot": "pipeline",
     "each_entry": "frontend.load",
     "evaluate": "frontend.expression",

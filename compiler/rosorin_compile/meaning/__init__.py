@@ -1,5 +1,6 @@
 """Meaning: two robots held against each other, whatever they were written in.
 
-``robots`` compares two of them (``diff``), ``golden`` the committed artifacts with those just compiled (``check``), and
-``agreement`` all artifacts of one robot. ``wording``, ``solids`` and ``tolerance`` are what they share.
+``proof`` says whether what was made of a robot is that robot. Where two are to be told apart for a person, ``diff``
+compares two robots, and ``committed`` the committed artifacts with those just compiled (``check``). ``wording``,
+``solids`` and ``tolerance`` are what they share.
 """

@@ -57,7 +57,7 @@ def before(robot: Robot, pairs: Sequence[Pair]) -> Overlay:
 
 def of_two(difference: Difference, prefix: str | None) -> Overlay:
     """Return the first of two robots under the second one; ``prefix`` is that of the second one."""
-    from .robots import side_by_side
+    from .diff import side_by_side
 
     a, b = difference.sides
     names = _Names(side_by_side(a, b, difference.tolerance, prefix), b.robot)

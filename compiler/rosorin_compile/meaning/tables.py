@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 
 from ..diagnostics.markdown import Block, Cell, Code, Diff, Table
 from ..diagnostics.wording import and_more
+from .committed import CHANGED, MAX_LINES, TextDifference, narrowed
 from .entities import Change
-from .golden import CHANGED, MAX_LINES, TextDifference, narrowed
 
 _HEAD = ("what", "quantity", "before", "after", "by", "artifacts")
 _MOST = 12  # names in one cell

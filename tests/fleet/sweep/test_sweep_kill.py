@@ -45,7 +45,7 @@ import os, random, shutil, signal, sys, time
 from pathlib import Path
 from rosorin_compile.cli import main
 from rosorin_compile import pipeline
-from rosorin_compile.meaning import agreement
+from rosorin_compile.meaning.proof import facts
 from rosorin_compile_fleet.sweep import command
 
 def sweep(over, out, *words):

@@ -9,7 +9,7 @@ import pytest
 
 from rosorin_compile.formats.expectation import Expectation
 from rosorin_compile.formats.urdf import facts
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.pipeline import Compiled
 from support.robots import CHAIN, compiled_text
 

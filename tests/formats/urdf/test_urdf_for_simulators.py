@@ -21,7 +21,7 @@ import rosorin_compile
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     UNPUBLISHED,

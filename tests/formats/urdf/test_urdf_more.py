@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS, Fact
-from rosorin_compile.meaning.golden import compare, lines
+from rosorin_compile.meaning.committed import compare, lines
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.xml.elements import damage, indented
 from support.images import png

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.formats.expectation import Expectation
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.pipeline import Compiled
 from rosorin_compile_mujoco.mjcf import facts
 from support.robots import CHAIN, compiled_text

@@ -16,8 +16,8 @@ from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.tree import Map
+from rosorin_compile.meaning.diff import compare_robots
 from rosorin_compile.meaning.difference import YAML, Side
-from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.model import Robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile_import.description import write

@@ -16,8 +16,8 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.frontend.lower import lower
+from rosorin_compile.meaning.diff import compare_robots
 from rosorin_compile.meaning.difference import YAML, Side
-from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.meaning.tolerance import printing_of
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.pipeline import compile_robot

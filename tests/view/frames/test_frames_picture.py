@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import Artifact, Facts, frames
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.frontend.expression import evaluate
-from rosorin_compile.meaning.agreement import agreement
-from rosorin_compile.meaning.golden import compare, lines
+from rosorin_compile.meaning.committed import compare, lines
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Joint, Link, Output, Publisher, Robot
 from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.frame_tree import lines as tree_lines

@@ -17,8 +17,8 @@ from ...model import Box, Ellipsoid, Joint, Link, Robot, Shape
 from ...model.joint import Dynamics
 from ...model.sections import Sections, own_sections
 from ...model.shape import Material, plain
+from ..diff import compare_robots
 from ..difference import YAML, Side
-from ..robots import compare_robots
 from ..wording import number_pair
 from . import Found, Tolerance
 

@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.meaning.agreement import _disagreements, agreement
+from rosorin_compile.meaning.proof.facts import _disagreements, agreement
 from rosorin_compile.model import Output, Robot
 from support.comparing import BASE, COMMITTED
 from support.machines import machine
@@ -221,8 +221,8 @@ def test_what_is_held_against_the_model_at_once_is_what_is_found_in_full(name: s
     verdicts = set()
     for text in mistakes(artifact.text, random.Random(name)):  # noqa: S311
         spoilt = [replace(artifact, text=text)]
-        full = _disagreements(robot, spoilt)
-        assert agreement(robot, spoilt) == full, text
+        full = [sentence for _, sentence in _disagreements(robot, spoilt)]
+        assert [d.message for d in agreement(robot, spoilt)] == full, text
         verdicts.add(bool(full))
     assert verdicts == {True, False}  # a colour is nobody's concern, a length is
 

@@ -1,23 +1,23 @@
-"""Agreement: do the compiled artifacts say what the model says, and so the same? Guards against faulty templates."""
+"""Facts: the engine that reads compiled artifacts back and holds them against the model, for faults of templates."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ..diagnostics import Diagnostic, error
-from ..diagnostics.bounded import json_of
-from ..diagnostics.progress import Progress
-from ..diagnostics.registry import WRITING, Rule
-from ..formats import FORMATS, Artifact, Fact, Format, Value
-from ..formats.expectation import Expectation, Held
-from ..formats.facts import COLLISION, Solid
-from ..frontend.validator import misfits
-from ..model import Inertial, Mesh, Output, Robot, Shape
-from .proof import Tolerance
-from .solids import remainder, same_set, solid_from, straight
-from .tolerance import NOISE, same_turn, same_value
-from .view import View, called, joints_called, named_as, turn_of, view_of
+from ...diagnostics import Diagnostic, error
+from ...diagnostics.bounded import json_of
+from ...diagnostics.progress import Progress
+from ...diagnostics.registry import WRITING, Rule
+from ...formats import FORMATS, Artifact, Fact, Format, Value
+from ...formats.expectation import Expectation, Held
+from ...formats.facts import COLLISION, Solid
+from ...frontend.validator import misfits
+from ...model import Inertial, Mesh, Output, Robot, Shape
+from ..solids import remainder, same_set, solid_from, straight
+from ..tolerance import NOISE, same_turn, same_value
+from ..view import View, called, joints_called, named_as, turn_of, view_of
+from . import Found, Proof, Tolerance
 
 RULES = (
     Rule(
@@ -52,8 +52,8 @@ class _Reading(NamedTuple):
         return next(output for output in robot.outputs if output.name == self.artifact.output)
 
 
-def _misfits(artifact: Artifact, data: object = None) -> list[Diagnostic]:
-    """Return an error for each place where a JSON artifact does not fit its published schema.
+def _misfits(artifact: Artifact, data: object = None) -> list[str]:
+    """Return a sentence for each place where a JSON artifact does not fit its published schema.
 
     ``data`` is what the artifact says, if it was read already.
     """
@@ -62,13 +62,16 @@ def _misfits(artifact: Artifact, data: object = None) -> list[Diagnostic]:
     if name and data is None:
         data = (format.proving.data or json_of)(artifact.text)
     problems = misfits(name, data) if name else []
-    return [
-        error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
-    ]
+    return [f"{artifact.file} does not fit schemas/{name}.schema.json: {p}" for p in problems]
 
 
 def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
-    """Return an error for each place where a compiled artifact does not say what the model says, as far as it prints.
+    """Return an error for each place where a compiled artifact does not say what the model says."""
+    return [error(_RULE, text, None, _HELP) for text in Proof.of(robot, artifacts, by_facts).texts]
+
+
+def by_facts(robot: Robot, artifacts: Sequence[Artifact]) -> Found:
+    """Return where compiled artifacts do not say what the model says, as far as they print.
 
     Held against the model: the frames that an artifact carries, where they sit, their joints with axis, limits and
     mimic, masses, centres of mass and inertias, and collision shapes.
@@ -80,8 +83,8 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     for number, artifact in enumerate(artifacts):
         Progress.step(f"proving {artifact.file},", number, len(artifacts))
         if not agrees(robot, artifact, model):
-            return _disagreements(robot, artifacts)
-    return []
+            return Found(_disagreements(robot, artifacts))
+    return Found()
 
 
 def agrees(robot: Robot, artifact: Artifact, model: Expectation) -> bool:
@@ -135,10 +138,10 @@ def _held(artifact: Artifact, held: Held) -> _Reading:
     return _Reading(artifact, view._replace(shapes=shapes, names=held.names), held.parents, held.data)
 
 
-def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
-    """Return an error for each place where artifacts do not say what the model says, with those that do."""
+def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[tuple[str, str]]:
+    """Return each place where artifacts do not say what the model says, with those that do; first what is damaged."""
     readings: list[_Reading] = []
-    found: list[Diagnostic] = []
+    found: list[tuple[str, str]] = []
     for artifact in artifacts:
         read = FORMATS[artifact.backend].facts
         if read is None:
@@ -147,19 +150,20 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
             facts = named_as(read(artifact.text), joints_called(robot, artifact))
             reading = _whole(artifact, view_of(facts, called(robot, artifact)))
         except ValueError as problem:
-            found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
+            found.append(("reading", f"{artifact.file} cannot be read back: {problem}"))
         else:
-            found += _misfits(artifact)
+            found += [("reading", text) for text in _misfits(artifact)]
             readings.append(reading)
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
     model = Expectation(robot)
     for reading in readings:
-        found += _wrong(robot, reading, _known(robot, reading.artifact, model), readings)
+        wrong = _wrong(robot, reading, _known(robot, reading.artifact, model), readings)
+        found += [(f"facts of {reading.artifact.file}", text) for text in wrong]
     return found
 
 
-def _wrong(robot: Robot, reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
-    """Yield an error for each place where one artifact does not say what the model says."""
+def _wrong(robot: Robot, reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[str]:
+    """Yield a sentence for each place where one artifact does not say what the model says."""
     yield from _frames(robot, reading)
     yield from _others(robot, reading)
     yield from _values(robot, reading, known, readings)
@@ -167,37 +171,36 @@ def _wrong(robot: Robot, reading: _Reading, known: Expectation, readings: Sequen
     yield from _shapes(robot, reading, known)
 
 
-def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
-    """Yield an error for each frame that an artifact should carry and does not."""
+def _frames(robot: Robot, reading: _Reading) -> Iterator[str]:
+    """Yield a sentence for each frame that an artifact should carry and does not."""
     has_to_carry = reading.format.proving.frames
     # What publishers are not to read has other frames: its format itself says which are missing.
     if has_to_carry is None or reading.artifact.withheld:
         return
     for frame in has_to_carry(robot):
         if not reading.parents.get(frame):
-            message = f"{reading.artifact.file} does not carry the frame {frame}, which it should"
-            yield error(_RULE, message, None, _HELP)
+            yield f"{reading.artifact.file} does not carry the frame {frame}, which it should"
 
 
-def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
-    """Yield an error for each thing that an artifact says wrongly, and its format alone can tell."""
+def _others(robot: Robot, reading: _Reading) -> Iterator[str]:
+    """Yield a sentence for each thing that an artifact says wrongly, and its format alone can tell."""
     if reading.format.proving.disagreements is None:
         return
     try:
         sentences = list(reading.format.proving.disagreements(robot, reading.output(robot), reading.artifact.text))
     except (TypeError, ValueError) as problem:
         sentences = [f"it cannot be read back: {problem}"]
-    yield from (error(_RULE, f"{reading.artifact.file}: {sentence}", None, _HELP) for sentence in sentences)
+    yield from (f"{reading.artifact.file}: {sentence}" for sentence in sentences)
 
 
-def _values(robot: Robot, reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _values(robot: Robot, reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[str]:
     for fact, value in reading.view.plain.items():
         meant = known.value(fact)
         if meant is None or same_value(value, meant, NOISE) or _cannot_say(robot, reading, fact):
             continue
         others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
-        yield _error(str(fact.about), reading, mine, theirs, next(others, None))
+        yield _sentence(str(fact.about), reading, mine, theirs, next(others, None))
 
 
 def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
@@ -206,7 +209,7 @@ def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
 
 def _both(value: Value, meant: Value) -> tuple[str, str]:
     """Return two different values in print, with as many digits as show the difference."""
-    from .wording import number_pair, value_text
+    from ..wording import number_pair, value_text
 
     if isinstance(value.value, str) or isinstance(meant.value, str):
         return value_text(value), value_text(meant)
@@ -214,26 +217,26 @@ def _both(value: Value, meant: Value) -> tuple[str, str]:
     return f"{before} {value.unit}".rstrip(), f"{after} {value.unit}".rstrip()
 
 
-def _turns(reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _turns(reading: _Reading, known: Expectation, readings: Sequence[_Reading]) -> Iterator[str]:
     for frame, turn in reading.view.turns.items():
         meant = turn_of(known.block("frame", frame))
         if meant is None or same_turn(turn, meant):
             continue
-        from .wording import number_pair  # only where something is wrong
+        from ..wording import number_pair  # only where something is wrong
 
         others = (other for other in readings if same_turn(other.view.turns.get(frame), meant))
         pairs = [number_pair(a, b) for a, b in zip(turn.rpy, meant.rpy, strict=True)]
         mine, theirs = (f"{' '.join(numbers)} rad" for numbers in zip(*pairs, strict=True))
-        yield _error(f"{frame} roll pitch yaw", reading, mine, theirs, next(others, None))
+        yield _sentence(f"{frame} roll pitch yaw", reading, mine, theirs, next(others, None))
 
 
-def _error(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading | None) -> Diagnostic:
+def _sentence(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading | None) -> str:
     others = f"{other.artifact.file} and the model say" if other else "the model says"
-    return error(_RULE, f"{what}: {reading.artifact.file} says {mine}, {others} {theirs}", None, _HELP)
+    return f"{what}: {reading.artifact.file} says {mine}, {others} {theirs}"
 
 
-def _shapes(robot: Robot, reading: _Reading, known: Expectation) -> Iterator[Diagnostic]:
-    """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
+def _shapes(robot: Robot, reading: _Reading, known: Expectation) -> Iterator[str]:
+    """Yield a sentence for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
     format, output = reading.format, reading.output(robot)
     # By the identities of the solids of an artifact and of the shapes of the model, which are kept for that.
@@ -255,7 +258,7 @@ def _shapes(robot: Robot, reading: _Reading, known: Expectation) -> Iterator[Dia
         message = f"{link} collision: {wrong} of {len(solids)} shapes in {reading.artifact.file} are not in the model"
         if len(solids) != len(meant):
             message = f"{link} collision: {reading.artifact.file} has {len(solids)} shapes, the model {len(meant)}"
-        yield error(_RULE, message, None, _HELP)
+        yield message
 
 
 def _solid(shape: Shape, known: Expectation) -> Solid:

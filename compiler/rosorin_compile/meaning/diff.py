@@ -1,4 +1,4 @@
-"""Difference: two robots compared by meaning, whatever they were written in.
+"""Diff: two robots compared by meaning, whatever they were written in, for a person who asks what differs.
 
 B is put under the names of A first (``pairing``); then frames, joints, masses, shapes and the rest are compared, each
 seen from the nearest thing that both have. What a format cannot say is told as not compared, never as a difference.

@@ -1,4 +1,4 @@
-"""Compare: the committed artifacts held against those just compiled, explained by meaning first.
+"""Committed: the committed artifacts held against those just compiled, explained by meaning first.
 
 Each artifact is read back by the backend that made it, the committed text and the compiled one, and the two are
 compared as facts about the robot. What differs is said once, with the outputs that show it; text differences follow.

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.pipeline import compile_robot
 
 QUARTER = math.pi / 2

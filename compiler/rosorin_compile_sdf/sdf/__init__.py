@@ -5,8 +5,8 @@ for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
 
 Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
 name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
-``verbatim`` (what stays as it stands). ``words`` is what both sides know. ``proof`` holds what comes of a file against
-it in Drake (``engine``).
+``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know. ``proof``
+holds what comes of a file against it in Drake (``engine``).
 """
 
 from __future__ import annotations

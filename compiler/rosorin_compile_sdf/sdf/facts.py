@@ -5,8 +5,8 @@ to. A shape belongs to the frame that its pose is relative to. Beside those term
 "friction", "spring_stiffness" and "spring_reference"; of a shape its "name" and its colour ("visual 1 red"), and the
 "file" of a mesh; and the elements that no other artifact has, by their names or numbers, as the text that they come to.
 
-The importer reads an SDF, too, but not for this: a proof that the artifacts are right had better not go through the
-code that reads those of others.
+The importer reads an SDF by the same ``grammar``, but not for this: a proof that the artifacts are right had better not
+go through the code that reads those of others.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from rosorin_compile.backend.model import rotation_of_rpy
 from rosorin_compile.backend.xml import canonical
 from rosorin_compile.model import Transform
 
+from .grammar import INERTIA, MOTION, PARTS_OF_LINK, SOLIDS
+
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
@@ -29,14 +31,10 @@ if TYPE_CHECKING:
     from rosorin_compile.backend.formats import Block, Expectation, Held
 
 _WORLD, _MODEL = "world", "__model__"
-_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _COLOUR = ("red", "green", "blue", "alpha")
 _OF_MODEL = ("link", "frame", "joint", "pose")
-_OF_LINK = ("pose", "inertial", "visual", "collision")
 _OF_JOINT = ("pose", "parent", "child", "axis")
-_SOLIDS = ("box", "cylinder", "capsule", "sphere", "ellipsoid", "mesh")
 _NOWHERE = (0.0,) * 6
-_LENGTHS = {"cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 
 
 class _Placed(NamedTuple):
@@ -142,13 +140,13 @@ def _link(sheet: _Sheet, link: Element) -> None:
         inertia = inertial.find("inertia")
         if inertia is None:
             raise ValueError(f"the inertial of link {name} has no <inertia>")
-        xx, yy, zz, xy, xz, yz = (sheet.one(inertia, entry) for entry in _INERTIA)
+        xx, yy, zz, xy, xz, yz = (sheet.one(inertia, entry) for entry in INERTIA)
         sheet.add_inertial(name, sheet.one(inertial, "mass"), _placed(inertial, "").pose, (xx, yy, zz, xy, xz, yz))
     others = []
     for purpose in ("visual", "collision"):
         counts: dict[str, int] = {}
         for shape in link.findall(purpose):
-            if not any(solid.tag in _SOLIDS for geometry in shape.findall("geometry") for solid in geometry):
+            if not any(solid.tag in SOLIDS for geometry in shape.findall("geometry") for solid in geometry):
                 others.append(shape)
                 continue
             owner, pose = _placed(shape, name)
@@ -159,7 +157,7 @@ def _link(sheet: _Sheet, link: Element) -> None:
     for number, shape in enumerate(others, 1):
         said = canonical(shape) if sheet.known is None else ""
         sheet.add(Fact("link", name, f"element {number} of its own {shape.tag}"), said)
-    _elements(sheet, Fact("link", name, ""), link, _OF_LINK)
+    _elements(sheet, Fact("link", name, ""), link, PARTS_OF_LINK)
 
 
 def _shape(sheet: _Sheet, link: str, label: str, shape: Element, pose: Transform) -> None:
@@ -183,15 +181,12 @@ def _shape(sheet: _Sheet, link: str, label: str, shape: Element, pose: Transform
 
 
 def _sizes(sheet: _Sheet, solid: Element) -> tuple[float, ...]:
-    if solid.tag == "box":
-        return sheet.numbers(solid, "size", 3)
-    if solid.tag == "ellipsoid":
-        return tuple(2 * radius for radius in sheet.numbers(solid, "radii", 3))
-    if solid.tag == "mesh":
-        return sheet.numbers(solid, "scale", 3) if solid.find("scale") is not None else (1.0, 1.0, 1.0)
-    if solid.tag in _LENGTHS:
-        return tuple(sheet.one(solid, size) for size in _LENGTHS[solid.tag])
-    raise ValueError(f"a description has no <{solid.tag}>")
+    if solid.tag not in SOLIDS:
+        raise ValueError(f"a description has no <{solid.tag}>")
+    if solid.tag == "mesh" and solid.find("scale") is None:
+        return (1.0, 1.0, 1.0)
+    found = [number for tag, many in SOLIDS[solid.tag].items() for number in sheet.numbers(solid, tag, many)]
+    return tuple(2 * radius for radius in found) if solid.tag == "ellipsoid" else tuple(found)
 
 
 def _joint(sheet: _Sheet, joint: Element) -> None:
@@ -211,14 +206,11 @@ def _motion(sheet: _Sheet, axis: Element | None, kind: str) -> Block:
     force = "N" if unit == "m" else "N*m"
     x, y, z = sheet.numbers(axis, "xyz", 3)
     said |= sheet.axis((x, y, z))
-    limits = {"lower": unit, "upper": unit, "effort": force, "velocity": f"{unit}/s"}
-    dynamics = {"damping": f"{force}*s/{unit}", "friction": force}
-    dynamics |= {"spring_stiffness": f"{force}/{unit}", "spring_reference": unit}
-    for tag, units in (("limit", limits), ("dynamics", dynamics)):
+    for tag, units in MOTION.items():
         element = axis.find(tag)
         for quantity, of in units.items() if element is not None else ():
             if element is not None and element.find(quantity) is not None:
-                said[quantity] = sheet.value(sheet.one(element, quantity), of)
+                said[quantity] = sheet.value(sheet.one(element, quantity), of.format(q=unit, f=force))
     mimic = axis.find("mimic")
     if mimic is not None:
         factor = sheet.one(mimic, "multiplier")

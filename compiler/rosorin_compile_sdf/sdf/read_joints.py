@@ -13,6 +13,7 @@ from rosorin_compile.diagnostics import NOTE, Span, counted, did_you_mean, first
 from rosorin_compile.extending import Element
 from rosorin_compile.model import Transform, Vector
 
+from .grammar import MOTION
 from .read_links import Entries
 from .reading import Numbers, Said, cleaned, converted, entry_of, others, place, words
 from .scopes import JOINT, OWN, Models, Node
@@ -28,12 +29,7 @@ _KEPT_OF_LIMIT = ("stiffness", "dissipation")
 _Z: Vector = (0.0, 0.0, 1.0)
 _STAND_INS = {"lower": -1000, "upper": 1000, "effort": 1000, "velocity": 10}  # N*m or N, rad/s or m/s, m or rad
 _OF_MIMIC = ("multiplier", "offset", "reference")
-_DYNAMICS = {
-    "damping": "damping",
-    "friction": "friction",
-    "spring_stiffness": "stiffness",
-    "spring_reference": "spring_reference",
-}
+_CALLED = {"spring_stiffness": "stiffness"}  # what a description says otherwise
 
 
 class _Axis(NamedTuple):
@@ -231,10 +227,9 @@ class Joints:
         self._dynamics(entry, axis)
         rest: list[str] = []
         for child in axis.children:
-            if child.tag in ("limit", "dynamics"):
-                known = {*_DYNAMICS} if child.tag == "dynamics" else {*_STAND_INS, *_KEPT_OF_LIMIT}
-                others(self.reading, child, known, ())
-                words = _DYNAMICS if child.tag == "dynamics" else _STAND_INS
+            if child.tag in MOTION:
+                words = MOTION[child.tag]
+                others(self.reading, child, (*words, *(_KEPT_OF_LIMIT if child.tag == "limit" else ())), ())
                 kept = [self._text(one, node) for one in child.children if one.tag not in words]
                 rest += [wrapped(child.tag, kept)] if kept else []
             elif child.tag in _MIMICS:
@@ -253,8 +248,8 @@ class Joints:
         turns = entry["type"].value != "prismatic"
         unit = "rad" if turns else "m"
         found: dict[str, Placed] = {}
-        for key in _STAND_INS:
-            number = self.numbers.limit(limit, key, unit if key in ("lower", "upper") else "")
+        for key, of in MOTION["limit"].items():
+            number = self.numbers.limit(limit, key, of.format(q=unit, f=""))
             if number is not None and (key in ("lower", "upper") or number.value >= 0):
                 found[key] = number
         ends = [key for key in ("lower", "upper") if key in found and (not turns or entry["type"].value == "revolute")]
@@ -298,8 +293,8 @@ class Joints:
         dynamics = self.reading.single(axis, "dynamics")
         if dynamics is None:
             return
-        found = {key: self.numbers.one(dynamics, word) for word, key in _DYNAMICS.items()}
-        made = {key: number for key, number in found.items() if number is not None and number.value}
+        found = {word: self.numbers.one(dynamics, word) for word in MOTION["dynamics"]}
+        made = {_CALLED.get(word, word): one for word, one in found.items() if one is not None and one.value}
         if made:
             entry["dynamics"] = Placed(made, dynamics.span)
 

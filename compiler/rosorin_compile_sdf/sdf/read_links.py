@@ -11,6 +11,7 @@ from rosorin_compile.diagnostics import NOTE, Heading, counted, first_of, listed
 from rosorin_compile.extending import Element
 from rosorin_compile.model import Transform
 
+from .grammar import INERTIA, PARTS_OF_LINK, SOLIDS
 from .reading import Numbers, Said, converted, entry_of, others, several
 from .scopes import FRAME, LINK, Models, Node, Scope
 from .trees import Tree
@@ -26,10 +27,9 @@ RULES = (
     ),
 )
 
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-_OF_LINK = ("pose", "inertial", "visual", "collision")
 _OF_COLOUR = ("ambient", "diffuse", "specular", "emissive")
 _OF_SHAPE = ("pose", "geometry", "material")
+_OF_MESH = ("uri", "scale")
 _KEPT_OF_SHAPE = (
     *("surface", "laser_retro", "max_contacts", "cast_shadows", "transparency", "meta", "plugin"),
     *("visibility_flags", "density", "auto_inertia_params"),
@@ -79,7 +79,7 @@ class Links:
                 self._shape(child, node)
             elif child.tag in OF_LINK:
                 self.entries.gazebo.setdefault(node.called, []).append((child, self._text(child, node)))
-        for child in others(self.reading, element, (*_OF_LINK, *OF_LINK), ("name",)):
+        for child in others(self.reading, element, (*PARTS_OF_LINK, *OF_LINK), ("name",)):
             self._keep(child, node)
 
     def _keep(self, element: Element, node: Node) -> None:
@@ -96,7 +96,7 @@ class Links:
         element = self.reading.single(node.element, "inertial")
         if element is None:
             self.without_mass.append(node)
-            ones = {key: Placed(1, node.element.span) for key in _MOMENTS[:3]}
+            ones = {key: Placed(1, node.element.span) for key in INERTIA[:3]}
             entry["inertial"] = Placed({"mass": 1, "inertia": ones}, node.element.span)
             return
         self.reading.paths[id(element)] = ("links", node.called, "inertial")
@@ -109,11 +109,11 @@ class Links:
         made |= entry_of(said, element.span)
         inertia = self.reading.single(element, "inertia")
         moments: dict[str, Placed | None] = {}
-        for index, key in enumerate(_MOMENTS):
+        for index, key in enumerate(INERTIA):
             number = self.numbers.one(inertia, key) if inertia is not None else None
             moments[key] = number or (Placed(1, (inertia or element).span) if index < 3 else None)
         if inertia is not None:
-            self.reading.known(inertia, _MOMENTS, (), None)
+            self.reading.known(inertia, INERTIA, (), None)
         made["inertia"] = Placed(several(moments), (inertia or element).span)
         self.reading.known(element, ("pose", "mass", "inertia"), ("auto",), None)
         entry["inertial"] = Placed(made, element.span)
@@ -132,7 +132,7 @@ class Links:
             message = f"the inertial of {named(node.element)} is to be computed: {what}"
             help = "say mass and inertia"
             if self.reading.lenient("sdf-inertia", message, element.span, help, "takes 1 kg"):
-                ones = {key: Placed(1, element.span) for key in _MOMENTS[:3]}
+                ones = {key: Placed(1, element.span) for key in INERTIA[:3]}
                 entry["inertial"] = Placed({"mass": 1, "inertia": ones}, element.span)
             return
         density = self.numbers.one(element, "density") or Placed(_WATER, element.span)
@@ -171,7 +171,7 @@ class Links:
         solid = self._solid(geometry, made, link)
         if solid is None:
             return
-        if solid.tag not in _SOLIDS:
+        if solid.tag not in SOLIDS:
             message = f"<{solid.tag}> of {named(element)} is a shape of its own kind: kept as it is"
             self.reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, solid.span))
             self._keep(element, link)
@@ -199,7 +199,7 @@ class Links:
     def _more(self, element: Element, solid: Element, made: dict[str, Any], link: Node) -> None:
         """Set the looks of a shape, and keep what the language has no word for."""
         rest: list[str] = []
-        inner = others(self.reading, solid, _SOLIDS[solid.tag], ("optimization",))
+        inner = others(self.reading, solid, _OF_MESH if solid.tag == "mesh" else SOLIDS[solid.tag], ("optimization",))
         if inner:
             rest.append(wrapped(solid.tag, [self._text(child, link) for child in inner]))
             if any(child.tag == "submesh" for child in inner):
@@ -257,13 +257,13 @@ class Links:
             return None
         if not geometry.children:
             message = f"{named(geometry)} is empty"
-            help = f"it takes one of {', '.join(_SOLIDS)}"
+            help = f"it takes one of {', '.join(SOLIDS)}"
             self.reading.error("missing-element", message, geometry.span, help)
             return None
         solid = (children or geometry.children)[0]
-        if solid.tag not in _SOLIDS:
+        if solid.tag not in SOLIDS:
             before = len(self.reading.diagnostics)
-            self.reading.known(geometry, (*_SOLIDS, *_OTHER_SHAPES), (), None)
+            self.reading.known(geometry, (*SOLIDS, *_OTHER_SHAPES), (), None)
             broken = any(one.rule == "misspelt" for one in self.reading.diagnostics[before:])
             del self.reading.diagnostics[before if not broken else len(self.reading.diagnostics) :]
             return None if broken else solid
@@ -277,13 +277,12 @@ class Links:
     def _sizes(self, solid: Element) -> dict[str, Any]:
         """Return the sizes of a solid, by the words that both languages have."""
         sizes: dict[str, Any] = {}
-        for key in _SOLIDS[solid.tag]:
+        for key, count in SOLIDS[solid.tag].items():
             child = self.reading.single(solid, key)
             if child is None:
                 message = f"{named(solid)} has no <{key}>"
                 self.reading.error("missing-element", message, solid.span, f"add <{key}>")
                 continue
-            count = 3 if key in ("size", "radii") else 1
             values = self.numbers.all_of(child, count, "m")
             if values is not None:
                 sizes[key] = values[0] if count == 1 else Placed(values, child.span)
@@ -298,7 +297,7 @@ class Links:
         made["file"] = Placed(self._address(str(uri.value), link), uri.span)
         scale = self.reading.single(solid, "scale")
         if scale is not None:
-            values = self.numbers.all_of(scale, 3)
+            values = self.numbers.all_of(scale, SOLIDS["mesh"]["scale"])
             if values is not None and [float(one.value) for one in values] != [1.0, 1.0, 1.0]:
                 made["scale"] = Placed(values, scale.span)
         return made
@@ -311,14 +310,6 @@ class Links:
         return os.path.relpath(own.parent / uri, first.parent).replace(os.sep, "/")
 
 
-_SOLIDS: dict[str, tuple[str, ...]] = {
-    "box": ("size",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "sphere": ("radius",),
-    "ellipsoid": ("radii",),
-    "mesh": ("uri", "scale"),
-}
 _OUTLINE = "polyline"  # a geometry may have several: one within another is a hole in it
 _OTHER_SHAPES = ("plane", _OUTLINE, "heightmap", "image", "empty", "cone")
 

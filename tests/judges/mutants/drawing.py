@@ -36,7 +36,7 @@ WHERE = (
         for pattern in ("srdf/__init__.py", "*/facts.py", "parameters/files.py", *OF_SECTIONS)
     ),
     *("rosorin_compile_ros/sections/control/urdf_rules.py", "rosorin_compile_sdf/sdf/facts.py"),
-    "rosorin_compile_sdf/sdf/proof.py",
+    *("rosorin_compile_sdf/sdf/grammar.py", "rosorin_compile_sdf/sdf/proof.py"),
 )
 _COMPARISONS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "is": "is not", "is not": "is"}
 _COMPARISONS |= {"in": "not in", "not in": "in"}

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-from rosorin_compile import Compiled, Format
+from rosorin_compile import Compiled
 from rosorin_compile.diagnostics import (
     ERROR,
     Diagnostic,
@@ -34,7 +34,6 @@ from rosorin_compile.extending import (
     Map,
     Outputs,
     Proof,
-    ReadOptions,
     Tolerance,
     compile_robot,
     world,
@@ -42,6 +41,7 @@ from rosorin_compile.extending import (
 from rosorin_compile.model import Robot, Transform
 
 from .description import write
+from .read_back import by_elements, read_back, without_words
 from .repeats import with_parts
 from .report import seen_from
 
@@ -153,13 +153,8 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     """Return the round trip with what the comparison of the source with the description and with its artifact says."""
     tree, format = plain or imported.whole, FORMATS.published()
     source, said = imported._replace(tree=tree).robot, {one.backend: one.text for one in compiled.artifacts}
-    how = ReadOptions(lenient=True, checked=False)
-    back = Imported.read(_saved(stage, format, said), how)
     beside = [one for one in FORMATS.values() if one.reading.join is not None and one.name in said]
-    for companion in beside:
-        back = back.joined(companion.name, _saved(stage, companion, said), how)
-    if back.tree is not None and "accept" in tree:  # what a source may break, its copy may
-        back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
+    back = read_back(stage, said, tree, beside)
     again = back.robot
     made = compiled.robot
     if source is None or again is None or made is None:
@@ -168,11 +163,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     what = f"compiled {format.word}"
     found = []
     if plain is not None:
-        from .words.proving import without_words
-
-        pair = source.urdf_elements, again.urdf_elements
-        lost = Proof.of(*pair, Proof.elements(source, humble=made.asks_for_humble)).texts
-        found += [f"{what}: {text}" for text in lost]
+        found += [f"{what}: {text}" for text in by_elements(source, again, made.asks_for_humble)]
         made, again = without_words(made, source), without_words(again, source)
     exact, by_urdf = Proof.model(0.0, carried_by_urdf=False), Proof.model(Tolerance.NUMBER, carried_by_urdf=True)
     found += [f"description: {text}" for text in Proof.of(source, made, exact).texts]
@@ -192,13 +183,6 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
 
 def _moving(robot: Robot) -> list[str]:
     return [joint.name for joint in robot.joints if not joint.is_fixed]
-
-
-def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:
-    """Return the file of a compiled artifact."""
-    file = stage / f"compiled{format.endings[0]}"
-    file.write_text(said[format.name], "utf-8")
-    return file
 
 
 def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:

@@ -8,7 +8,7 @@ import pytest
 
 from rosorin_compile.xml.elements import tree_of
 from rosorin_compile_import.translating import rendering
-from rosorin_compile_import.translating.differing import difference
+from rosorin_compile_import.translating.differing_elements import difference
 from rosorin_compile_import.translating.report import told
 
 from .test_translating_texts import of

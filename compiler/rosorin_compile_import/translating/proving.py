@@ -19,7 +19,6 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.diagnostics import ERROR, Diagnostic, Progress, Span
 from rosorin_compile.extending import (
-    FORMATS,
     Description,
     Document,
     Imported,
@@ -34,8 +33,8 @@ from rosorin_compile.extending import (
 )
 from rosorin_compile.model import Robot
 
-from ..words.proving import without_words
-from .differing import called, shortened
+from ..read_back import by_elements, read_back, without_words
+from .differing_elements import called, shortened
 from .flattened import Place, outermost, place_of
 from .scopes import FLAG, LIST, NAME, NUMBER, WORDS, XML, Variable, literal
 
@@ -238,20 +237,15 @@ def _faults(
             )
             for one in errors[:5]
         ]
-    format = FORMATS.published()
-    text = next(one.text for one in compiled.artifacts if one.backend == format.name)
-    file = stage / f"compiled{format.endings[0]}"
-    file.write_text(text, "utf-8")
-    back = Imported.read(file, ReadOptions(lenient=True, checked=False))
-    if back.tree is not None and made.tree is not None and "accept" in made.tree:  # what a source breaks, its copy may
-        back.tree.put("accept", made.tree["accept"], back.tree.span, back.tree.span)
+    back = read_back(stage, {one.backend: one.text for one in compiled.artifacts}, made.whole)
     source, again = made.robot, back.robot
     if source is None or again is None:
         broken = [one.message for one in back.diagnostics if one.severity == ERROR]
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row, refused=True)]
     if name is not None:
         source = replace(source, name=name)
-    found, again = _meant(source, again, compiled.robot.asks_for_humble) if in_words else ([], again)
+    found = by_elements(source, again, compiled.robot.asks_for_humble) if in_words else []
+    again = without_words(again, source) if in_words else again
     source, again = _settled(source), _settled(again)
     found = [*found, *Proof.of(source, again, _AS_URDF).texts][:8]
     entries = _entries_of(made)
@@ -267,13 +261,6 @@ def _fault(told: str, row: Combination, spans: list[Span]) -> Fault:
     macros = dict.fromkeys(re.findall(r'the macro "([^"]+)"', " ".join(via)))
     tops, own = (tuple(dict.fromkeys(map(place, spans))) for place in (outermost, place_of))
     return Fault(told, tuple(macros), row, tops, own=own)
-
-
-def _meant(source: Robot, again: Robot, humble: bool) -> tuple[list[str], Robot]:
-    """Return what elements say otherwise than in the source, and the robot with those of the source."""
-    engine = Proof.elements(source, humble=humble)
-    found = Proof.of(source.urdf_elements, again.urdf_elements, engine).texts
-    return found, without_words(again, source)
 
 
 def _told(diagnostic: Diagnostic, stage: Path) -> str:

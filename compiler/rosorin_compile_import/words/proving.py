@@ -6,7 +6,6 @@ What a rule refuses, what comes out otherwise and what the language has no word 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rosorin_compile import Templates
@@ -50,19 +49,6 @@ def worded(imported: Imported) -> Worded:
 
 def _has_plugins(texts: Seq) -> bool:
     return any("<plugin" in text for text in texts)
-
-
-def without_words(robot: Robot, source: Robot) -> Robot:
-    """Return a robot that says in the words of its source what became other words."""
-    return replace(
-        robot,
-        urdf_elements=source.urdf_elements,
-        sensors=source.sensors,
-        edges=source.edges,
-        publishers=source.publishers,
-        modes=source.modes,
-        sections=robot.sections.taking((CONTROL, "drive"), source.sections),
-    )
 
 
 class _Proving:

@@ -12,8 +12,8 @@ Foreign files are read by MuJoCo itself in a child process; the text is read for
 say, and ``worded`` makes keys of such attributes.
 
 What becomes of such a file is held against it by ``proof``, in a child process again: ``matched`` says which object of
-MuJoCo's two models is which, ``same`` compares them (``same_fields`` has the fields, ``same_values`` and
-``same_drives`` help), and ``moves`` lets both move.
+MuJoCo's two models is which, ``compared`` compares them (``compared_fields`` has the fields, ``compared_values`` and
+``compared_drives`` help), and ``moves`` lets both move.
 """
 
 from __future__ import annotations

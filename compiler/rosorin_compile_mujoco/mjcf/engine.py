@@ -106,7 +106,7 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str
     ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), the ``names``
     that the import gave by kind and index, and the features that no motion sees (``still``).
     """
-    from . import matched, moves, same
+    from . import compared, matched, moves
 
     theirs = _read(mujoco, Path(path), here)
     theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
@@ -123,7 +123,7 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str
     except Exception as problem:  # whatever MuJoCo has against it
         return {"refused": " ".join(str(problem).split())}
     pair = matched.Model(mujoco, source, theirs), matched.Model(mujoco, made, ours)
-    comparison = same.Comparison(*pair, given)
+    comparison = compared.Comparison(*pair, given)
     found = comparison.run(theirs.stat)
     told: dict[str, Any] = {"differences": found, "counts": {kind: len(names) for kind, names in pair[0].names.items()}}
     gone = [one for one in found if one.feature in ("shapes", "sites") and one.text.endswith(": is not in ours")]

@@ -1,7 +1,7 @@
 """Two compiled models side by side: their names and frames, and which object of one is which of the other.
 
 Objects are matched by name, or by the name that the import gave them; those without one by what they are and where
-they stand, in order. ``same`` compares what is matched here. Both run in the child process that has MuJoCo.
+they stand, in order. ``compared`` compares what is matched here. Both run in the child process that has MuJoCo.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .same_fields import KINDS
+from .compared_fields import KINDS
 
 Told = Mapping[str, Mapping[int, str]]
 """The names that the import gave, by kind of object and its index in the source."""

@@ -16,9 +16,9 @@ import numpy as np
 
 from rosorin_compile.extending import Tolerance
 
+from .compared import Comparison
+from .compared_values import slice_of
 from .matched import BALL, FREE
-from .same import Comparison
-from .same_values import slice_of
 
 SECONDS = 0.5
 MOST_STEPS = 2000

@@ -1,6 +1,6 @@
 """Proof: the MJCF that an imported one becomes is held against it in MuJoCo, and what differs is told or known.
 
-MuJoCo compiles both in a child process (``engine``, ``same``, ``moves``). What the import has listed as left out,
+MuJoCo compiles both in a child process (``engine``, ``compared``, ``moves``). What the import has listed as left out,
 ignored or changed differs as it said; all else that differs is a fault.
 """
 

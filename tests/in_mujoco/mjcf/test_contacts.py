@@ -19,10 +19,10 @@ from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh,
 from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
 from rosorin_compile.sections.disabled_contacts import DISABLED_CONTACTS  # noqa: E402
+from rosorin_compile_mujoco.mjcf.compared_values import may_touch  # noqa: E402
 from rosorin_compile_mujoco.mjcf.contacts import MOST, contacts  # noqa: E402
 from rosorin_compile_mujoco.mjcf.mjx import CANNOT, refused  # noqa: E402
 from rosorin_compile_mujoco.mjcf.robot import read_mjcf  # noqa: E402
-from rosorin_compile_mujoco.mjcf.same_values import may_touch  # noqa: E402
 from rosorin_compile_mujoco.mjcf.write import write  # noqa: E402
 from support.machines import BODY, overlapping, robot_of  # noqa: E402
 from support.paths import ROOT, ROSORIN  # noqa: E402

@@ -29,7 +29,7 @@ WHERE = (
     *(f"rosorin_compile/{pattern}" for pattern in (*CORE, *OF_SECTIONS)),
     *(
         f"rosorin_compile_mujoco/{pattern}"
-        for pattern in ("mjcf/facts.py", "mjcf/proof.py", "mjcf/same*.py", *OF_SECTIONS)
+        for pattern in ("mjcf/facts.py", "mjcf/proof.py", "mjcf/compared*.py", *OF_SECTIONS)
     ),
     *(
         f"rosorin_compile_ros/{pattern}"

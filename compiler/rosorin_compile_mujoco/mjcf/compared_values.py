@@ -1,6 +1,6 @@
 """What an array of mjModel says of one object, when two such values are equal, and how a difference is said.
 
-It runs in the child process, for ``same``.
+It runs in the child process, for ``compared``.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import numpy as np
 
 from rosorin_compile.extending import Tolerance
 
+from .compared_fields import SLICES
 from .matched import BALL, FREE, MESH, SDF, Model, rotation
-from .same_fields import SLICES
 
 # Of the larger of two numbers of double precision: MuJoCo turns degrees, quaternions and axes into others.
 RELATIVE = 1e-9

@@ -1,6 +1,6 @@
 """What is compared of what drives a robot: tendons, actuators, keys with positions and controls, and their order.
 
-It runs in the child process, for ``same``.
+It runs in the child process, for ``compared``.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import numpy as np
 
 from rosorin_compile.extending import Tolerance
 
+from .compared_values import activation, both, near, near_pose, slice_of, value
 from .matched import BALL, FREE, rotation
-from .same_values import activation, both, near, near_pose, slice_of, value
 
 if TYPE_CHECKING:
-    from .same import Comparison
+    from .compared import Comparison
 
 SOLIDS_OF_TENDONS = (4, 5)  # mjtWrap: sphere and cylinder
 

@@ -18,7 +18,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 import numpy as np  # noqa: E402
 
 from in_mujoco.mjcf.other_fields import CARED_FOR  # noqa: E402
-from rosorin_compile_mujoco.mjcf import moves, same, same_fields  # noqa: E402
+from rosorin_compile_mujoco.mjcf import compared, compared_fields, moves  # noqa: E402
 from rosorin_compile_mujoco.mjcf.matched import Model  # noqa: E402
 from support.paths import DATA  # noqa: E402
 
@@ -36,7 +36,7 @@ def compiled(text: str) -> tuple[Any, Any]:
 def told(one: str, other: str, names: Any = None) -> list[str]:
     """Return what differs between two texts."""
     (source, said), (ours, _) = compiled(one), compiled(other)
-    return [f"{feature}: {text}" for feature, text in same.compare(mujoco, source, ours, names or {}, said)]
+    return [f"{feature}: {text}" for feature, text in compared.compare(mujoco, source, ours, names or {}, said)]
 
 
 def edited(old: str, new: str, text: str = TEXT) -> str:
@@ -431,15 +431,16 @@ DRAWN = {"tendon_rgba", "tendon_width"}  # of tendons through sites: one of join
 def _arrays() -> list[tuple[str, bool]]:
     """Return the arrays that are compared as they are, and whether each row of them counts."""
     made = []
-    for kind in same_fields.KINDS.values():
+    for kind in compared_fields.KINDS.values():
         for fields in kind.fields.values():
             made += [
-                (f"{kind.prefix}_{word}", f"{kind.prefix}_{word}" not in same_fields.GATES) for word in fields.split()
+                (f"{kind.prefix}_{word}", f"{kind.prefix}_{word}" not in compared_fields.GATES)
+                for word in fields.split()
             ]
     made = [(field, each and field not in DRAWN) for field, each in made]
-    made += [(f"dof_{word}", True) for words in same_fields.OF_DOFS.values() for word in words.split()]
-    made += [(field, False) for field in same_fields.REFERENCES]
-    made += [(field, True) for words in same_fields.WHOLE.values() for field in words.split()]
+    made += [(f"dof_{word}", True) for words in compared_fields.OF_DOFS.values() for word in words.split()]
+    made += [(field, False) for field in compared_fields.REFERENCES]
+    made += [(field, True) for words in compared_fields.WHOLE.values() for field in words.split()]
     words = " ".join(CARED_FOR).split()
     made += [(word, False) for word in words if not word.startswith("name") and not word.startswith("n")]
     return made
@@ -487,12 +488,12 @@ def test_a_difference_in_any_array_is_told(everything: Any, field: str, each: bo
     data = np.asarray(array if not isinstance(array, bytes) else np.frombuffer(array, np.uint8))
     rows = range(len(data)) if not each else {0, len(data) - 1} if data.size else ()
     if field in ("tendon_width", "tendon_rgba"):  # a tendon of joints is not drawn
-        rows = [row for row in rows if everything.wrap_type[everything.tendon_adr[row]] != same.JOINED]
+        rows = [row for row in rows if everything.wrap_type[everything.tendon_adr[row]] != compared.JOINED]
         assert rows
     seen = False
     for row in rows:
         for planted in _planted(everything, field, row):
-            seen = same.compare(mujoco, everything, planted, {}) != []
+            seen = compared.compare(mujoco, everything, planted, {}) != []
             assert seen or not each, (field, row)
         if seen:
             break
@@ -522,7 +523,7 @@ def _planted(model: Any, field: str, row: int) -> Iterator[Any]:
 
 def _moved(one: str, other: str) -> Any:
     (source, _), (ours, _) = compiled(one), compiled(other)
-    comparison = same.Comparison(Model(mujoco, source), Model(mujoco, ours), {})
+    comparison = compared.Comparison(Model(mujoco, source), Model(mujoco, ours), {})
     comparison.run()
     return moves.run(mujoco, comparison)
 
@@ -596,7 +597,7 @@ def test_a_source_that_falls_apart_says_so() -> None:
 def test_the_corners_are_themselves() -> None:
     for path in sorted(Path(DATA, "mjcf", "corners").glob("*.xml")):
         model = mujoco.MjModel.from_xml_path(str(path))
-        assert same.compare(mujoco, model, copy.copy(model), {}) == []
+        assert compared.compare(mujoco, model, copy.copy(model), {}) == []
 
 
 @pytest.mark.filterwarnings("ignore:compiler attribute")

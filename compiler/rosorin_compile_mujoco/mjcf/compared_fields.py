@@ -1,8 +1,8 @@
 """Which fields of mjModel are compared, and under which feature.
 
 ``KINDS`` has an object's own, by name, ``REFERENCES`` what names another object, ``WHOLE`` arrays that are one piece.
-What ``same`` compares in a way of its own, and what need not be compared, stands beside the test that holds all of them
-against the fields that MuJoCo 4.0.0 publishes (tests/in_mujoco/mjcf/other_fields.py).
+What ``compared`` compares in a way of its own, and what need not be compared, stands beside the test that holds all of
+them against the fields that MuJoCo 4.0.0 publishes (tests/in_mujoco/mjcf/other_fields.py).
 """
 
 from __future__ import annotations

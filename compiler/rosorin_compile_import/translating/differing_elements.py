@@ -1,4 +1,4 @@
-"""Differing: in what elements that are kept as XML differ between a translation and xacro, in one line each."""
+"""Differing elements: in what elements kept as XML differ between a translation and xacro, in one line each."""
 
 from __future__ import annotations
 

@@ -12,20 +12,28 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 structs = pytest.importorskip("mujoco.introspect.structs")
 
 from in_mujoco.mjcf.other_fields import CARED_FOR, EXCUSED, follows  # noqa: E402
-from rosorin_compile_mujoco.mjcf import matched, moves, proof, same, same_drives, same_fields, same_values  # noqa: E402
+from rosorin_compile_mujoco.mjcf import (  # noqa: E402
+    compared,
+    compared_drives,
+    compared_fields,
+    compared_values,
+    matched,
+    moves,
+    proof,
+)
 
 
 def fields() -> Iterator[str]:
     """Yield each field that the table has, as often as it has it."""
-    for kind in same_fields.KINDS.values():
+    for kind in compared_fields.KINDS.values():
         for words in kind.fields.values():
             yield from (f"{kind.prefix}_{word}" for word in words.split())
-    for words in same_fields.OF_DOFS.values():
+    for words in compared_fields.OF_DOFS.values():
         yield from (f"dof_{word}" for word in words.split())
-    yield from same_fields.REFERENCES
+    yield from compared_fields.REFERENCES
     for words in (*CARED_FOR, *itertools.chain.from_iterable(EXCUSED.values())):
         yield from words.split()
-    for words in same_fields.WHOLE.values():
+    for words in compared_fields.WHOLE.values():
         yield from words.split()
 
 
@@ -49,19 +57,19 @@ def test_every_field_of_the_settings_is_compared(name: str, of: str) -> None:
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     struct, known = getattr(model, of), structs.STRUCTS[name].fields
     if of != "vis":
-        assert sorted(same_values.public(struct)) == sorted(field.name for field in known)
+        assert sorted(compared_values.public(struct)) == sorted(field.name for field in known)
         return
     for part in known:
         inner = getattr(struct, {"global": "global_"}.get(part.name, part.name))
-        assert sorted(same_values.public(inner)) == sorted(field.name for field in part.type.fields)
-        assert {"global": "global_"}.get(part.name, part.name) in same.GROUPS
+        assert sorted(compared_values.public(inner)) == sorted(field.name for field in part.type.fields)
+        assert {"global": "global_"}.get(part.name, part.name) in compared.GROUPS
 
 
 def test_slices_and_gates_speak_of_fields() -> None:
     known = {field.name for field in structs.STRUCTS["mjModel"].fields}
-    assert set(same_fields.SLICES) <= known
-    assert {word for address, sizes in same_fields.SLICES.values() for word in (address, *sizes.split())} <= known
-    assert set(same_fields.GATES) | set(same_fields.GATES.values()) <= known
+    assert set(compared_fields.SLICES) <= known
+    assert {word for address, sizes in compared_fields.SLICES.values() for word in (address, *sizes.split())} <= known
+    assert set(compared_fields.GATES) | set(compared_fields.GATES.values()) <= known
 
 
 def test_numbers_of_mujoco_are_its_own() -> None:
@@ -69,26 +77,30 @@ def test_numbers_of_mujoco_are_its_own() -> None:
     assert (kinds.mjGEOM_HFIELD, kinds.mjGEOM_MESH, kinds.mjGEOM_SDF) == (matched.HFIELD, matched.MESH, matched.SDF)
     assert (joints.mjJNT_FREE, joints.mjJNT_BALL) == (matched.FREE, matched.BALL)
     assert (joints.mjJNT_SLIDE, joints.mjJNT_HINGE) == (matched.SLIDE, matched.HINGE)
-    assert mujoco.mjtDisableBit.mjDSBL_FILTERPARENT == same_values.FILTER_PARENT
+    assert mujoco.mjtDisableBit.mjDSBL_FILTERPARENT == compared_values.FILTER_PARENT
     assert mujoco.mjtDisableBit.mjDSBL_CONTACT == moves.NO_CONTACT
-    assert mujoco.mjtSleepPolicy.mjSLEEP_AUTO_ALLOWED == same_values.CHOSEN
-    assert mujoco.mjtSleepPolicy.mjSLEEP_NEVER == same_values.CHOSEN + 1
+    assert mujoco.mjtSleepPolicy.mjSLEEP_AUTO_ALLOWED == compared_values.CHOSEN
+    assert mujoco.mjtSleepPolicy.mjSLEEP_NEVER == compared_values.CHOSEN + 1
     wraps = mujoco.mjtWrap
     assert {
         int(wraps.mjWRAP_JOINT): "joint",
         int(wraps.mjWRAP_SITE): "site",
         int(wraps.mjWRAP_SPHERE): "geom",
         int(wraps.mjWRAP_CYLINDER): "geom",
-    } == same.WRAPPED
-    assert (wraps.mjWRAP_SPHERE, wraps.mjWRAP_CYLINDER) == same_drives.SOLIDS_OF_TENDONS
+    } == compared.WRAPPED
+    assert (wraps.mjWRAP_SPHERE, wraps.mjWRAP_CYLINDER) == compared_drives.SOLIDS_OF_TENDONS
 
 
 def test_every_feature_says_how_the_import_lists_it_or_is_never_listed() -> None:
     never = {"bodies", "masses", "colours", "masks", "looks of sites", "tuning of equalities", "numbers and texts"}
     never |= {"contact pairs", "flexible bodies", "skins", "plugins"}
-    features = {feature for kind in same_fields.KINDS.values() for feature in kind.fields} | set(same_fields.OF_DOFS)
+    features = {feature for kind in compared_fields.KINDS.values() for feature in kind.fields} | set(
+        compared_fields.OF_DOFS
+    )
     features |= (
-        {feature for _, feature in same_fields.REFERENCES.values()} | set(same_fields.WHOLE) | set(same.LOST.values())
+        {feature for _, feature in compared_fields.REFERENCES.values()}
+        | set(compared_fields.WHOLE)
+        | set(compared.LOST.values())
     )
     listed = {feature for one in proof.LISTED for feature in one.features}
     assert features - never == listed & features

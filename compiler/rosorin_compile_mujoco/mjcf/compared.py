@@ -1,10 +1,10 @@
-"""Same: whether two compiled models are one robot to MuJoCo, field by field of mjModel, told by feature.
+"""Compared: whether two compiled models are one robot to MuJoCo, field by field of mjModel, told by feature.
 
 What differs by right is no difference: a link is a body and a site, so sites and bodies without mass may be added; a
 frame of a site may have become a body; visuals may be added to what collides; quaternions have two signs, inertias
 several principal axes, meshes an origin that MuJoCo moves.
 
-``same_fields`` says of each field how it is compared, ``matched`` what is which. It runs in the child process.
+``compared_fields`` says of each field how it is compared, ``matched`` what is which. It runs in the child process.
 """
 
 from __future__ import annotations
@@ -14,27 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .matched import (
-    BALL,
-    CAPSULE,
-    CYLINDER,
-    FREE,
-    HFIELD,
-    MESH,
-    SDF,
-    SLIDE,
-    SPHERE,
-    Model,
-    Told,
-    kind_of_joined,
-    kind_of_object,
-    kind_of_target,
-    match,
-    rotation,
-)
-from .same_drives import actuators, keys, order, tendons
-from .same_fields import BODY_IDS, GATES, KINDS, MATERIAL_IDS, OF_DOFS, REFERENCES, WHOLE
-from .same_values import (
+from .compared_drives import actuators, keys, order, tendons
+from .compared_fields import BODY_IDS, GATES, KINDS, MATERIAL_IDS, OF_DOFS, REFERENCES, WHOLE
+from .compared_values import (
     both,
     close,
     colour,
@@ -54,6 +36,24 @@ from .same_values import (
     sleep_policy,
     value,
     vertices,
+)
+from .matched import (
+    BALL,
+    CAPSULE,
+    CYLINDER,
+    FREE,
+    HFIELD,
+    MESH,
+    SDF,
+    SLIDE,
+    SPHERE,
+    Model,
+    Told,
+    kind_of_joined,
+    kind_of_object,
+    kind_of_target,
+    match,
+    rotation,
 )
 
 WELD = 1  # mjEQ_WELD

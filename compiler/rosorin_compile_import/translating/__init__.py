@@ -1,9 +1,9 @@
 """Translating: a xacro as a description with its macros, arguments and files, proven against the real xacro.
 
 To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
-are), ``walking`` with ``setting``, ``returning`` and ``entries`` (what is made), ``naming`` (short names and mounts),
-``rendering`` (the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording`` (elements that
-become words), ``sharing`` and ``uniting`` (what several robots of a package include).
+are), ``walking`` with ``calling``, ``setting``, ``returning`` and ``entries`` (what is made), ``naming`` (short names
+and mounts), ``rendering`` (the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording``
+(elements that become words), ``sharing`` and ``uniting`` (what several robots of a package include).
 """
 
 from __future__ import annotations
@@ -23,12 +23,13 @@ from .fixing import MOST_SWITCHES, reached, switches_of, undecided, value_of
 from .flattened import Place, place_of
 from .lifting import can_lift, elements_at, macro_around, own_place
 from .pieces import Macro
+from .problems import AtTop, InMacro, InProperty
 from .program import Fixed, Program
 from .proving import PROBE, Combination, Fault, Source, choices_of, combinations, faults, moves, other_values
 from .scopes import Variable
 from .texts import Unsupported
 from .values import ARGUMENTS
-from .walking import AtTop, InMacro, InProperty, Walker
+from .walking import Walker
 from .wording import Found, find
 from .wording import told as lines
 

@@ -22,6 +22,7 @@ from .flattened import Flat, place_of
 from .kept import Elements
 from .naming import lead_of, prefix_pieces, variables_in, without_prefix, words_apart
 from .pieces import Body, Entry, File, Macro, Named, Use, Whens
+from .problems import AtTop, InMacro, InProperty
 from .proving import PROBE
 from .scopes import (
     ANY,
@@ -42,7 +43,6 @@ from .scopes import (
 )
 from .texts import TEXT, Unsupported
 from .values import ARGUMENTS, Documents, declared_type, default_of, final, has_expression
-from .walking import AtTop, InMacro, InProperty
 from .wording import OPTIONS, Spot, Words
 
 

@@ -41,8 +41,7 @@ def _as_value(walker: Walker, macro: Macro) -> bool:
         return macro.level == LEVEL
     if any(one.block for one in macro.parameters) or not _sets(walker, macro.element):
         return False
-    macro.level = LEVEL
-    walker.begin(macro)
+    walker.begin(macro, LEVEL)
     macro.entry = Entry()
     try:
         _take(walker, macro.element, macro.scope, (), macro.entry)

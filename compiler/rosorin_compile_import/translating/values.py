@@ -17,6 +17,7 @@ from .expressions import Rendering, all_of, bare, folded, negated, printed, usab
 from .flattened import Place
 from .naming import Scoped, expanded, may_be_own, sole_variable, without_prefix
 from .pieces import Call, Entry, Given, Handed, Item, Listed, Macro, Whens, Xml
+from .problems import InMacro
 from .program import Program
 from .scopes import (
     ANY,
@@ -40,7 +41,6 @@ from .scopes import (
     sole_name,
 )
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, Unsupported, scoped_words
-from .walking import InMacro
 
 OWN = "own prefix"
 ARGUMENTS = "$(arg)"  # among the macros whose masses and lengths are numbers: the arguments

@@ -1,9 +1,10 @@
 """Translating: a xacro as a description with its macros, arguments and files, proven against the real xacro.
 
 To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values
-are), ``walking`` with ``calling``, ``setting``, ``returning`` and ``entries`` (what is made), ``naming`` (short names
-and mounts), ``rendering`` (the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording``
-(elements that become words), ``sharing`` and ``uniting`` (what several robots of a package include).
+are), ``walking`` (what an element is) with ``contexts`` (where it stands: ``among``, ``inside``, ``keeping``),
+``calling``, ``setting``, ``returning`` and ``entries`` (what is made), ``naming`` (short names and mounts),
+``rendering`` (the files), ``attempting`` and ``proving``, ``fixing`` (what cannot be kept), ``wording`` (elements that
+become words), ``sharing`` and ``uniting`` (what several robots of a package include).
 """
 
 from __future__ import annotations

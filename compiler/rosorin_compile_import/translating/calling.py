@@ -87,7 +87,7 @@ class Calling(Setting):
         known = self.known(name, element)
         macro = known[-1][0] if known else self.program.macro(name, element)
         if macro is None:
-            raise Unsupported(f'there is no macro "{name}"', element.span)
+            raise no_macro(name, element)
         macro.called = True
         return macro
 
@@ -243,10 +243,11 @@ class Calling(Setting):
 
     def write_out(self, macro: Macro, element: Element, scope: Scope, then: Callable[[Scope], None]) -> None:
         """Walk over a macro where it is called."""
+        itself = Unsupported(f'the macro "{macro.name}" calls itself', element.span)
         self.depth += 1
         if self.depth > MAX_DEPTH:
             self.depth = 0
-            raise Unsupported(f'the macro "{macro.name}" calls itself', element.span)
+            raise itself
         inner = Scope(scope, macro.name)
         given = self.given(macro, element, scope)
         for parameter in macro.parameters:
@@ -257,8 +258,17 @@ class Calling(Setting):
         for name, (block, where) in self.blocks(macro, element, scope).items():
             single = next(one.block for one in macro.parameters if one.name == name) == "*"
             inner.blocks[name] = (block, where, True) if single else (block, where)
-        then(inner)
+        try:
+            then(inner)
+        except RecursionError:  # of Python, before the depth is reached
+            self.depth = 0
+            raise itself from None
         self.depth -= 1
 
 
-__all__ = ["Calling"]
+def no_macro(name: str, element: Element) -> Unsupported:
+    """Return what is to be said of an element that calls a macro which is nowhere."""
+    return Unsupported(f'there is no macro "{name}"', element.span)
+
+
+__all__ = ["Calling", "no_macro"]

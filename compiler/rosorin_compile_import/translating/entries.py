@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.extending import Element
 
 from .blocks import ORIGIN_LEVELS, owner
+from .contexts import Comments
+from .inside import Found, Inside
+from .keeping import Keeping, xml_of
 from .pieces import Call, Entry, Given, Handed, Item, Macro, Whens, Xml
 from .scopes import FILE, FREE, NAME, XML, Scope, Value, is_plain, literal, note
 from .texts import Unsupported
@@ -30,9 +33,6 @@ _ROTATING = ("revolute", "continuous")
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 
 
-Comments = tuple[str, ...]
-
-
 def link_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
     """Return the entry of a link."""
     return reads(walker, element, scope, "link")
@@ -41,28 +41,19 @@ def link_entry(walker: Walker, element: Element, scope: Scope) -> Entry:
 def reads(walker: Walker, element: Element, scope: Scope, level: str) -> Entry:
     """Return what an element of a level holds, or a macro that is called in such an element."""
     entry = Entry()
-    for child, inner, when, comments in walker.content(element, scope, level):
-        _read_one(walker, child, inner, when, entry, comments, level)
+    Inside(walker, (), level, partial(_read_one, walker, level, entry)).each(element, scope)
     return entry
 
 
 def one_of_level(walker: Walker, block: Element, scope: Scope, level: str) -> Entry:
     """Return what one element says that is to stand in one of a level."""
     entry = Entry()
-    for child, inner, when, comments in walker.inner(block, scope, level, ()):
-        _read_one(walker, child, inner, when, entry, comments, level)
+    walker.take(block, scope, (), Inside(walker, (), level, partial(_read_one, walker, level, entry)))
     return entry
 
 
-def _read_one(
-    walker: Walker,
-    child: Element | Call | Handed,
-    scope: Scope,
-    when: Whens,
-    entry: Entry,
-    comments: tuple[str, ...],
-    level: str,
-) -> None:
+def _read_one(walker: Walker, level: str, entry: Entry, found: Found) -> None:
+    child, scope, when, comments = found
     if isinstance(child, Call):
         for item in child.macro.entry.each() if child.macro.entry else ():
             if isinstance(item.value, list):
@@ -86,7 +77,7 @@ def _read_one(
     if not read[level](walker, child, scope, when, entry, comments):
         if level not in ("link", "joint", "solid"):
             raise Unsupported(f"<{child.tag}> has no word here", child.span)
-        entry.add("urdf_elements", walker.xml(child, scope), when)
+        entry.add("urdf_elements", xml_of(walker, child, scope), when)
 
 
 def _macro_of(scope: Scope) -> Macro:
@@ -121,7 +112,7 @@ def _materials_in(walker: Walker, element: Element, scope: Scope) -> list[Any]:
     for child in element.children:
         macro = walker.program.macro(child.tag.removeprefix("xacro:"), child)
         if _makes_material(walker, child):
-            found += walker.xml_item(child, scope, ())
+            walker.take(child, scope, (), Keeping(walker, (), found))
         elif child.tag in ("xacro:if", "xacro:unless"):
             group = Xml("", when=(walker.condition(child, scope),), content=_materials_in(walker, child, scope))
             found += [group] if group.content else []

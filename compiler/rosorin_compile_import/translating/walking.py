@@ -6,35 +6,23 @@ a link or a joint a named value with parameters. ``inlined`` are macros that are
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
-from rosorin_compile.extending import Element, Map, Remark
+from rosorin_compile.extending import Element, Map
 
+from .among import Among
 from .calling import Calling
-from .entries import joint_entry, link_entry, material_entry, one_of_level, reads, units_of
-from .fixing import value_of
+from .contexts import Comments, Context
+from .entries import one_of_level, reads, units_of
 from .flattened import Place, flat_entries, place_of
 from .lifting import elements_at, leading_to, macro_around
-from .naming import expanded, variables_in
-from .pieces import Body, Call, Entry, Handed, Listed, Macro, Named, Use, When, Whens, Xml
-from .problems import AtTop, InMacro
-from .program import Fixed, Program, comments_within, with_comments
-from .returning import body_around, returns, set_by
-from .scopes import (
-    ARGUMENT,
-    CONDITION,
-    FREE,
-    NAME,
-    XML,
-    Scope,
-    Value,
-    Variable,
-    is_argument,
-    note,
-)
-from .setting import constant, decided
-from .texts import EXPRESSION, Parameter, Token, Unsupported, tokens
+from .pieces import Call, Entry, Macro, When
+from .problems import AtTop
+from .program import Program
+from .returning import returns, set_by
+from .scopes import CONDITION, Scope, Value, Variable, note
+from .setting import decided
+from .texts import Unsupported
 
 
 class Walker(Calling):
@@ -68,7 +56,7 @@ class Walker(Calling):
         for condition in self.program.conditions:
             note(condition)
         file = self.program.root
-        self.robot(file.document.root, file.body, file.body.scope, (), top=True)
+        Among(self, (), file.body, top=True).each(file.document.root, file.body.scope)
         if self.lifted:
             self.lift()
         for macro, name, default in self.defaults:
@@ -83,7 +71,7 @@ class Walker(Calling):
         self.lifting, self.current = leading_to(self.program, self.lifted.values()), {}
         file = self.program.root
         try:
-            self.robot(file.document.root, file.body, file.body.scope, (), top=True)
+            Among(self, (), file.body, top=True).each(file.document.root, file.body.scope)
         except AtTop as found:
             found.problem.element = found.problem.element or next(iter(self.lifted.values()))
             raise
@@ -112,91 +100,40 @@ class Walker(Calling):
                     note(on.value)
                 self.hand(definition.value, variable)  # type: ignore[arg-type]
 
-    # What stands in a robot, or in a macro that is a part.
+    # What an element is.
 
-    def robot(
-        self,
-        element: Element,
-        body: Body,
-        scope: Scope,
-        when: Whens,
-        top: bool = False,
-        above: tuple[str, ...] = (),
-    ) -> None:
-        """Take what an element holds: links, joints, calls, and what the language has no word for.
-
-        ``above`` are the comments above the element, where they speak of the first that it holds.
-        """
-        for child, comments in with_comments(element):
-            self.one(child, body, scope.latest(), when, (*above, *comments), top)
-            above = ()
-
-    def one(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
-        """Take one element; what cannot be said of one at the top of a file is told as ``AtTop``."""
-        if self.passes_over(child):
-            return
-        if not top or child.tag in ("xacro:if", "xacro:unless", "xacro:include"):
-            try:
-                self.any(child, body, scope, when, comments, top)
-            except Unsupported as problem:
-                if problem.element is None and not child.tag.startswith("xacro:"):
-                    problem.element = child
-                raise
-            return
-        if place_of(child.span) in self.flat:
-            body.flat += flat_entries(self.trees, place_of(child.span), when, comments)
-            for condition in when:
-                note(condition.value)
-            return
-        self.at = child
-        try:
-            self.any(child, body, scope, when, comments, top)
-        except Unsupported as problem:
-            raise AtTop(child, problem) from None
-        finally:
-            self.at = None
-
-    def any(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool) -> None:
-        """Take one element."""
+    def take(self, child: Element, scope: Scope, comments: Comments, context: Context) -> None:
+        """Take one element: what it is to xacro is said here, what that makes where it stands by its context."""
         tag = child.tag
         if tag in ("xacro:if", "xacro:unless"):
             on = self.condition(child, scope)
             if decided(on) is not False:
-                self.robot(child, body, scope, (*when, on), top, comments)
+                context.under((on,)).each(child, scope, comments)
         elif tag == "xacro:include":
-            self.include(child, body, scope, when, top)
+            context.include(child, scope)
         elif tag == "xacro:property":
-            self.property(child, body, scope, when, comments, top)
+            context.property(child, scope, comments)
         elif tag == "xacro:macro":
-            self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), when)
+            self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), context.when)
         elif tag == "xacro:arg":
-            pass
+            context.argument(child)
         elif tag == "xacro:insert_block":
-            self.block(child, body, scope, when)
-        elif tag in ("link", "joint"):
-            self.named(child, body, scope, when, comments)
-        elif tag == "material":
-            name = self.value(child, "name", scope, NAME)
-            body.materials.append(
-                Named(name, material_entry(self, child, scope), when, comments, child, self.at or child)
-            )
+            context.block(child, scope, comments)
+        elif self.is_open(child):
+            for chosen in self.targets(child, scope):
+                self.take(child, scope, comments, context.under(chosen))
         elif tag.startswith("xacro:"):
-            self.call(child, body, scope, when, comments)
+            self.call(child, scope, comments, context)
         else:
-            body.elements.append(Listed(self.xml(child, scope), when, comments, self.at or child))
+            context.element(child, scope, comments)
 
-    def property(
-        self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool
-    ) -> None:
-        """Take a property: at the top one that changes, elsewhere one of a macro."""
-        if top:
-            if child.get("name") in self.program.changing:
-                self.changing(child, scope, when)
-            return
-        before = len(body.locals)
-        self.local(child, body, scope, when)
-        for variable in body.locals[before:]:
-            variable.comments = comments
+    def call(self, element: Element, scope: Scope, comments: Comments, context: Context) -> None:
+        """Take a call of a macro, of which it is known which one is meant."""
+        macro = self.macro_of(element)
+        if returns(self, macro, scope, context.when):
+            set_by(self, macro, element, scope, context.when, context.body(scope))
+        elif macro.name in self.inlined or not context.call(macro, element, scope, comments):
+            context.write_out(macro, element, scope)
 
     def condition(self, element: Element, scope: Scope) -> When:
         value = Value(element.get("value"), scope, CONDITION, element.span)
@@ -211,75 +148,33 @@ class Walker(Calling):
         note(made)
         return made
 
-    def include(self, element: Element, body: Body, scope: Scope, when: Whens, top: bool) -> None:
-        if id(element) in self.program.unclear:
-            self.note_properties(self.files_named(element, body, scope))
-        files = self.program.tops.get(id(element))
-        for guard in self.program.guards.get(id(element), ()) if self.lifting is None else ():
-            for condition in when:
-                note(condition.value)
-            body.guards.append((*guard, when, element))
-        for file, more in files or ():
-            for condition in more:
-                note(condition.value)
-            if top:
-                self.robot(file.document.root, file.body, file.body.scope, (*when, *more), top=True)
-            else:
-                self.robot(file.document.root, body, scope, (*when, *more), top=True)
+    # Macros that are named values.
 
-    def files_named(self, element: Element, body: Body, scope: Scope) -> list[str]:
-        """Take down the files that a macro includes; return the properties that are new.
+    def as_value(self, macro: Macro, level: str) -> bool:
+        """Walk over a macro that makes what stands in a link, a joint and so on; say whether it can be a value."""
+        if macro.level:
+            return macro.level == level and macro.entry is not None
+        self.begin(macro, level)
+        try:
+            entry = reads(self, macro.element, macro.scope, level)
+            for item in entry.items if level == "joint" else ():
+                units_of(item.value, "")
+        except Unsupported:
+            return False
+        if not entry.items or any(item.key == "&" for item in entry.items):
+            return False
+        macro.entry = entry
+        self.seen.append(macro)
+        return True
 
-        Raises Fixed where an argument has a say in the name, but not as a piece of it.
-        """
-        value = Value(element.get("filename"), scope, FREE, element.span)
-        text = constant(value)
-        if isinstance(text, str):
-            return self.program.add(text, element)
-        pieces = [_plain(piece) for piece, _ in expanded(value.text, scope)]
-        if all(piece.kind != EXPRESSION for piece in pieces):
-            return self.program.add_chosen(pieces, element, self.program.file_of(element) or body.file)
-        for variable in variables_in(value):
-            name = variable.name if variable.where == ARGUMENT else ""
-            said = value_of(self.program, name) if name else None
-            if said is not None:
-                raise Fixed(name, said, element)
-        raise self.program.unclear[id(element)]
-
-    def block(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
-        """Take a block that is inserted among links and joints."""
-        for child, inner in self.inserted(element, scope):
-            self.one(child, body, inner, when, (), False)
-
-    def named(self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
-        name = self.value(child, "name", scope, NAME)
-        read = link_entry if child.tag == "link" else joint_entry
-        comments = (*comments, *comments_within(child))
-        made = Named(name, read(self, child, scope), when, comments, child, self.at or child)
-        (body.links if child.tag == "link" else body.joints).append(made)
-
-    # Calls.
-
-    def call(self, element: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
-        """Take a call of a macro among links and joints."""
-        if self.is_open(element):
-            for on in self.targets(element, scope):
-                self.call(element, body, scope, (*when, *on), comments)
-            return
-        macro = self.macro_of(element)
-        if returns(self, macro, scope, when):
-            set_by(self, macro, element, scope, when, body)
-            return
-        if self.lifting is not None or macro.name in self.inlined or not self.as_part(macro):
-            self.write_out(macro, element, scope, lambda inner: self.robot(macro.element, body, inner, when))
-            return
-        use = Use(macro, self.given(macro, element, scope), {}, scope, when, comments, element, self.at or element)
+    def value_call(self, macro: Macro, element: Element, scope: Scope) -> Call:
+        given = self.given(macro, element, scope)
+        made = Call(macro, given, {}, scope, element)
         for name, (block, inner) in self.blocks(macro, element, scope).items():
-            use.blocks[name] = self.block_entry(macro, name, block, inner)
-        self.hand_over(macro, use.given)
-        macro.uses.append(use)
-        body.uses.append(use)
-        self.set_by_part(macro, use.given, scope, when)
+            if name in macro.block_levels:
+                made.blocks[name] = self.block_entry(macro, name, block, inner)
+        self.hand_over(macro, given)
+        return made
 
     def block_entry(self, macro: Macro, name: str, block: Element, scope: Scope) -> Entry:
         """Return what a block says that a call hands over."""
@@ -294,189 +189,3 @@ class Walker(Calling):
         known = macro.block_keys.setdefault(name, [])
         known += [key for key in made.known() if key not in known]
         return made
-
-    def as_part(self, macro: Macro) -> bool:
-        """Walk over a macro that is to be a part; say whether it can be one."""
-        if macro.level == "part":
-            return True
-        if macro.level:
-            raise Unsupported(f'the macro "{macro.name}" is called in a link and outside of links', macro.place)
-        self.begin(macro, "part")
-        body = Body(macro.file, macro, macro.scope)
-        macro.body = body
-        self.seen.append(macro)
-        try:
-            self.robot(macro.element, body, macro.scope, ())
-        except Unsupported as problem:
-            raise InMacro(macro, problem) from None
-        return True
-
-    # What stands inside of a link, a joint, and so on.
-
-    def content(
-        self, element: Element, scope: Scope, level: str, when: Whens = ()
-    ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
-        """Yield what an element holds, with the conditions on it; calls of macros that are named values as they are."""
-        for child, comments in with_comments(element):
-            yield from self.inner(child, scope.latest(), level, when, comments)
-
-    def inner(
-        self, child: Element, scope: Scope, level: str, when: Whens, comments: tuple[str, ...] = ()
-    ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
-        tag = child.tag
-        if tag in ("xacro:if", "xacro:unless"):
-            on = self.condition(child, scope)
-            if decided(on) is not False:
-                yield from self.content(child, scope, level, (*when, on))
-        elif tag == "xacro:insert_block":
-            handed = scope.block(child.get("name"))
-            if isinstance(handed, Parameter):
-                yield Handed(handed, scope), scope, when, comments
-                return
-            for block, inner in self.inserted(child, scope):
-                yield from self.inner(block, inner, level, when)
-        elif tag == "xacro:property":
-            self.inner_property(child, scope, when)
-        elif tag == "xacro:macro":
-            self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), when)
-        elif self.is_open(child):
-            for chosen in self.targets(child, scope):
-                yield from self.inner(child, scope, level, (*when, *chosen), comments)
-        elif tag.startswith("xacro:"):
-            yield from self.inner_call(child, scope, level, when, comments)
-        else:
-            yield child, scope, when, comments
-
-    def inner_call(
-        self, child: Element, scope: Scope, level: str, when: Whens, comments: tuple[str, ...]
-    ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
-        """Yield what a macro that is called within an element gives."""
-        macro = self.macro_of(child)
-        if returns(self, macro, scope, when):
-            set_by(self, macro, child, scope, when, body_around(scope))
-            return
-        if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
-            yield self.value_call(macro, child, scope), scope, when, comments
-            return
-        found: list[Any] = []
-        self.write_out(
-            macro, child, scope, lambda inside: found.extend(self.content(macro.element, inside, level, when))
-        )
-        yield from found
-
-    def as_value(self, macro: Macro, level: str) -> bool:
-        """Walk over a macro that makes what stands in a link, a joint and so on; say whether it can be a value."""
-        if macro.level:
-            return macro.level == level and macro.entry is not None
-        self.begin(macro, level)
-        try:
-            entry = reads(self, macro.element, macro.scope, level)
-            for item in entry.items if level == "joint" else ():
-                units_of(item.value, "")
-        except Unsupported:
-            return self.not_a_value(macro)
-        if not entry.items or any(item.key == "&" for item in entry.items):
-            return self.not_a_value(macro)
-        macro.entry = entry
-        self.seen.append(macro)
-        return True
-
-    def as_text(self, macro: Macro) -> bool:
-        """Walk over a macro that is called among elements that are kept; say whether it can be a value."""
-        if macro.level:
-            return macro.level == "xml" and macro.text is not None
-        self.begin(macro, "xml")
-        if any(parameter.block for parameter in macro.parameters):
-            return False
-        try:
-            found: list[Any] = []
-            for item in macro.element.content:
-                found += self.xml_item(item, macro.scope, ())
-        except Unsupported:
-            return False
-        if not any(isinstance(one, (Xml, Call)) for one in found) or any(
-            isinstance(one, Xml) and not one.tag for one in found
-        ):
-            return False
-        macro.text = found
-        self.seen.append(macro)
-        return True
-
-    def not_a_value(self, macro: Macro) -> bool:
-        macro.entry = None
-        return False
-
-    def value_call(self, macro: Macro, element: Element, scope: Scope) -> Call:
-        given = self.given(macro, element, scope)
-        made = Call(macro, given, {}, scope, element)
-        for name, (block, inner) in self.blocks(macro, element, scope).items():
-            if name in macro.block_levels:
-                made.blocks[name] = self.block_entry(macro, name, block, inner)
-        self.hand_over(macro, given)
-        return made
-
-    # What is kept as text.
-
-    def xml(self, element: Element, scope: Scope) -> Xml:
-        """Return an element that is kept as text."""
-        made = Xml(element.tag, element=element)
-        for name, attribute in element.attributes.items():
-            if not name.startswith(("xacro:", "xmlns:xacro")):
-                value = Value(attribute.value, scope, XML, attribute.span)
-                note(value)
-                made.attributes.append((name, value))
-        for item in element.content:
-            made.content += self.xml_item(item, scope.latest(), ())
-        return made
-
-    def xml_item(self, item: Element | Remark, scope: Scope, when: Whens) -> list[Any]:
-        if isinstance(item, Remark):
-            if item.is_comment:
-                return [item]
-            value = Value(item.text, scope, XML)
-            note(value)
-            return [value]
-        if item.tag in ("xacro:if", "xacro:unless"):
-            group = Xml("", when=(self.condition(item, scope),))
-            if decided(group.when[0]) is False:
-                return []
-            for inner in item.content:
-                group.content += self.xml_item(inner, scope.latest(), when)
-            return [group]
-        if item.tag == "xacro:insert_block":
-            return [self.xml(child, inner) for child, inner in self.inserted(item, scope)]
-        if item.tag == "xacro:property":
-            self.inner_property(item, scope, when)
-            return []
-        if item.tag == "xacro:macro":
-            self.define(self.program.by_element[id(item)], item.get("name").removeprefix("xacro:"), when)
-            return []
-        if self.is_open(item):
-            groups = [Xml("", when=on, content=self.xml_item(item, scope, when)) for on in self.targets(item, scope)]
-            return [one for group in groups for one in ([group] if group.when else group.content)]
-        if item.tag.startswith("xacro:"):
-            return self.xml_call(item, scope, when)
-        return [self.xml(item, scope)]
-
-    def xml_call(self, item: Element, scope: Scope, when: Whens) -> list[Any]:
-        """Return what a macro that is called within XML gives."""
-        macro = self.macro_of(item)
-        if returns(self, macro, scope, when):
-            set_by(self, macro, item, scope, when, body_around(scope))
-            return []
-        if macro.name not in self.inlined and self.as_text(macro):
-            return [self.value_call(macro, item, scope)]
-        found: list[Any] = []
-
-        def take(inside: Scope) -> None:
-            for one in macro.element.content:
-                found.extend(self.xml_item(one, inside.latest(), when))
-
-        self.write_out(macro, item, scope, take)
-        return found
-
-
-def _plain(piece: Token) -> Token:
-    """Return a piece of a text; an argument that is read as an expression as what it is."""
-    whole = tokens(piece.text) if piece.kind == EXPRESSION and is_argument(piece.text) else []
-    return whole[0] if len(whole) == 1 else piece

@@ -9,9 +9,12 @@ import pytest
 from rosorin_compile.xml.elements import tree_of
 from rosorin_compile_import.translating import rendering
 from rosorin_compile_import.translating.differing_elements import difference
+from rosorin_compile_import.translating.problems import AtTop, InMacro
+from rosorin_compile_import.translating.program import Program
 from rosorin_compile_import.translating.report import told
+from rosorin_compile_import.translating.walking import Walker
 
-from .test_translating_texts import of
+from .test_translating_texts import HEAD, of
 
 pytest.importorskip("xacro")
 
@@ -45,6 +48,17 @@ def test_what_is_called_by_what_is_written_out_is_not_idle(tmp_path: Path) -> No
     assert lines[0] == "0 of 2 macros kept, 2 written out where they are called"
     assert "  inner: what calls it is written out" in lines
     assert "left out, because nothing calls them: alone, of_alone and other" in lines
+
+
+@pytest.mark.parametrize("element", ["link", "gazebo", "xacro:if"])
+@pytest.mark.parametrize("depth", [1, 12])
+def test_a_macro_that_calls_itself_is_told_however_deep_that_is(element: str, depth: int, tmp_path: Path) -> None:
+    body = '<xacro:if value="true">' * depth + "<visual/><xacro:pile/>" + "</xacro:if>" * depth
+    source = f'<{element} name="base" value="true"><xacro:pile/></{element}>'
+    path = tmp_path / "robot.xacro"
+    path.write_text(f"{HEAD}{macro('pile', '', body)}{source}</robot>", "utf-8")
+    with pytest.raises((AtTop, InMacro), match='the macro "pile" calls itself'):
+        Walker(Program(path, {}, {}), frozenset({"pile"})).walk()
 
 
 HARDWARE = (

@@ -220,7 +220,7 @@ def _describe(
     from .merging.reimport import Wanted, recorded
     from .report import renamed, repeated
     from .round_trip import check_round_trip
-    from .translating.report import told as told_translation
+    from .translating.report import translation_report as told_translation
     from .words.report import told_words
 
     errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
@@ -340,7 +340,7 @@ def _put_into(
     from rosorin_compile.extending import OutputError
 
     from .description import tree_of
-    from .into import in_the_end, put_into, to_do, told
+    from .into import in_the_end, put_into, to_do
 
     package = target.package
     try:

@@ -362,7 +362,7 @@ def _place(file: str) -> str:
     return "/".join(file.split("/")[:2]) if file.startswith(f"{Description.FOLDER}/") else file
 
 
-def told(package: Package, put: Put) -> Iterator[str]:
+def package_report(package: Package, put: Put) -> Iterator[str]:
     """Yield the lines about what was put into a package."""
     name = world.real(package.folder).name
     if put.written:

@@ -168,7 +168,7 @@ def stated_topic(robot: Robot, name: str) -> str:
     return ""
 
 
-def told(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Found]]) -> Iterator[Diagnostic]:
+def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Found]]) -> Iterator[Diagnostic]:
     """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is no tree."""
     if not is_tree(case):
         return

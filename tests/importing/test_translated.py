@@ -18,7 +18,7 @@ import pytest
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile_import.translating import Changed, translate
-from rosorin_compile_import.translating.report import told
+from rosorin_compile_import.translating.report import translation_report
 from support.paths import DATA
 
 pytest.importorskip("xacro")
@@ -36,7 +36,7 @@ def made(name: str) -> dict[str, str]:
     imported = read_robot(path, how)
     assert imported.tree is not None, imported.diagnostics
     translation = translate(path, how, imported, URDF, Changed(Path("descriptions/robot")))
-    return {**translation.files, "told.txt": "".join(f"{line}\n" for line in told(translation))}
+    return {**translation.files, "told.txt": "".join(f"{line}\n" for line in translation_report(translation))}
 
 
 def expected(name: str) -> Path:

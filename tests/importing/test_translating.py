@@ -12,7 +12,7 @@ from rosorin_compile.cli import main
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile_import.translating import Changed, Translation, expressions, proving, rendering, translate
-from rosorin_compile_import.translating.report import told
+from rosorin_compile_import.translating.report import translation_report
 from rosorin_compile_import.translating.scopes import Scope
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
@@ -189,7 +189,7 @@ def test_an_argument_that_is_not_followed_is_none(tmp_path: Path, monkeypatch: p
     made = of(tmp_path, body)
     assert (made.arguments, made.fixed) == (("width",), (("height", "0.5"),))
     reason = "  height: with another value of it the robot is another than xacro makes (robot.xacro:1)"
-    assert reason in told(made)
+    assert reason in translation_report(made)
 
 
 def test_combinations_are_bounded() -> None:
@@ -242,7 +242,7 @@ def test_an_argument_that_chooses_a_file_has_the_files_that_there_are(tmp_path: 
 
 
 def test_the_lines_about_a_flat_robot_say_why() -> None:
-    assert list(told(Translation({}, reason="an include with ns"))) == [
+    assert list(translation_report(Translation({}, reason="an include with ns"))) == [
         "flat, without macros and arguments: an include with ns"
     ]
 

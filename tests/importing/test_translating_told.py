@@ -11,7 +11,7 @@ from rosorin_compile_import.translating import rendering
 from rosorin_compile_import.translating.differing_elements import difference
 from rosorin_compile_import.translating.problems import AtTop, InMacro
 from rosorin_compile_import.translating.program import Program
-from rosorin_compile_import.translating.report import told
+from rosorin_compile_import.translating.report import translation_report
 from rosorin_compile_import.translating.walking import Walker
 
 from .test_translating_texts import HEAD, of
@@ -34,17 +34,17 @@ def macro(name: str, params: str, body: str) -> str:
 def test_elements_are_not_counted_as_macros(tmp_path: Path) -> None:
     wheel = macro("wheel", "p", chain("${p}wheel")) + '<xacro:wheel p="l_"/>'
     made = of(tmp_path, LINK + wheel + chain(ODD, "odd"))
-    lines = list(told(made))
+    lines = list(translation_report(made))
     assert lines[:2] == ["1 of 1 macro kept", "as xacro expands them: 2 elements"]
     assert lines[2].startswith(f'  <link name="{ODD}">: lambda x: x has no word here (robot.xacro:')
     made = of(tmp_path, f'<link name="{ODD}"/>')
-    assert next(told(made)) == "as xacro expands it: 1 element"
+    assert next(translation_report(made)) == "as xacro expands it: 1 element"
 
 
 def test_what_is_called_by_what_is_written_out_is_not_idle(tmp_path: Path) -> None:
     body = macro("inner", "p", chain("${p}", "odd")) + macro("outer", "p *o", '<xacro:inner p="${p}"/>')
     body += macro("alone", "", LINK) + macro("of_alone", "", LINK) + macro("other", "", "<xacro:of_alone/>")
-    lines = list(told(of(tmp_path, LINK + body + f'<xacro:outer p="{ODD}"><x/></xacro:outer>')))
+    lines = list(translation_report(of(tmp_path, LINK + body + f'<xacro:outer p="{ODD}"><x/></xacro:outer>')))
     assert lines[0] == "0 of 2 macros kept, 2 written out where they are called"
     assert "  inner: what calls it is written out" in lines
     assert "left out, because nothing calls them: alone, of_alone and other" in lines

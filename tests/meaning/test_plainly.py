@@ -117,9 +117,9 @@ def test_what_no_format_has_a_word_for_is_said(monkeypatch: pytest.MonkeyPatch) 
     urdf = Side("a.urdf", FORMATS["urdf"], bare)
     said = Side("b.yaml", YAML, replace(bare, sections=Sections({}, here)))
     line = "2 batteries, 1 charger, 3 fuses: a.urdf is a URDF, a format without a word for it"
-    assert line in not_compared.unsaid(urdf, said).lines
-    assert line in not_compared.unsaid(said, urdf).lines
-    assert not_compared.unsaid(said, Side("c.yaml", YAML, bare)).lines == []
+    assert line in not_compared.uncompared(urdf, said).lines
+    assert line in not_compared.uncompared(said, urdf).lines
+    assert not_compared.uncompared(said, Side("c.yaml", YAML, bare)).lines == []
 
 
 def test_a_value_is_plain_and_does_not_say_where_it_comes_from() -> None:

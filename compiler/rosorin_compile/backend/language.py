@@ -9,7 +9,7 @@ from ..frontend.lower.plainly import plain, pose_of_entry, record_of, vector_of
 from ..frontend.lower.simulation import others, reworded
 from ..meaning.difference import OTHER, YAML, Item, Side
 from ..meaning.pairing import Pairing
-from ..meaning.simulation import said
+from ..meaning.simulation import words_of
 from ..meaning.values import Said, changed_entry
 from ..model.sections import OwnSection
 from ..rules.case import number
@@ -36,8 +36,8 @@ __all__ = [
     "pose_of_entry",
     "record_of",
     "reworded",
-    "said",
     "several",
     "values_of",
     "vector_of",
+    "words_of",
 ]

@@ -23,7 +23,7 @@ from ..diagnostics.wording import counted
 from ..frontend.arguments import Argument, Choice, Combination, combinations
 from ..project import ON_STDIN, Description
 from ..world import FOLDER, kind, spoil
-from .compiling import count, read_by, search_meshes, tell_build, telling
+from .compiling import count, read_by, search_meshes, tell_build, warn_before
 from .pictures import pictures
 from .registry import checks, own_checks
 from .robots import check_depfile, is_foreign
@@ -226,7 +226,7 @@ def check_every(run: Run, description: Description) -> int:
     varied = Argument.choices(arguments, given)
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
-    tell: Tell = telling(run.given, run.console)
+    tell: Tell = warn_before(run.given, run.console)
     search = partial(search_meshes, run.given, description)
     for number, combination in enumerate(tried, 1):
         Progress.about(f"{description.name}, {number:,} of {len(tried):,}:")

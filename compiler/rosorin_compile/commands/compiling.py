@@ -45,7 +45,7 @@ def compile_one(
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
     search = partial(search_meshes, given, description) if meshes else None
-    tell = telling(given, console)
+    tell = warn_before(given, console)
     compiled = compile_robot(description.path, arguments, tell, given.packages, search, wanted)
     console.tell_read(read_by(given, compiled))
     return compiled
@@ -57,7 +57,7 @@ def compile_proven(given: Given, description: Description, console: Console, wan
     return compiled.proven()  # no command writes, copies or compares what has not been
 
 
-def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
+def warn_before(given: Given, console: Console) -> Callable[[Diagnostic], None]:
     """Return what takes a word of warning before something is run: it is counted alone where that is trusted."""
     if not given.trust:
         return console.ahead

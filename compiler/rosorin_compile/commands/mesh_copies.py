@@ -19,7 +19,7 @@ from .. import world
 from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
 from ..diagnostics.progress import Progress
 from ..diagnostics.registry import FORMATS, Rule
-from ..formats.mesh_files import Found, Searched, told
+from ..formats.mesh_files import Found, Searched, files_diagnostic
 from ..formats.mesh_triangles import ExtractProblem, load_mesh
 from ..formats.named_files import OF_ELEMENT, Named
 from ..world.listening import listening
@@ -79,10 +79,10 @@ def _said(failed: Mapping[tuple[str, str, str], Sequence[Named]], converted: Seq
     said = []
     for (what, help, kind), files in failed.items():
         severity, so = (ERROR, "not read") if kind == OF_ELEMENT else (WARNING, "left out of the MJCF")
-        said.append(told("mesh-not-read", f"{so}: {what}", help, severity, files))
+        said.append(files_diagnostic("mesh-not-read", f"{so}: {what}", help, severity, files))
     if converted:
         what = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
-        said.append(replace(told("mesh-converted", what, "", NOTE, converted), related=()))
+        said.append(replace(files_diagnostic("mesh-converted", what, "", NOTE, converted), related=()))
     return said
 
 

@@ -17,7 +17,7 @@ from ..diagnostics.wording import counted, first_of
 from ..project import Description
 from ..world import spoil
 from .answer import give_result
-from .compiling import compile_proven, read_by, search_meshes, telling
+from .compiling import compile_proven, read_by, search_meshes, warn_before
 from .given import Given, no_half_mark, texts
 from .robots import is_foreign, is_robot, one
 from .run import Run
@@ -146,7 +146,7 @@ def _compiled(given: Given, description: Description, console: Console, output: 
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
     search = partial(search_meshes, given, description)
-    tell = telling(given, console)
+    tell = warn_before(given, console)
     wanted = (output,)
     compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, wanted, lenient)
     console.tell_read(read_by(given, compiled))
@@ -249,7 +249,7 @@ def _understood(given: Given, description: Description, console: Console) -> Und
         arguments = given.values()
     except LoadError as problem:
         return Understood(Expanded(None, [], ()), None, [problem.diagnostic])
-    tell = telling(given, console)
+    tell = warn_before(given, console)
     if is_foreign(description.path):
         from .foreign import listed_foreign
 

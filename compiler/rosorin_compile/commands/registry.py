@@ -129,12 +129,12 @@ def whose(group: str, name: str) -> str:
 def _first(own: Registered[Kind] | None, group: str, kind: type[Kind], name: str) -> Registered[Kind] | None:
     """Return what is our own, or else of a plug-in, and say what is wrong with that or with others of the name."""
     if own is not None:
-        told(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
+        warn_of_plugins(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
         return own
     found, wrong = _of_plugins(group, kind, (), name)
     if wrong and not found:
         raise PluginFailed(wrong[0])
-    told(wrong)
+    warn_of_plugins(wrong)
     return next(iter(found), None)
 
 
@@ -157,7 +157,7 @@ def _names(record: Command | Check) -> tuple[str, ...]:
     return (record.name, *getattr(record, "also", ()))
 
 
-def told(diagnostics: Iterable[Diagnostic]) -> None:
+def warn_of_plugins(diagnostics: Iterable[Diagnostic]) -> None:
     """Say what is wrong with plug-ins that nothing depends on."""
     from ..diagnostics import WARNING
     from ..diagnostics.console import Console
@@ -184,7 +184,7 @@ def checks(of_plugins: bool = True) -> dict[str, Check]:
 def _more(group: str, kind: type[Kind], own: Iterable[Kind]) -> list[Kind]:
     """Return the records of plug-ins, and say what is wrong with others."""
     found, wrong = _of_plugins(group, kind, [name for record in own for name in _names(record)])
-    told(wrong)
+    warn_of_plugins(wrong)
     return [one.record for one in found]
 
 

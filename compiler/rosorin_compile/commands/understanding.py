@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics.console import Console
 from ..project import Description
-from .compiling import telling
+from .compiling import warn_before
 from .given import Given, texts
 from .robots import is_foreign
 from .usage import WrongUsage
@@ -39,7 +39,7 @@ def read(given: Given, description: Description, console: Console) -> Understood
         return understand_foreign(description.path, texts(arguments), given.packages, console.ahead, given.trust)
     from ..pipeline import understand
 
-    return understand(description.path, arguments, telling(given, console), given.packages)
+    return understand(description.path, arguments, warn_before(given, console), given.packages)
 
 
 def understood(given: Given, description: Description, console: Console) -> RobotCase | None:

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from ..numbers import exact
     from ..output import OutputError
     from ..output.one_file import write_file
-    from ..output.ours import Held
+    from ..output.ours import ProtectedFile
     from ..output.placing import Holding, holding
     from ..output.staging import Stage
     from ..output.watch import Inputs
@@ -72,7 +72,7 @@ _HOMES = {
     "FORMATS": "formats",
     "Found": "meaning.proof",
     "Given": "commands.given",
-    "Held": "output.ours",
+    "ProtectedFile": "output.ours",
     "Holding": "output.placing",
     "Imported": "formats.imported",
     "Inputs": "output.watch",
@@ -140,7 +140,6 @@ __all__ = [
     "ExtractProblem",
     "Found",
     "Given",
-    "Held",
     "Holding",
     "Imported",
     "Importing",
@@ -160,6 +159,7 @@ __all__ = [
     "Path",
     "Places",
     "Proof",
+    "ProtectedFile",
     "Proving",
     "Quantity",
     "ReadOptions",

@@ -232,7 +232,7 @@ class _Search:
             self._look(one)
         for (what, help, severity, kind), many in self.absent.items():
             rule = "element-file-not-found" if kind == OF_ELEMENT else "mesh-not-found"
-            self.diagnostics.append(told(rule, what, help, severity, many))
+            self.diagnostics.append(files_diagnostic(rule, what, help, severity, many))
         missing, led = frozenset(self.missing), tuple(self.resolved)
         return Searched(tuple(self.found), missing, self.diagnostics, self.by_name, tuple(self.inputs), led)
 
@@ -431,7 +431,7 @@ class _Search:
         self.absent.setdefault((what, help, severity, one.kind), []).append(one)
 
 
-def told(rule: str, what: str, help: str, severity: str, many: Sequence[Named]) -> Diagnostic:
+def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Sequence[Named]) -> Diagnostic:
     """Return what there is to say of files of one kind for one reason, with the places of all of them."""
     names, spans, kind = [one.name for one in many], [span for one in many for span in one.spans], many[0].kind
     which = f"{len(names)} {_SEVERAL[kind]} ({first_of(names, _SHOWN)}) are"

@@ -60,7 +60,7 @@ def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
     suffix = path.suffix.lower()
     if suffix in ENDINGS:
         message = f"{path.name} is a description already, or another file in YAML"
-        return _refused(error("wrong-format", message, asked, f"import reads {known()}"), path)
+        return _refused(error("wrong-format", message, asked, f"import reads {known_formats()}"), path)
     format = next((one for one in _readable() if suffix in one.endings and not one.is_xml), None)
     if format is not None:
         return _read(format, Opened(path, options, asked=asked))
@@ -149,7 +149,7 @@ def _not_on_stdin(format: Format, document: Document) -> Diagnostic:
     return error("wrong-format", message, document.root.span, help)
 
 
-def known() -> str:
+def known_formats() -> str:
     """Return the formats that are read, as the end of a sentence."""
     *others, last = [one.listed for one in _readable()]
     return f"{', '.join(others)}, or {last}"
@@ -229,14 +229,14 @@ def _check_text(source: Source) -> None:
         message = f"{source.path} is a pointer of Git LFS, not the file itself"
         raise MarkupError(error("wrong-format", message, span, "fetch the file: git lfs pull"))
     if not start.startswith("<"):
-        raise MarkupError(error("wrong-format", f"{source.path} is not XML", span, f"import reads {known()}"))
+        raise MarkupError(error("wrong-format", f"{source.path} is not XML", span, f"import reads {known_formats()}"))
 
 
 def _wrong_root(document: Document) -> Diagnostic:
     """Return the message about a root element of another format."""
     root = document.root
     tag = root.tag.lower()
-    what, help = _OTHER_FORMATS.get(tag, ("", f"import reads {known()}"))
+    what, help = _OTHER_FORMATS.get(tag, ("", f"import reads {known_formats()}"))
     if tag == "robot":
         return error("wrong-root", f"the root element is <{root.tag}>, not <robot>", root.span, "did you mean <robot>?")
     message = (

@@ -13,7 +13,7 @@ from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference
 from .frames import compare_frames, furthest
 from .joints import compare_joints
 from .masses import compare_masses
-from .not_compared import not_carried, unsaid
+from .not_compared import not_carried, uncompared
 from .others import compare_others
 from .pairing import Pairing, compare_names, pair
 from .renaming import renamed
@@ -31,7 +31,7 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
         a, b = (side._replace(robot=side.robot.as_said()) for side in (a, b))
     pairing = side_by_side(a, b, tolerance, prefix)
     missing, lacking = not_carried(pairing, a, b)
-    silent = unsaid(a, b)
+    silent = uncompared(a, b)
     frames = compare_frames(pairing)
     items = [*frames.items, *compare_joints(pairing, frames.coordinates, silent.topics)]
     notes = [*_prefix_note(pairing, a, b), *frames.notes]

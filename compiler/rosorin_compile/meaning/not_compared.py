@@ -82,7 +82,7 @@ class Unsaid(NamedTuple):
     lines: list[str]
 
 
-def unsaid(a: Side, b: Side) -> Unsaid:
+def uncompared(a: Side, b: Side) -> Unsaid:
     """Return what is not compared between two robots of these formats."""
     topics: set[str] = set()
     lines: list[str] = []

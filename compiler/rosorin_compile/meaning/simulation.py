@@ -62,12 +62,12 @@ def _things(robot: Robot) -> dict[str, Said]:
         things |= _of_joint(joint)
     things |= _of_sections(robot, whole=False)
     for material in robot.materials:
-        things |= {f"material {material.name}": said(material.mjcf)} if material.mjcf else {}
+        things |= {f"material {material.name}": words_of(material.mjcf)} if material.mjcf else {}
     for pose in robot.poses:
         values = {"base": pose.base, **pose.controls, **pose.mjcf}
-        things |= {f"pose {pose.name} in simulation": said(values)} if said(values) else {}
+        things |= {f"pose {pose.name} in simulation": words_of(values)} if words_of(values) else {}
     things |= _of_sections(robot, whole=True)
-    root = said(robot.root_in_world)
+    root = words_of(robot.root_in_world)
     return things | ({"root": root} if root else {})
 
 
@@ -81,13 +81,13 @@ def _of_sections(robot: Robot, whole: bool) -> dict[str, Said]:
 
 
 def _of_link(link: Link) -> dict[str, Said]:
-    things: dict[str, Said] = {f"{mark.tag} {mark.name}": {"link": link.name, **said(mark)} for mark in link.marked}
+    things: dict[str, Said] = {f"{mark.tag} {mark.name}": {"link": link.name, **words_of(mark)} for mark in link.marked}
     own = {"gravity_compensation": link.gravity_compensation or None, **link.mjcf}
-    things |= {f"link {link.name} in simulation": said(own)} if said(own) else {}
+    things |= {f"link {link.name} in simulation": words_of(own)} if words_of(own) else {}
     for purpose in ("collision", "visual"):
         shapes: Sequence[Shape] = getattr(link, purpose)
         for index, shape in enumerate(shapes, start=1):
-            values = {**said(shape.contact), **said(shape.mjcf)} if shape.contact or shape.mjcf else {}
+            values = {**words_of(shape.contact), **words_of(shape.mjcf)} if shape.contact or shape.mjcf else {}
             things |= {f"{purpose} shape {index} of {link.name} in simulation": values} if values else {}
     return things
 
@@ -96,19 +96,19 @@ def _of_joint(joint: Joint) -> dict[str, Said]:
     things: dict[str, Said] = {}
     if joint.actuator is not None:  # its gains are compared as those of the joint
         others = ("kp", "kv", "damping", "joint")
-        values = {word: value for word, value in said(joint.actuator).items() if word not in others}
+        values = {word: value for word, value in words_of(joint.actuator).items() if word not in others}
         values |= {"name": joint.actuator.name} if joint.actuator.name else {}
         things |= {f"actuator of {joint.name}": values} if values else {}
     if joint.mimic is not None:
-        values = {word: value for word, value in said(joint.mimic).items() if word in ("solref", "solimp")}
+        values = {word: value for word, value in words_of(joint.mimic).items() if word in ("solref", "solimp")}
         values |= {"name": joint.mimic.name} if joint.mimic.name else {}
         things |= {f"mimic of {joint.name} in simulation": values} if values else {}
     if joint.mjcf:
-        things[f"joint {joint.name} in simulation"] = said(joint.mjcf)
+        things[f"joint {joint.name} in simulation"] = words_of(joint.mjcf)
     return things
 
 
-def said(value: Any) -> dict[str, Any]:
+def words_of(value: Any) -> dict[str, Any]:
     """Return the words of an entry and their values; what is as it is by default is left out."""
     if isinstance(value, Mapping):
         return {word: one for word, one in value.items() if text_of(one)}
@@ -118,7 +118,7 @@ def said(value: Any) -> dict[str, Any]:
         if field.name in ("name", "tag") or inner == field.default:
             continue
         if isinstance(inner, Mapping):
-            words |= said(inner)
+            words |= words_of(inner)
         elif text_of(inner):
             words[field.name] = inner
     return words

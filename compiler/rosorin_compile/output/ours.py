@@ -25,7 +25,7 @@ _HEAD = 4096  # bytes in which the mark stands
 FOREIGN, EDITED, UNKNOWN = "foreign", "edited", "unknown"
 
 
-class Held(NamedTuple):
+class ProtectedFile(NamedTuple):
     """A file that is not replaced in silence: its name, why, and the name under which what stands there is kept."""
 
     name: str
@@ -44,7 +44,9 @@ class Held(NamedTuple):
         return self.why == EDITED
 
 
-def held(folder: Path, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False) -> Iterator[Held]:
+def protected_files(
+    folder: Path, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False
+) -> Iterator[ProtectedFile]:
     """Yield what stands at the names of ``files``, has other bytes, and is not ours or not as we wrote it.
 
     ``record`` are the digests of what we wrote, by name. In a folder of our ``own`` nothing is foreign: what nobody
@@ -56,7 +58,7 @@ def held(folder: Path, files: Mapping[str, bytes], record: Mapping[str, str], *,
         why = _why(old, new, record.get(name)) if old != new else ""
         if why:
             why = UNKNOWN if own and why == FOREIGN else why
-            yield Held(name, why, f"{name.rpartition('/')[0]}/{kept_name(path, old).name}".lstrip("/"), old)
+            yield ProtectedFile(name, why, f"{name.rpartition('/')[0]}/{kept_name(path, old).name}".lstrip("/"), old)
 
 
 def _why(old: bytes, new: bytes, known: str | None) -> str:

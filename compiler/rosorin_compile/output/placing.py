@@ -28,7 +28,7 @@ from ..diagnostics.wording import listed
 from ..startup import system
 from . import OutputError, Written, cleared, ours
 from .one_file import replace_text
-from .ours import Held, digest, kept_name
+from .ours import ProtectedFile, digest, kept_name
 from .staging import STAGE, discard, replace, staged, tidy
 
 RULES = (
@@ -115,9 +115,9 @@ class Holding(NamedTuple):
         """Return ``files`` with the note on what was written into the folder, themselves among it."""
         return {**files, ours.RECORD: ours.record_of(self.root, files)}
 
-    def held(self, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False) -> list[Held]:
+    def held(self, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False) -> list[ProtectedFile]:
         """Return what stands at the names of ``files`` and is not replaced in silence, as ``ours.held``."""
-        return list(ours.held(self.root, files, record, own=own))
+        return list(ours.protected_files(self.root, files, record, own=own))
 
     @staticmethod
     def digest(data: bytes) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics import ERROR, Diagnostic, Related, Span, or_else
 from ..frontend.accepting import accepted, names_at, settled, unused
 from ..frontend.expand.scope import Scope
-from ..frontend.expand.tracing import told
+from ..frontend.expand.tracing import mistake_place
 from ..frontend.mentions import Mention, mentions
 from ..frontend.schema import TEMPLATE
 from ..frontend.tree import Map, Path, at, exists, follow
@@ -106,7 +106,7 @@ class Case:
         A value that was written in ``let``, or given to a part, is shown there; related says where it is used.
         ``within`` is for what is wrong within a mapping: at its key, or where it was written.
         """
-        place, uses = told(self.scope, self.tree, path, rule, key, within)
+        place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
         names = names_at(self.tree, path)
         return Diagnostic(rule, severity, message, place.span, (*related, *uses, *place.stack()), help, names)
 
@@ -133,7 +133,7 @@ class Case:
 
     def _place(self, path: Path, key: bool = False) -> Span:
         """Return where a value was written."""
-        return told(self.scope, self.tree, path, "", key)[0].span
+        return mistake_place(self.scope, self.tree, path, "", key)[0].span
 
     def suggest(self, path: Path, word: str, known: Iterable[str], otherwise: str, more: Sequence[str] = ()) -> str:
         """Return 'did you mean "x"?' for an unknown name at a path, else what to do and the known names.

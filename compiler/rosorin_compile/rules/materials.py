@@ -83,7 +83,7 @@ def _colours(case: Case) -> Iterator[tuple[str, Rgba, Path]]:
     "Correct the name, or add it to `materials`, if readers do not know it.",
     NUMBERS,
 )
-def known(case: Case) -> Iterator[Diagnostic]:
+def unknown_materials(case: Case) -> Iterator[Diagnostic]:
     """Names of materials that nothing says the look of: legal, but seldom meant."""
     unknown: dict[str, list[Path]] = {}
     described = case.robot.material

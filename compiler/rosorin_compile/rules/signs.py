@@ -71,7 +71,7 @@ def _negative(case: Case, joint: Joint) -> Iterator[Diagnostic]:
     accept="joint",
     imported="always",
 )
-def unsaid(case: Case) -> Iterator[Diagnostic]:
+def missing_axes(case: Case) -> Iterator[Diagnostic]:
     """Joints without an axis: in one note, but for wheels that would tumble."""
     silent: list[Joint] = []
     for joint in case.robot.joints:

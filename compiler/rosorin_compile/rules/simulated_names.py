@@ -190,7 +190,7 @@ def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
     "Correct the name.",
     SIMULATED,
 )
-def known(case: Case) -> Iterator[Diagnostic]:
+def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """Names in the sections for a simulation; each name that there is not once, however often it is used."""
     said = [one for one in mentions(case.tree) if one.among]
     yield from _unknown(case, [one for one in said if one.among == DESCRIPTION])

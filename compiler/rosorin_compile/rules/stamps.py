@@ -44,7 +44,7 @@ def stamps(case: Case) -> Iterator[Stamp]:
     "Correct the name under `stamps`, or say who publishes the frame.",
     FRAMES,
 )
-def known(case: Case) -> Iterator[Diagnostic]:
+def unknown_frames(case: Case) -> Iterator[Diagnostic]:
     """Frames in the headers of messages that do not exist, or that tf2 does not know, always or in some mode.
 
     A frame that somebody publishes in another mode is a gap, which is said; but not where the description has nobody

@@ -137,7 +137,7 @@ class Mention(NamedTuple):
     "Correct the name.",
     NUMBERS,
 )
-def known(case: Case) -> Iterator[Diagnostic]:
+def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """Names inside kept elements that no link or joint has; each name once, however often it stands there."""
     mentions: dict[tuple[str, str], list[Mention]] = {}
     own: set[str] = set()

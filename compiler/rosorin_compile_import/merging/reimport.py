@@ -13,7 +13,7 @@ from rosorin_compile.extending import Description, LoadError, WrongUsage, world
 
 from . import record as records
 from .record import ENDING, Record, text_of
-from .report import in_the_way, of_merge, told
+from .report import in_the_way, merge_report, of_merge
 from .together import proved, put_together
 
 
@@ -98,7 +98,7 @@ def imported_again(folder: Path, record: Record, files: Mapping[str, str], wante
         return Again({}, {}, [], found, [], refused=True)
     written = {name: text for name, text in together.files.items() if text != ours.get(name)}
     made = {**written, **records.of(files, wanted.words)}
-    return Again(ours, made, together.gone, found, list(told(together, source)))
+    return Again(ours, made, together.gone, found, list(merge_report(together, source)))
 
 
 def remove(folder: Path, names: Iterable[str]) -> None:

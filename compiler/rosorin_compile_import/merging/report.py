@@ -116,7 +116,7 @@ def of_merge(merge: Judged, source: str, folder: Path, keep_ours: bool) -> list[
     return found
 
 
-def told(together: Together, source: str) -> Iterator[str]:
+def merge_report(together: Together, source: str) -> Iterator[str]:
     """Yield the lines about what was put together."""
     taken, own = ([f"  {name}: {step(one)}" for name, one in pairs] for pairs in (together.taken, together.own))
     taken += [f"  {name}: removed, the source has nothing for it" for name in together.gone]

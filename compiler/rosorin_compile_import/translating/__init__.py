@@ -32,7 +32,7 @@ from .texts import Unsupported
 from .values import ARGUMENTS
 from .walking import Walker
 from .wording import Found, find
-from .wording import told as lines
+from .wording import wording_report as lines
 
 MAX_ATTEMPTS = 40
 _NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")

@@ -11,7 +11,7 @@ from rosorin_compile.diagnostics import Span, counted, listed
 from . import WITHIN, Translation, WrittenOut
 
 
-def told(translation: Translation) -> Iterator[str]:
+def translation_report(translation: Translation) -> Iterator[str]:
     """Yield the lines about a translation."""
     if not translation.files:
         yield f"flat, without macros and arguments: {translation.reason}{_at(translation.span)}"

@@ -295,7 +295,7 @@ def _covers(one: dict[str, ast.expr], other: dict[str, ast.expr], earlier: bool)
     return one.keys() < other.keys() or (one.keys() == other.keys() and earlier)
 
 
-def told(said: Mapping[str, Sequence[str]], found: Found) -> list[str]:
+def wording_report(said: Mapping[str, Sequence[str]], found: Found) -> list[str]:
     """Return the lines about what became words, and about what did not."""
     names = {word: list(dict.fromkeys(said[section])) for section, word in _CALLED.items() if section in said}
     return told_words(Worded(Imported(None, []), None, names, found.kept, found.remarks))

@@ -148,7 +148,7 @@ def _site_name(part: Simulated) -> str:
     return part.name if part.element == "site" else ""
 
 
-def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
+def omitted(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     """Yield what joints and meshes have that MJCF has no word for."""
     fine: set[tuple[str, int]] = set()  # types and limits, which many joints may share
     for joint in joints:

@@ -66,7 +66,7 @@ from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masks import rolling
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
-from .omissions import has_volume, is_written, mesh_path, named, refused, texture_path, unpaired, unsaid
+from .omissions import has_volume, is_written, mesh_path, named, omitted, refused, texture_path, unpaired
 from .servos import Drive
 from .servos import drives as drives_of
 from .write_joints import followers, free_joint, keys, several, single, stands
@@ -164,7 +164,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "kept": [indented(text, "  ") for text in robot.sections[MJCF_ELEMENTS]],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    told = [*refused(robot, free), *unsaid(robot, joints), *unpaired(touching.left), *elements.diagnostics]
+    told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *elements.diagnostics]
     return text, [*told, *(named(text, printer.left_out) if printer.left_out else ())]
 
 

@@ -62,15 +62,15 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
     for one in named:
         meshes.read(one)
         tick()
-    found = [*overlaps.at_most(case, meshes.told, "of this kind"), *mesh_facts.told(case, meshes)]
+    found = [*overlaps.at_most(case, meshes.told, "of this kind"), *mesh_facts.diagnose_meshes(case, meshes)]
     scene = Scene(case.robot, meshes)
     states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
     starts = [_legal(scene), *states[1:]]
     swept = sweeps.sweep(scene, starts, tick)
     always = swept.always & set(states[0].overlaps)
-    found += overlaps.told(case, scene, states, always)
-    found += sweeps.told(case, scene, swept.meetings)
-    found += rest.told(case, starts, tick)
+    found += overlaps.diagnose_overlaps(case, scene, states, always)
+    found += sweeps.diagnose_sweeps(case, scene, swept.meetings)
+    found += rest.diagnose_rest(case, starts, tick)
     at = LookedAt(len(poses) - 1, len(joints), len({one.mesh.file for one in named}))
     return Looked(arrange(case.settled(found, "physics")), at)
 

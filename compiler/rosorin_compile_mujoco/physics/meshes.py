@@ -79,7 +79,7 @@ APART = 0.25  # of the longest side: so far the boxes of what collides and of wh
 _SHOWN = 5
 
 
-def told(case: Case, meshes: Meshes) -> Iterator[Diagnostic]:
+def diagnose_meshes(case: Case, meshes: Meshes) -> Iterator[Diagnostic]:
     """Yield what is wrong with the meshes that were read."""
     named = list(named_meshes(case))
     strange: set[str] = set()

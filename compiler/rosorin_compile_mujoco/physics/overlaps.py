@@ -83,7 +83,7 @@ class State(NamedTuple):
     near: bool = False
 
 
-def told(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -> list[Diagnostic]:
+def diagnose_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -> list[Diagnostic]:
     """Return what is to say about parts that overlap at rest; ``always`` are the pairs that overlap everywhere."""
     found: dict[Pair, list[State]] = {}
     for state in states:

@@ -56,7 +56,7 @@ class _Ended(NamedTuple):
     first: str = ""
 
 
-def told(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[Diagnostic]:
+def diagnose_rest(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[Diagnostic]:
     """Let the robot move for a second from each state, and return what is wrong then.
 
     What MuJoCo itself prints, or would write into MUJOCO_LOG.TXT, is dropped.

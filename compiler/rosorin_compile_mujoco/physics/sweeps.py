@@ -197,7 +197,7 @@ class _Sweep:
         return self.scene.share(one, other, self.at(position))
 
 
-def told(case: Case, scene: Scene, meetings: Sequence[Meeting]) -> list[Diagnostic]:
+def diagnose_sweeps(case: Case, scene: Scene, meetings: Sequence[Meeting]) -> list[Diagnostic]:
     """Return what is to say about what the joints meet."""
     near = [one for one in meetings if scene.joint_of(one.pair) == one.joint]
     found = [_neighbour(case, one, _is_real(scene, one)) for one in near if one.inside >= CORNER]

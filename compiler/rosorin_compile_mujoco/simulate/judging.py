@@ -13,7 +13,7 @@ from rosorin_compile.extending import Path
 from rosorin_compile.model import Drive, Joint
 
 from .moved import first_to_go, moved
-from .trials import Driven, Held, Stop, Swept, Swung, Trials
+from .trials import Driven, PoseTrial, Stop, Swept, Swung, Trials
 from .world import Touch, World
 
 RULES = (
@@ -122,7 +122,7 @@ class Judge:
         message = f"{where}, after {round(stop.time, 3):.6g} s: {stop.why}{first_to_go(self.case.robot, stop.joint)}"
         return replace(self.case.problem("simulation-breaks", message, path, help, severity=ERROR, key=True), of=())
 
-    def _held(self, held: Held) -> Iterator[Diagnostic]:
+    def _held(self, held: PoseTrial) -> Iterator[Diagnostic]:
         where = f'in pose "{held.pose}"' if self._pose(held.pose)[0] == "poses" else "at rest"
         path = self._pose(held.pose)
         if held.broken is not None:
@@ -149,7 +149,7 @@ class Judge:
             help = "look for shapes that start inside each other, and at the contacts with the floor"
             yield self.case.problem("base-drifts", message, path, help, severity=WARNING, key=True)
 
-    def _not_held(self, held: Held, joint: Joint, error: float, touch: Touch | None, where: str) -> Diagnostic:
+    def _not_held(self, held: PoseTrial, joint: Joint, error: float, touch: Touch | None, where: str) -> Diagnostic:
         unit = "m" if joint.type == "prismatic" else "rad"
         message = f'{where}, joint "{joint.name}" ends {error:.3g} {unit} from where it is told to be'
         named = self._pose(held.pose)
@@ -182,7 +182,7 @@ class Judge:
             of=tuple(names),
         )
 
-    def _driven(self, driven: Driven, home: Held) -> Iterator[Diagnostic]:
+    def _driven(self, driven: Driven, home: PoseTrial) -> Iterator[Diagnostic]:
         if driven.broken is not None:
             yield self._breaks(f"driving {driven.command}", driven.broken, ("drive",))
             return
@@ -198,7 +198,7 @@ class Judge:
             message = f"driving {driven.command}: {'; '.join([*wrong, *cause])}"
             yield self.case.problem("drive-not-followed", message, ("drive",), help, severity=WARNING, key=True)
 
-    def _cause(self, driven: Driven, home: Held) -> tuple[list[str], str]:
+    def _cause(self, driven: Driven, home: PoseTrial) -> tuple[list[str], str]:
         """Return what keeps a robot from driving as it is told, as far as that is seen, and the way out."""
         robot = self.case.robot
         drive: Drive | None = robot.sections["drive"]

@@ -12,7 +12,7 @@ from rosorin_compile import Templates
 from rosorin_compile.diagnostics import Diagnostic, counted
 
 from .judging import LIMITS
-from .trials import Curve, Driven, Held, Swept, Trials
+from .trials import Curve, Driven, PoseTrial, Swept, Trials
 from .world import FREE, Touch, World
 
 _FEW = 2
@@ -56,7 +56,7 @@ def _unit(world: World, joint: str) -> str:
     return "m" if world.robot.joint[joint].type == "prismatic" else "rad"
 
 
-def _pose(world: World, held: Held, free: bool) -> tuple[str, ...]:
+def _pose(world: World, held: PoseTrial, free: bool) -> tuple[str, ...]:
     if held.broken is not None:
         return (held.pose, f"broke after {held.broken.time:.3g} s")
     worst = held.worst
@@ -173,7 +173,7 @@ def _pairs(touches: Sequence[Touch]) -> list[dict[str, Any]]:
     return [{"links": [one.one, one.other], "depth": one.depth} for one in touches]
 
 
-def _held_json(held: Held) -> dict[str, Any]:
+def _held_json(held: PoseTrial) -> dict[str, Any]:
     return {
         "pose": held.pose,
         "errors": held.errors,

@@ -56,7 +56,7 @@ class Stop(NamedTuple):
 
 
 @dataclass
-class Held:
+class PoseTrial:
     """A pose that was held.
 
     ``errors`` are the mean errors at the end (rad or m) by joint, ``swings`` how far each still moves. ``drift`` (m)
@@ -189,9 +189,9 @@ class _Seen:
         return self.rows.get(key, [])[-max(1, round(seconds / self.sample)) :]
 
 
-def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> Held:
+def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> PoseTrial:
     """Leave the robot to its actuators in a pose for some seconds (at least twice ``LAST``)."""
-    made, seen = Held(pose, positions), _Seen(world.sample)
+    made, seen = PoseTrial(pose, positions), _Seen(world.sample)
     world.reset(positions)
     targets = {joint.name: world.robot.position(joint, positions) for joint in _held(world)}
     start = _flat(world) if world.base == FREE else None
@@ -453,7 +453,7 @@ def _unbrake(mujoco: Any, model: Any) -> None:
 class Trials:
     """All trials of a robot."""
 
-    poses: list[Held] = field(default_factory=list)
+    poses: list[PoseTrial] = field(default_factory=list)
     drives: list[Driven] = field(default_factory=list)
     sweeps: list[Swept] = field(default_factory=list)
     swung: Swung | None = None

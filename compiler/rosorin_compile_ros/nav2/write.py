@@ -19,7 +19,7 @@ from rosorin_compile.model import Mesh, Output, Publisher, Sensor
 
 from ..controllers.derived import owned
 from ..controllers.topics import Driver, drivers
-from ..navigation import AMCL, FILTER, SLAM, Found, Frames, frames_of, kind_of, told
+from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of
 from ..parameters.files import Node, asked, nodes_of, text, value_of
 from .scans import PLANAR, scan_topic, seen_by_slam, topic_of
 
@@ -258,7 +258,7 @@ def _article(word: str) -> str:
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield what is wrong with an entry."""
-    yield from told(case, output, lambda robot, output: basics(robot, output)[1])
+    yield from diagnose(case, output, lambda robot, output: basics(robot, output)[1])
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:

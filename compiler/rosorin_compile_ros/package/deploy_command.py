@@ -20,7 +20,7 @@ from rosorin_compile.extending import (
 if TYPE_CHECKING:
     from rosorin_compile import Artifact
     from rosorin_compile.diagnostics import Diagnostic
-    from rosorin_compile.extending import Held, Holding, Parser
+    from rosorin_compile.extending import Holding, Parser, ProtectedFile
     from rosorin_compile.model import Robot
 
     from .deploying import Plan
@@ -97,7 +97,7 @@ def _deploy(
 
     from . import naming
     from .checking import launch_files
-    from .deploying import afterwards, not_ours, plan, told
+    from .deploying import afterwards, not_ours, plan
     from .finding import files_below
 
     folder = Path(options.output)
@@ -149,7 +149,7 @@ def _write(
     robot: Robot,
     planned: Plan,
     wanted: dict[str, str],
-    there: Sequence[Held],
+    there: Sequence[ProtectedFile],
     alone: Holding,
 ) -> None:
     """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""

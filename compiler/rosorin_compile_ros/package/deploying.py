@@ -18,13 +18,13 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
 from .installing import install_space, missing, share_folder, undeclared
-from .meshes import beside, not_placed, settle
+from .meshes import named_files, not_placed, settle
 from .naming import FILE, NOWHERE
 from .package import Options, folder_of
 from .views import topics_of
 
 if TYPE_CHECKING:
-    from rosorin_compile.extending import Held
+    from rosorin_compile.extending import ProtectedFile
 
 RULES = (
     Rule(
@@ -144,7 +144,7 @@ def plan(
     for artifact in going:
         names = FORMATS[artifact.backend].writing.beside
         wanted = not_placed(artifact.file, names(artifact.text), {one.file for one in going}) if names else ()
-        diagnostics += beside(artifact.file, wanted, folder)
+        diagnostics += named_files(artifact.file, wanted, folder)
     left = [a.output for a in artifacts if a.output not in places and told.get(a.output) != NOWHERE]
     if left:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
@@ -208,7 +208,7 @@ def _copy(robot: Robot, artifact: Artifact, folder: Path) -> Copy:
 _OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE)
 
 
-def not_ours(plan: Plan, there: Sequence[Held], record: str) -> Iterator[Diagnostic]:
+def not_ours(plan: Plan, there: Sequence[ProtectedFile], record: str) -> Iterator[Diagnostic]:
     """Yield what is in the way of a plan: files of others are not replaced, those that were changed are kept.
 
     ``record`` is the name of the note on what was written.
@@ -226,7 +226,7 @@ def not_ours(plan: Plan, there: Sequence[Held], record: str) -> Iterator[Diagnos
     yield from kept(there)
 
 
-def kept(there: Iterable[Held]) -> Iterator[Diagnostic]:
+def kept(there: Iterable[ProtectedFile]) -> Iterator[Diagnostic]:
     """Yield which files are kept beside those that replace them, and why."""
     for one in there:
         if one.is_foreign:
@@ -240,7 +240,7 @@ def kept(there: Iterable[Held]) -> Iterator[Diagnostic]:
         yield Diagnostic("deploy-kept", WARNING, message, None, (), help)
 
 
-def told(copies_: Sequence[Copy], full: bool) -> list[str]:
+def change_lines(copies_: Sequence[Copy], full: bool) -> list[str]:
     """Return what changes, as lines of plain text."""
     lines: list[str] = []
     for copy in copies_:

@@ -88,7 +88,7 @@ def settle(
                 missing.setdefault((_nowhere(folders), help), []).append(name)
             addresses[name] = f"package://{package}/{place}"
     text = _FILE.sub(lambda match: _renamed(match, addresses), urdf)
-    diagnostics = [told(names, what, help) for (what, help), names in missing.items()]
+    diagnostics = [one_warning(names, what, help) for (what, help), names in missing.items()]
     return Meshes(text, files, tuple(sorted(packages)), diagnostics)
 
 
@@ -125,16 +125,16 @@ def not_placed(place: str, names: Sequence[str], places: Container[str]) -> list
     return [name for name in names if posixpath.normpath(posixpath.join(posixpath.dirname(place), name)) not in places]
 
 
-def beside(place: str, names: Sequence[str], folder: Path) -> Iterator[Diagnostic]:
+def named_files(place: str, names: Sequence[str], folder: Path) -> Iterator[Diagnostic]:
     """Yield what an artifact at a place in a folder names beside it, and what is not there."""
     inside = place.rpartition("/")[0]
     missing = [name for name in names if world.kind(folder / inside / name) != world.FILE]
     if missing:
         what = f"named by {place}, but not in the package"
-        yield told(missing, what, f"put the file into {inside}/ of the package")
+        yield one_warning(missing, what, f"put the file into {inside}/ of the package")
 
 
-def told(names: Sequence[str], what: str, help: str) -> Diagnostic:
+def one_warning(names: Sequence[str], what: str, help: str) -> Diagnostic:
     """Return one warning for files of which the same is to say; ``help`` is about one file."""
     if len(names) == 1:
         return Diagnostic("package-mesh", WARNING, f"{names[0]} is {what}", None, (), help)

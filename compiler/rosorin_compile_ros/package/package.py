@@ -110,7 +110,7 @@ def make(
             files.update({name: world.read(path) for name, path in settled.files.items()})
         elif beside is not None:
             left = _left(place, artifact, beside, {} if searched is None else searched.files, sources, files)
-            diagnostics += meshes.beside(place, meshes.not_placed(place, left, placed), target)
+            diagnostics += meshes.named_files(place, meshes.not_placed(place, left, placed), target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)

@@ -15,7 +15,7 @@ from rosorin_compile.backend.formats import title
 from rosorin_compile.diagnostics import ERROR, WARNING, Heading, Related, Span, did_you_mean, listed, nearest
 
 from .tables import Key, Kind, is_of_all_nodes
-from .values import as_type, fits, refused, told, type_in_words
+from .values import as_type, fits, refused, type_in_words, value_text
 
 RULES = (
     Rule(
@@ -86,7 +86,7 @@ def unwritable(name: str, values: Mapping[str, Any]) -> Iterator[Finding]:
     for key, value in values.items():
         kinds = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
         if len(kinds) > 1 or kinds & {list, tuple, NoneType}:
-            message = f'"{key}" of {name} is {told(value)}: no parameter can be that'
+            message = f'"{key}" of {name} is {value_text(value)}: no parameter can be that'
             yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
 
 
@@ -137,7 +137,7 @@ def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Ite
 def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
     """Yield what is wrong with a value of a known key."""
     if not fits(value, known.type):
-        message = f'"{key}" of {name} is {told(value)}, and has to be {type_in_words(known.type)}'
+        message = f'"{key}" of {name} is {value_text(value)}, and has to be {type_in_words(known.type)}'
         yield Finding("parameters-wrong-type", f"{message}: the node does not start", key, as_type(value, known.type))
     elif known.forced and value not in ("", known.forced):
         message = f'"{key}" of {name} is "{known.forced}" whatever stands here'

@@ -64,7 +64,7 @@ def type_in_words(kind: str) -> str:
     return " or ".join(map(one, kind.split(" or ")))
 
 
-def told(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return a value of a wrong type as a message has it."""
     if isinstance(value, (list, tuple)):
         kinds = {"int": "int", "float": "double", "str": "string", "bool": "bool"}

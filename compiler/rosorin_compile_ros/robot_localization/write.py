@@ -16,7 +16,7 @@ from rosorin_compile.diagnostics import NOTE, WARNING, Heading, did_you_mean, er
 from rosorin_compile.model import Output
 
 from ..controllers.topics import drivers, is_of_nobody
-from ..navigation import FILTER, Found, Frames, frames_of, kind_of, stated_topic, told
+from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from ..parameters.files import Node, asked, text
 from . import STATES
 
@@ -216,7 +216,7 @@ def problems(robot: Robot, output: Output) -> tuple[Frames | None, Filter | None
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield what is wrong with an entry."""
-    yield from told(case, output, lambda robot, output: problems(robot, output)[2])
+    yield from diagnose(case, output, lambda robot, output: problems(robot, output)[2])
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:

@@ -22,7 +22,7 @@ from rosorin_compile.extending import InRos, Proving, Writing, world
 from rosorin_compile.model import Output, Pose
 
 from .data import Data, mesh_names, robot_data, texture_names
-from .images import Side, beside, image_type
+from .images import Side, companion_files, image_type
 
 RULES = (
     Rule(
@@ -97,7 +97,7 @@ class Embedding:
         content = self._content(name, file)
         if content is None:
             return {"missing": self.left[name]}
-        sides, vain = beside(file, content, name)
+        sides, vain = companion_files(file, content, name)
         for image, why in vain.items():
             self._without(image, why)
         made = {"format": kind, "data": b64encode(content).decode("ascii")}

@@ -52,7 +52,7 @@ def image_type(file: Path) -> str:
     return next((kind for kind, magic in _MAGIC.items() if magic.match(begins)), "")
 
 
-def beside(mesh: Path, content: bytes, name: str = "") -> tuple[list[Side], dict[str, str]]:
+def companion_files(mesh: Path, content: bytes, name: str = "") -> tuple[list[Side], dict[str, str]]:
     """Return the files that belong to a mesh, and the images that it names in vain, with the reason.
 
     ``name`` is that of the mesh in the description; without one, what belongs to it is in its own folder.

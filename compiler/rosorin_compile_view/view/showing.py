@@ -14,7 +14,7 @@ from rosorin_compile.extending import Description, Given, Places, is_foreign, wo
 
 from ..page import MESHES, Embedding
 from ..page.data import Data, mesh_names, robot_data, texture_names
-from ..page.images import Side, beside, image_type
+from ..page.images import Side, companion_files, image_type
 
 if TYPE_CHECKING:
     from rosorin_compile import Case
@@ -89,7 +89,7 @@ def _sides(name: str, mesh: Path) -> list[Side]:
     if mesh.suffix.lower() not in (".obj", ".dae"):
         return []
     try:
-        return beside(mesh, world.read(mesh), name)[0]
+        return companion_files(mesh, world.read(mesh), name)[0]
     except OSError:
         return []
 

@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile_view.page import data_of
-from rosorin_compile_view.page.images import beside, image_type
+from rosorin_compile_view.page.images import companion_files, image_type
 from support.commands import Shown, write_files
 from support.schemas import schema
 
@@ -123,7 +123,7 @@ DAE = """<COLLADA><library_images><image id="a"><init_from>{}</init_from></image
 )
 def test_images_of_a_dae(tmp_path: Path, name: str, found: list[str], vain: list[str]) -> None:
     (tmp_path / "skin.png").write_bytes(PNG)
-    sides, missing = beside(tmp_path / "a.dae", DAE.format(name).encode())
+    sides, missing = companion_files(tmp_path / "a.dae", DAE.format(name).encode())
     assert ([side.name for side in sides], [*missing]) == (found, vain)
 
 
@@ -149,9 +149,9 @@ def test_an_image_is_in_the_project_of_its_mesh(tmp_path: Path, mesh: str, name:
     asked = os.path.relpath(top / image, (top / mesh).parent)
     dae, obj = DAE.format(asked).encode(), f"mtllib {asked}.mtl\n".encode()
     (top / f"{image}.mtl").write_text("newmtl a\nmap_Kd t.png\n", "utf-8")
-    assert len(beside(top / mesh, dae, name)[0]) == inside
-    assert len(beside((top / mesh).with_suffix(".obj"), obj, name.replace(".dae", ".obj"))[0]) == inside
-    vain = beside(top / mesh, dae, name)[1]
+    assert len(companion_files(top / mesh, dae, name)[0]) == inside
+    assert len(companion_files((top / mesh).with_suffix(".obj"), obj, name.replace(".dae", ".obj"))[0]) == inside
+    vain = companion_files(top / mesh, dae, name)[1]
     assert vain == ({} if inside else {"t.png": "a mesh names it outside of the project"})
 
 
@@ -167,10 +167,10 @@ def test_a_link_leads_to_no_image_outside(tmp_path: Path) -> None:
     for name in ("meshes/m.dae", "meshes/t.png"):
         (installed / name).symlink_to(source / name)
     mesh, name = installed / "meshes/m.dae", "package://arm/meshes/m.dae"
-    assert len(beside(mesh, mesh.read_bytes(), name)[0]) == 1
+    assert len(companion_files(mesh, mesh.read_bytes(), name)[0]) == 1
     (installed / "meshes/t.png").unlink()
     (installed / "meshes/t.png").symlink_to(private / "t.png")
-    assert beside(mesh, mesh.read_bytes(), name)[0] == []
+    assert companion_files(mesh, mesh.read_bytes(), name)[0] == []
 
 
 def test_the_first_bytes_say_what_an_image_is(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...project import Description, NoDescription, all_here, here
 from ..answer import give_result
-from ..compiling import telling
+from ..compiling import warn_before
 from ..given import Given
 from ..robots import descriptions, take_stdin
 from ..run import Run
@@ -84,7 +84,9 @@ def _explained(
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    expanded, lowered, diagnostics, _ = understand(description.path, arguments, telling(given, console), given.packages)
+    expanded, lowered, diagnostics, _ = understand(
+        description.path, arguments, warn_before(given, console), given.packages
+    )
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no meaning to explain")

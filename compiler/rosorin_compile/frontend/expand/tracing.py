@@ -75,7 +75,7 @@ def given_by(root: Scope, place: Place) -> Traced | None:
     return given_at(_scope(root, place.via), place.span)
 
 
-def told(
+def mistake_place(
     root: Scope | None, tree: Map, path: Path, rule: str, key: bool = False, within: bool = False
 ) -> tuple[Place, tuple[Related, ...]]:
     """Return the place at which a mistake at a path is told, and the second places: where the value is used.
@@ -112,7 +112,7 @@ def problem_at(
     """
     path = tuple(path)
     if exists(tree, path) and (rule in _OF_NAMES or not key):
-        place, uses = told(root, tree, path, rule, key)
+        place, uses = mistake_place(root, tree, path, rule, key)
     else:
         place, uses = locate(tree, path, key=key), ()
     return error(rule, message, place.span, help, (*related, *uses, *place.stack()))

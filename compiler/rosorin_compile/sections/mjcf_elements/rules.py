@@ -83,7 +83,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
     "Correct the name.",
     SIMULATED,
 )
-def known(case: Case) -> Iterator[Diagnostic]:
+def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """Names inside elements of MJCF that the MJCF has not; each once."""
     if not simulates(case.robot):
         return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rosorin_compile.backend.language import Said, said
+from rosorin_compile.backend.language import Said, words_of
 from rosorin_compile.backend.model import Actuator
 
 from .value import ContactPair, Entry, Tendon
@@ -14,12 +14,12 @@ Things = dict[str, Said]
 
 def actuators(entries: Sequence[Actuator]) -> Things:
     """Return the actuators that do not stand with a joint."""
-    return {f"actuator {one.name}": said(one) for one in entries}
+    return {f"actuator {one.name}": words_of(one) for one in entries}
 
 
 def tendons(entries: Sequence[Tendon]) -> Things:
     """Return the tendons."""
-    return {f"tendon {one.name}": said(one) for one in entries}
+    return {f"tendon {one.name}": words_of(one) for one in entries}
 
 
 def constraints(entries: Sequence[Entry]) -> Things:
@@ -34,7 +34,7 @@ def mjcf_sensors(entries: Sequence[Entry]) -> Things:
 
 def contact_pairs(entries: Sequence[ContactPair]) -> Things:
     """Return who touches whom whatever their layers say; a pair without a name has its place in the list."""
-    return {f"contact pair {one.name or place}": said(one) for place, one in enumerate(entries, start=1)}
+    return {f"contact pair {one.name or place}": words_of(one) for place, one in enumerate(entries, start=1)}
 
 
 def contact_layers(names: Sequence[str]) -> Things:

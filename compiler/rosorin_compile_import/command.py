@@ -340,7 +340,7 @@ def _put_into(
     from rosorin_compile.extending import OutputError
 
     from .description import tree_of
-    from .into import in_the_end, put_into, to_do
+    from .into import in_the_end, package_report, put_into, to_do
 
     package = target.package
     try:
@@ -356,7 +356,7 @@ def _put_into(
     _show(console, put.again.diagnostics if put.again else [])
     if put.again is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
         _report(console, folder, imported, trip, _Written(tuple(trip.files)), lines)
-    for line in told(package, put):
+    for line in package_report(package, put):
         console.say(line)
     for line in to_do(package, put):
         console.say(line, needed=True)

@@ -97,7 +97,7 @@ def _deploy(
 
     from . import naming
     from .checking import launch_files
-    from .deploying import afterwards, not_ours, plan
+    from .deploying import afterwards, change_lines, not_ours, plan
     from .finding import files_below
 
     folder = Path(options.output)
@@ -114,7 +114,7 @@ def _deploy(
     console.show(found)
     if has_errors(found):
         return PROBLEMS
-    _tell(console, told(planned.copies, options.full))
+    _tell(console, change_lines(planned.copies, options.full))
     _write(options, console, robot, planned, wanted, there, alone)
     rows = [{"file": copy.place, "output": copy.artifact.output, "same": copy.is_same} for copy in planned.copies]
     result = {"robot": robot.name, "folder": str(folder), "written": not options.dry_run, "copies": rows}

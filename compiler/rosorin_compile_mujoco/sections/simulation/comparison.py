@@ -24,12 +24,12 @@ def tendons(entries: Sequence[Tendon]) -> Things:
 
 def constraints(entries: Sequence[Entry]) -> Things:
     """Return what is held together beyond joints."""
-    return {f"constraint {one.name}": {"type": one.tag, **said(one)} for one in entries}
+    return {f"constraint {one.name}": {"type": one.tag, **words_of(one)} for one in entries}
 
 
 def mjcf_sensors(entries: Sequence[Entry]) -> Things:
     """Return the sensors of MuJoCo that bring no frame."""
-    return {f"simulated sensor {one.name}": {"kind": one.tag, **said(one)} for one in entries}
+    return {f"simulated sensor {one.name}": {"kind": one.tag, **words_of(one)} for one in entries}
 
 
 def contact_pairs(entries: Sequence[ContactPair]) -> Things:

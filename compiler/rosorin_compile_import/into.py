@@ -225,7 +225,7 @@ def put_into(
     description, test = _places(name)
     there = package.folder / description
     with holding(package.folder) as held:
-        finished = held.finished.told()
+        finished = held.finished.diagnostics()
         taken = _taken(package, Said(source, dict(given), f"{description}/{Description.ROOT_FILE}"), name, files, tree)
         again = None if taken or not _has_files(there) else _again(package, description, files, asked)
         refused = [taken] if taken else again.diagnostics if again and again.refused else []

@@ -62,7 +62,7 @@ def of_two(difference: Difference, prefix: str | None) -> Overlay:
     a, b = difference.sides
     names = _Names(side_by_side(a, b, difference.tolerance, prefix), b.robot)
     old = names.old()
-    found = moves(old, b.robot, difference.tolerance, (a.printing, b.printing), names.unsaid(a, b))
+    found = moves(old, b.robot, difference.tolerance, (a.printing, b.printing), names.without_word(a, b))
     return Overlay(old, found, names.frames())
 
 
@@ -81,7 +81,7 @@ class _Names:
         """Return the first robot under the names of the second one."""
         return renamed(self.first, self.old_links, self.old_joints)
 
-    def unsaid(self, a: Side, b: Side) -> set[str]:
+    def without_word(self, a: Side, b: Side) -> set[str]:
         """Return the links that the format of one of the two has no word for."""
         from .not_compared import not_carried
 

@@ -71,7 +71,7 @@ class Finished(NamedTuple):
     left: tuple[str, ...] = ()
     before: Mapping[str, str] = {}
 
-    def told(self, dry: bool = False) -> list[Diagnostic]:
+    def diagnostics(self, dry: bool = False) -> list[Diagnostic]:
         """Return what there is to say; ``dry`` says that nothing was put."""
         begun = "a run before was ended while it put files into their places"
         found = []
@@ -115,7 +115,9 @@ class Holding(NamedTuple):
         """Return ``files`` with the note on what was written into the folder, themselves among it."""
         return {**files, ours.RECORD: ours.record_of(self.root, files)}
 
-    def held(self, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False) -> list[ProtectedFile]:
+    def protected(
+        self, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False
+    ) -> list[ProtectedFile]:
         """Return what stands at the names of ``files`` and is not replaced in silence, as ``ours.held``."""
         return list(ours.protected_files(self.root, files, record, own=own))
 

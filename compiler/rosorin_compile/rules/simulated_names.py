@@ -84,7 +84,7 @@ class Names:
         return [*self._of_links(), *self._of_sensors(), *self._of_sections(), *self._of_elements()]
 
     @cached_property
-    def known(self) -> Mapping[str, set[str]]:
+    def by_kind(self) -> Mapping[str, set[str]]:
         """The names by kind, without those of shapes."""
         robot = self.robot
         frames = {*robot.link, *(edge.child for edge in robot.edges)}
@@ -126,11 +126,11 @@ class Names:
         """Say whether there is something of a kind under a name, or may be."""
         if kind == GEOM:
             return name in self.shapes or self.open
-        return name in self.known.get(kind, ()) or (self.open and kind not in (BODY, JOINT))
+        return name in self.by_kind.get(kind, ()) or (self.open and kind not in (BODY, JOINT))
 
     def of(self, kind: str) -> Iterable[str]:
         """Return the names of a kind."""
-        return self.shapes if kind == GEOM else self.known.get(kind, ())
+        return self.shapes if kind == GEOM else self.by_kind.get(kind, ())
 
     def _joints(self) -> set[str]:
         robot = self.robot

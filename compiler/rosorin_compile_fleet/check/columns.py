@@ -75,9 +75,9 @@ class _First:
         pitches = ((fact.name, value.value) for fact, value in facts.items() if fact[::2] == ("frame", "pitch"))
         steep = [name for name, pitch in pitches if isinstance(pitch, float) and abs(pitch) > _STEEP]
         self.steep = {name: _rotation(facts, name) for name in steep}
-        self.facts = self.meant(facts)
+        self.facts = self.turned(facts)
 
-    def meant(self, facts: Facts) -> Facts:
+    def turned(self, facts: Facts) -> Facts:
         """Return facts in which a frame that looks up or down has the turn from that of the first robot."""
         for name, first in self.steep.items():
             keys = Fact.angles(name)
@@ -316,7 +316,7 @@ def _difference(first: _First, text: str) -> Read:
     assert first.format is not None  # noqa: S101 - it was chosen
     assert first.format.facts is not None  # noqa: S101
     try:
-        facts = first.meant(first.format.facts(text))
+        facts = first.turned(first.format.facts(text))
     except _DAMAGED as problem:
         return Read((), (), (), str(problem) or "it is damaged")
     numbers: list[tuple[Fact, float]] = []

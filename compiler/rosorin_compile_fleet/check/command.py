@@ -145,7 +145,7 @@ class StandIns:
                 count[0] += 1
                 names += [variant.name] if len(names) < _NAMED else []
 
-    def told(self, made: int) -> list[Diagnostic]:
+    def notes(self, made: int) -> list[Diagnostic]:
         """Return a note for each; those that some robots have and others have not come first."""
         notes = []
         for message, (one, names, (count,)) in sorted(self._found.items(), key=lambda entry: entry[1][2][0]):
@@ -220,7 +220,7 @@ class Fleet:
         if 1 < self.made < FEWEST:
             message = f"{counted(self.made, 'robot')}: too few to say which number is an outlier; that takes {FEWEST}"
             told.append(Diagnostic("fleet-few", NOTE, message))
-        return [*told, *self.stand_ins.told(self.made)]
+        return [*told, *self.stand_ins.notes(self.made)]
 
     def _outliers(self) -> Iterator[Diagnostic]:
         waiting = {self.columns.robots[robot]: far for robot, far in self.far.items()}

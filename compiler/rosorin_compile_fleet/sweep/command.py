@@ -199,9 +199,9 @@ def _made(sweep: Sweep, made: Job) -> int:
     maker = Maker(made, sweep.folder)
     world.needs("fcntl", _NO_LOCKS)
     try:
-        with sweep.folder.held(), _engine(sweep, made) as engine:
+        with sweep.folder.opened(), _engine(sweep, made) as engine:
             index = sweep.folder.index()
-            asked = Asked(sweep.variants, maker.known, engine, index.outdate)
+            asked = Asked(sweep.variants, maker.made_before, engine, index.outdate)
             head: dict[str, object] = {"description": sweep.folder.named(sweep.description.path)}
             if made.shared:
                 head["arguments"] = plain(made.shared)

@@ -107,7 +107,7 @@ class VariantsFolder:
     # The run as a whole.
 
     @contextmanager
-    def held(self) -> Iterator[None]:
+    def opened(self) -> Iterator[None]:
         """Make the folder, and keep other runs from it. Raises OutputError."""
         try:
             self.hidden.mkdir(parents=True, exist_ok=True)

@@ -95,7 +95,7 @@ class Maker:
         self.fresh = lru_cache(maxsize=10_000)(self._fresh)
         self.answer = lru_cache(maxsize=100_000)(world.answer)  # what is asked for many variants is asked once
 
-    def known(self, variant: Variant) -> Made | None:
+    def made_before(self, variant: Variant) -> Made | None:
         """Return what is known of a variant that is made already, by this job, and whole; else None."""
         record = self.folder.record(variant.name)
         if record is None or record.key != self._key(variant):

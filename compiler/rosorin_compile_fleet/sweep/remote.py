@@ -67,7 +67,7 @@ class RemoteFolder:
         return OutputError("output-failed", f"cannot write to {self.address}: {reason}", help)
 
     @contextmanager
-    def held(self) -> Iterator[None]:
+    def opened(self) -> Iterator[None]:
         """Make the folder. Raises OutputError, OSError."""
         with _as_os_error(self.address):
             if self._may_make_folders():

@@ -201,7 +201,7 @@ class _Mending:
             if not wrong and name not in sharing.apart:
                 files, taken = again, taken | {name}
         self.with_shared(proven, taken)
-        return made._replace(files=files, shared=tuple(sharing.told(files)), grown=sharing.grown)
+        return made._replace(files=files, shared=tuple(sharing.report(files)), grown=sharing.grown)
 
     def with_shared(self, proven: _Proven, taken: frozenset[str]) -> tuple[dict[str, str], list[Fault]]:
         """Return the files, of some those that others have for it, and why that is not the same robot."""

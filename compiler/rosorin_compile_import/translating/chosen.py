@@ -62,7 +62,7 @@ def _hand(macro: Macro, variable: Variable, name: str, values: Sequence[Value]) 
 
 def _settle(macro: Macro, entry: Entry) -> None:
     """Make parameters of the keys of an entry that are chosen."""
-    for key in entry.known():
+    for key in entry.names():
         items = [item for item in entry.items if item.key == key]
         for item in items:
             inner = [one.value for one in item.value] if isinstance(item.value, list) else [item.value]

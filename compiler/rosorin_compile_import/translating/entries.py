@@ -173,7 +173,7 @@ def origin(walker: Walker, element: Element, scope: Scope, when: Whens, entry: E
         if name not in ("xyz", "rpy"):
             raise Unsupported(f"the attribute {name} of <origin>", element.span)
     for name, sink in (("xyz", "length3"), ("rpy", "angle3")):
-        if name in element.attributes and not (_is_zero(element.get(name)) and name not in entry.known()):
+        if name in element.attributes and not (_is_zero(element.get(name)) and name not in entry.names()):
             entry.put(name, walker.value(element, name, scope, sink), when)
 
 

@@ -103,7 +103,7 @@ def _has(program: Program, site: Element, name: str, seen: tuple[Macro, ...]) ->
     while here is not None and here.tag != "xacro:macro":
         here = here.parent
     if here is None:
-        return program.scope.known(name) is not None
+        return program.scope.lookup(name) is not None
     holder = program.by_element.get(id(here))
     if holder is None or holder in seen:
         return False

@@ -70,7 +70,7 @@ class Entry:
                 return one.holds == other.holds
         return any(whens)
 
-    def known(self) -> list[str]:
+    def names(self) -> list[str]:
         """Return the keys, each once."""
         return list(dict.fromkeys(item.key for item in self.items))
 

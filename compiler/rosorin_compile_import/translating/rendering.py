@@ -127,7 +127,7 @@ class Renderer(Elements):
     def called(self, macro: Macro) -> None:
         """Write a macro that is a named value with parameters."""
         before, self.macro = self.macro, macro
-        keys = macro.entry.known() if macro.entry else []
+        keys = macro.entry.names() if macro.entry else []
         path = ("let", macro.ours)
         value: Any = self.entry(macro.entry or Entry(), path) if macro.text is None else self.text_of(macro)
         if len(keys) == 1 and isinstance(value, dict) and macro.entry and not macro.entry.may_lack(keys[0]):

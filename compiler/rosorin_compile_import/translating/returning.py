@@ -33,7 +33,7 @@ def returns(walker: Walker, macro: Macro, scope: Scope, when: Whens) -> bool:
     target = scope.begun()
     if target.parent is not None:
         return True
-    return not _open(when) and macro.entry is not None and not {*macro.entry.known()} & target.names.keys()
+    return not _open(when) and macro.entry is not None and not {*macro.entry.names()} & target.names.keys()
 
 
 def _as_value(walker: Walker, macro: Macro) -> bool:
@@ -104,7 +104,7 @@ def set_by(walker: Walker, macro: Macro, element: Element, scope: Scope, when: W
     given = walker.given(macro, element, here)
     call = Call(macro, given, {}, here, element)
     walker.hand_over(macro, given)
-    keys = macro.entry.known() if macro.entry else []
+    keys = macro.entry.names() if macro.entry else []
     table = None
     if body is not None and len(keys) > 1:
         whole, table = Scope(here), Scope(here)

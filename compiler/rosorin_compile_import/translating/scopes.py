@@ -179,13 +179,13 @@ class Scope:
 
     def find(self, name: str) -> Variable | Bound | Returned | Unsaid | None:
         """Return what a name means here; one that nothing around knows is asked of the macro that this is in."""
-        found = self.known(name)
+        found = self.lookup(name)
         scope: Scope | None = self
         while found is None and scope is not None:
             found, scope = scope.handed_down(name), scope.parent
         return found
 
-    def known(self, name: str) -> Variable | Bound | Returned | Unsaid | None:
+    def lookup(self, name: str) -> Variable | Bound | Returned | Unsaid | None:
         """Return what a name means here as far as this and what is around define it."""
         scope: Scope | None = self
         while scope is not None:
@@ -279,7 +279,7 @@ def _is_reckoned(text: str) -> bool:
 def _is_read(text: str, scope: Scope) -> bool:
     """Say whether a text is an entry of a table, or what a macro gives, by whichever name."""
     name = sole_name(tokens(text))
-    found = scope.known(name) if name else None
+    found = scope.lookup(name) if name else None
     if isinstance(found, Bound):
         return _is_read(found.text, found.scope)
     return isinstance(found, Returned) or _is_entry(text)
@@ -334,7 +334,7 @@ def package_in(text: str, scope: Scope) -> str:
     made = ""
     for piece in tokens(text.strip().partition(" ")[2].strip()):
         name = sole_name([piece])
-        found = scope.known(name) if name else None
+        found = scope.lookup(name) if name else None
         if isinstance(found, Bound) and is_plain(found.text):
             made += found.text
         elif isinstance(found, Variable) and found.where == GLOBAL and len(found.values) == 1:

@@ -75,7 +75,7 @@ class Setting:
         name = element.get("name")
         if "default" not in element.attributes:
             scope.blocks[name] = (element, scope)
-        elif scope.known(name) is None:
+        elif scope.lookup(name) is None:
             scope.names[name] = Bound(element.get("default"), scope)
 
     def local(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
@@ -126,7 +126,7 @@ class Setting:
         macro = body.macro
         texts = [value.text, *(on.value.text for on in when)]
         names = {one for text in texts for one in foreign(text)}
-        if macro is None or not all(one in macro.variables or self.program.scope.known(one) for one in names):
+        if macro is None or not all(one in macro.variables or self.program.scope.lookup(one) for one in names):
             raise Unsupported("it sets properties of whoever calls it", value.span)
         macro.sets.append((name, value, when))
 
@@ -170,7 +170,7 @@ class Setting:
         """Take a property at the top of a file that is set to another value later on: it holds until then."""
         name, here = element.get("name"), scope.begun()
         if "default" in element.attributes:
-            if scope.latest().known(name) is None:
+            if scope.latest().lookup(name) is None:
                 here.set_from_here(name, Bound(element.get("default"), scope))
         elif left := tuple(on for on in when if decided(on) is None):
             self.chosen_property(element, scope, here, left)
@@ -231,7 +231,7 @@ class Setting:
             self.chosen_property(element, scope, target, left)
         else:
             target.set_from_here(name, Bound(element.get("value"), scope))
-        found = target.latest().known(name)
+        found = target.latest().lookup(name)
         if target is not here and isinstance(found, (Variable, Bound, Returned)):  # it is read here, too
             here.set_from_here(name, found)
 
@@ -242,7 +242,7 @@ class Setting:
 
     def chosen_value(self, name: str, value: Value, scope: Scope, target: Scope, when: Whens) -> None:
         """Take what a name is from here on where a condition holds."""
-        known = target.latest().known(name)
+        known = target.latest().lookup(name)
         own = (
             isinstance(known, Variable) and known.where == LOCAL and known not in self.fixed and target.set_later(name)
         )
@@ -309,7 +309,7 @@ def _folders(loaded: Variable) -> Iterator[Variable]:
     for value in loaded.head().values:
         pieces = tokens(value.text)
         name = sole_name(pieces[:1]) if len(pieces) > 1 else None
-        found = value.scope.known(name) if name else None
+        found = value.scope.lookup(name) if name else None
         if isinstance(found, Variable) and LOADED not in found.head().evidence:
             yield found
 

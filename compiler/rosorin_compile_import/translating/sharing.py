@@ -118,7 +118,7 @@ class Sharing:
         self.apart[name] = f"{_shown(self.shared.pop(name))} would make another robot of it: {why}"
         return True
 
-    def told(self, files: Mapping[str, str]) -> Iterator[str]:
+    def report(self, files: Mapping[str, str]) -> Iterator[str]:
         """Yield what became of files that others include, too: a line each."""
         for address, there in self.grown.items():
             if files.get(address, there) != there:

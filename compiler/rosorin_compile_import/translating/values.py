@@ -410,7 +410,7 @@ class Values:
         if entry is not None and entry.may_lack(given.key):
             text = f"get({text}, '{given.key}')"
         else:
-            text = text if entry is not None and len(entry.known()) == 1 else f"{text}.{given.key}"
+            text = text if entry is not None and len(entry.names()) == 1 else f"{text}.{given.key}"
         return Expression(f"${{{text}{f'[{given.at}]' if given.at >= 0 else ''}}}")
 
     def given_at_all(self, given: Given, when: ast.expr | None) -> ast.expr | None:

@@ -187,5 +187,5 @@ class Walker(Calling):
         for item in made.items if level == "joint" else ():
             units_of(item.value, "")
         known = macro.block_keys.setdefault(name, [])
-        known += [key for key in made.known() if key not in known]
+        known += [key for key in made.names() if key not in known]
         return made

@@ -109,8 +109,8 @@ class Classes:
         seen = {"group": str(groups.get(VISUAL, VISUAL_GROUP))}
         group = groups.get(COLLISION, COLLISION_GROUP if {VISUAL, SHOWN, SHOWN_WHEEL}.intersection(used) else 0)
         solid = {"group": str(group)} if group else {}
-        solid |= {"density": "0", **(BESIDE_WHEELS.said() if rolls else {})}
-        inner = {WHEEL: ROLLS.said(), SHOWN: seen, SHOWN_WHEEL: seen | ROLLS.said()}
+        solid |= {"density": "0", **(BESIDE_WHEELS.attributes() if rolls else {})}
+        inner = {WHEEL: ROLLS.attributes(), SHOWN: seen, SHOWN_WHEEL: seen | ROLLS.attributes()}
         solids = [Class(self.named(name), [_part("geom", said)]) for name, said in inner.items() if name in used]
         made = []
         if VISUAL in used:

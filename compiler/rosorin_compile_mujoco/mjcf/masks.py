@@ -34,7 +34,7 @@ class Mask(NamedTuple):
         """Say whether MuJoCo lets geoms with these bits touch."""
         return bool(self.contype & other.conaffinity or other.contype & self.conaffinity)
 
-    def said(self) -> dict[str, str]:
+    def attributes(self) -> dict[str, str]:
         """Return the attributes of a geom."""
         return {"contype": str(self.contype), "conaffinity": str(self.conaffinity)}
 

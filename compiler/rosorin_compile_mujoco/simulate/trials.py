@@ -224,7 +224,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
 
 def _held(world: World) -> list[Joint]:
     """Return the joints that an actuator holds, or that follow such a one."""
-    names = {one.joint for one in world.held()} - set(world.own)
+    names = {one.joint for one in world.holding()} - set(world.own)
     found = []
     for joint in moving(world.robot):
         leader = joint

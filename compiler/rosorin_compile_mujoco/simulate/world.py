@@ -233,9 +233,9 @@ class World:
         for one in self.actuators:
             if one.kind == POSITION:
                 self.aim(one, float(self.data.actuator_length[one.number]))
-        self.aims = {one.joint: float(self.data.joint(one.joint).qpos[0]) for one in self.held()}
+        self.aims = {one.joint: float(self.data.joint(one.joint).qpos[0]) for one in self.holding()}
 
-    def held(self) -> list[Actuator]:
+    def holding(self) -> list[Actuator]:
         """Return the actuators that hold a joint of the robot where they are told."""
         return [one for one in self.actuators if one.kind == POSITION and one.joint in self.robot.joint]
 
@@ -252,7 +252,7 @@ class World:
 
     def hold(self, joint: str, position: float) -> None:
         """Tell the actuators of a joint a position (rad or m)."""
-        for one in self.held():
+        for one in self.holding():
             if one.joint == joint:
                 self.aim(one, position * float(self.model.actuator_gear[one.number][0]))
                 self.aims[joint] = position

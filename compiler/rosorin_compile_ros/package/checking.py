@@ -108,7 +108,7 @@ def check(
             continue
         other = difference(robot, right[0], old)
         unlike.append((place, other))
-        lines += other.told(place, full) if other else []
+        lines += other.lines(place, full) if other else []
     for place, data, what in _generated(robot, artifacts, folder, files, carry):
         there = world.read(folder / place) if place in files else None
         if there == data:

@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
         robot = compiled.robot
         try:
             with holding(Path(options.output)) as held:
-                console.show(held.finished.told())
+                console.show(held.finished.diagnostics())
                 asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
                 code = _write(options, console, asked, compiled, run.given, description, Path(options.output), held)
         except OutputError as problem:
@@ -123,7 +123,7 @@ def _write(
         return PROBLEMS
     left = left_alone(target, package.files, alone.recorded())
     ours = {name: data for name, data in package.files.items() if name not in left}
-    there = alone.held(ours, alone.recorded(), own=True)
+    there = alone.protected(ours, alone.recorded(), own=True)
     console.show(list(kept(there)))
     files = {**alone.with_record(ours), **{one.kept: one.data for one in there}}
     fresh = [name for name in alone.place(files) if name in package.files]

@@ -27,7 +27,7 @@ class Difference(NamedTuple):
     changes: tuple[Change, ...]
     texts: tuple[TextDifference, ...]
 
-    def told(self, place: str, full: bool) -> list[str]:
+    def lines(self, place: str, full: bool) -> list[str]:
         """Return the difference as lines of plain text, each change with the place of the file before it."""
         lines = [f"{printable(place)}: {line}" for line in self.meaning]
         return lines + [line for one in self.texts[:1] for line in (one.lines if full else one.shortened())]

@@ -78,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
     if compiled is not None and compiled.robot is not None:
         try:
             with holding(folder, options.dry_run) as held:
-                console.show(held.finished.told(options.dry_run))
+                console.show(held.finished.diagnostics(options.dry_run))
                 code = _deploy(options, console, compiled.robot, compiled.artifacts, held)
         except (LoadError, OutputError) as problem:
             console.show([problem.diagnostic])
@@ -109,7 +109,7 @@ def _deploy(
         return PROBLEMS
     for copy in planned.copies:
         alone.check_way(copy.place)
-    there = alone.held(_files(planned), {**_written(robot, planned, folder, alone), **alone.finished.before})
+    there = alone.protected(_files(planned), {**_written(robot, planned, folder, alone), **alone.finished.before})
     found = list(not_ours(planned, there, alone.record))
     console.show(found)
     if has_errors(found):

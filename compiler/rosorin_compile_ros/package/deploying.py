@@ -247,7 +247,7 @@ def change_lines(copies_: Sequence[Copy], full: bool) -> list[str]:
         if copy.old is None:
             lines.append(f"{copy.place}: new")
         elif copy.difference is not None:
-            lines += copy.difference.told(copy.place, full)
+            lines += copy.difference.lines(copy.place, full)
     return lines
 
 

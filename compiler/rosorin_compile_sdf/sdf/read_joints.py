@@ -66,7 +66,7 @@ class Joints:
         for node in self.tree.members:
             above = self.tree.above(node)
             if above is not None:
-                self.fix(node, above.called, self.tree.said(node, above))
+                self.fix(node, above.called, self.tree.local_pose(node, above))
         self._tell_of_stand_ins()
 
     def fix(self, node: Node, parent: str, said: Said, kind: str = "fixed") -> None:
@@ -128,7 +128,7 @@ class Joints:
         way = joint.there.xyz
         at = is_near(Transform(xyz=way)) if kind == "ball" else kind == "prismatic" or is_along(way, axis.direction)
         child = joint.child.called if at else self._between(joint.node)
-        said = self.tree.at_joint(joint) if at else self.tree.said(joint.node, joint.parent)
+        said = self.tree.at_joint(joint) if at else self.tree.local_pose(joint.node, joint.parent)
         entry = self._add(name, self._head(kind, parent, child, said, element), element)
         if kind != "ball":
             there = joint.there if at and not is_near(joint.there) else Transform()
@@ -172,7 +172,7 @@ class Joints:
             self.reading.error("missing-element", message, element.span, "add it")
             return
         link = self._between(joint.node, "link")
-        entry = self._head("revolute", parent, link, self.tree.said(joint.node, joint.parent), element)
+        entry = self._head("revolute", parent, link, self.tree.local_pose(joint.node, joint.parent), element)
         entry["axis"] = first.entry(Transform(), element.span)
         self._details(joint.node, name, self._add(name, entry, element), first.element)
         self._rest(joint.node, entry)
@@ -326,7 +326,7 @@ class Joints:
         if element.get("axis", "axis") == "axis2":
             made["joint"] = Placed(f"{leader.called}_2", attribute.span)
         entry["mimic"] = Placed(made, element.span)
-        self.reading.known(element, _OF_MIMIC, ("joint", "axis", *_OF_MIMIC), None)
+        self.reading.check_known(element, _OF_MIMIC, ("joint", "axis", *_OF_MIMIC), None)
 
     def _word(self, mimic: Element, key: str) -> Placed | None:
         """Return a number of a mimic: a child, or for Drake an attribute."""

@@ -100,7 +100,7 @@ class _Robot:
             self.entries.links[node.called] = {}
             reading.paths[id(node.element)] = ("links", node.called)
             if node.kind == FRAME:
-                reading.known(node.element, ("pose",), ("name", "attached_to"), None)
+                reading.check_known(node.element, ("pose",), ("name", "attached_to"), None)
         Links(tree, self.entries).read()
         if roots and not world and tree.body_of(roots[0]) is not canonical:
             message = (
@@ -110,7 +110,7 @@ class _Robot:
         joints = Joints(tree, self.entries)
         joints.read(world)
         for node in roots if world else ():
-            joints.fix(node, world, tree.said(node, None), "fixed" if self._is_static() else "floating")
+            joints.fix(node, world, tree.local_pose(node, None), "fixed" if self._is_static() else "floating")
         return self._sections(tree, joints, roots, world)
 
     def _sections(self, tree: Tree, joints: Joints, roots: list[Node], world: str) -> dict[str, Any]:
@@ -212,7 +212,7 @@ class _Robot:
             gazebo = [child for child in gazebo if child.tag == "plugin"]
         if scope.overriding is not None:
             gazebo += [child for child in scope.overriding.children if child.tag == "plugin"]
-            self.reading.known(scope.overriding, _OF_INCLUDE, ("merge",), None)
+            self.reading.check_known(scope.overriding, _OF_INCLUDE, ("merge",), None)
         for child in (one for one in rest if one.tag == "drake:joint"):
             message = f"{named(child)} is a joint of Drake's own, which no description has"
             self.reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")

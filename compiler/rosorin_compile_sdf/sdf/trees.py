@@ -188,7 +188,7 @@ class Tree:
         held = {id(self.body_of(joint.child)) for joint in self.joints}
         return [self.tops[id(link)] for link in self.links if id(link) not in held]
 
-    def said(self, node: Node, parent: Node | None) -> Said:
+    def local_pose(self, node: Node, parent: Node | None) -> Said:
         """Return the pose of something in what it hangs on, in its own numbers where that is what they say."""
         scope, name, span = self.models.seen_from(node)
         seen = self.models.frame(scope, name, span, node)
@@ -200,10 +200,10 @@ class Tree:
     def at_joint(self, joint: Joined) -> Said:
         """Return the pose of a joint's child in its parent."""
         if is_near(joint.there):
-            said = self.said(joint.node, joint.parent)
-            if said.xyz or not self.said(joint.child, joint.parent).xyz:
+            said = self.local_pose(joint.node, joint.parent)
+            if said.xyz or not self.local_pose(joint.child, joint.parent).xyz:
                 return said
-        return self.said(joint.child, joint.parent)
+        return self.local_pose(joint.child, joint.parent)
 
 
 def _world(models: Models, top: Scope) -> Transform:

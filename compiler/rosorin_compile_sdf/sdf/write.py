@@ -114,7 +114,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "joints": [writer.joint(joint) for joint in robot.joints if writer.bodies.says(joint)],
         "elements": at(writer.kept.model, "    "),
     }
-    return templates.own("sdf/robot.sdf.jinja", values), [*writer.told()]
+    return templates.own("sdf/robot.sdf.jinja", values), [*writer.diagnostics()]
 
 
 class _Writer:
@@ -282,7 +282,7 @@ class _Writer:
         self.unseen.setdefault(why, []).append(sensor.name)
         return ""
 
-    def told(self) -> Iterator[Diagnostic]:
+    def diagnostics(self) -> Iterator[Diagnostic]:
         """Yield what the SDF cannot say, or says otherwise."""
         weightless = self.bodies.weightless
         if weightless:

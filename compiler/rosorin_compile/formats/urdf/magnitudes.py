@@ -48,7 +48,7 @@ class Magnitudes:
         if value:
             (self._angles if unit == "rad" else self._lengths).append(_Found(value, where, what, span))
 
-    def told(self) -> list[Diagnostic]:
+    def diagnostics(self) -> list[Diagnostic]:
         """Return what there is to say, one warning a unit."""
         limits = self._limits_in_degrees()
         degrees = [one for one in self._angles if FULL_TURN < abs(one.value) < _MOST and _is_degrees(one, limits)]

@@ -130,7 +130,7 @@ class Reading:
             times = f" ({len(spans)} times, first here)" if len(spans) > 1 else ""
             grouped.append(Diagnostic("import-ignored", NOTE, f"{what}{times}", spans[0]))
         said = [whole.get(id(one), one) for one in self.diagnostics]
-        return [*said, *grouped, *self.magnitudes.told()]
+        return [*said, *grouped, *self.magnitudes.diagnostics()]
 
     def single(self, element: Element, tag: str) -> Element | None:
         """Return the one child of this tag, None if there is none; a second one is an error."""
@@ -173,7 +173,9 @@ class Reading:
         others = [other for other in element.attributes if other not in _ATTRIBUTES]
         return [name for name in missing if not any(correction(other, [name]) for other in others)]
 
-    def known(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
+    def check_known(
+        self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None
+    ) -> None:
         """Look for what a reader of this element does not know.
 
         What is near to a known name is misspelt. Other elements are kept in ``keep``, where the language has a place.
@@ -237,7 +239,7 @@ class Reading:
 
 def known(element: Element, reading: Reading, keep: Map | None = None) -> None:
     """Look for what no reader of URDF knows in an element; ``keep`` as for ``Reading.known``."""
-    reading.known(element, CHILDREN.get(element.tag, ()), attributes(element.tag), keep)
+    reading.check_known(element, CHILDREN.get(element.tag, ()), attributes(element.tag), keep)
 
 
 # An element in words, with its name (see ``named``).

@@ -130,11 +130,11 @@ class Kept:
         before = self.reader
         if before is not None and before.same_as(reader) and before.is_current():
             note_all(self.notes)
-            return before.again(), self.root
+            return before.renewed(), self.root
         with noting() as self.notes:
             root = reader.whole()
         self.reader, self.root = (reader, root) if not reader.diagnostics else (None, None)
-        return (reader.again() if self.reader else reader), root
+        return (reader.renewed() if self.reader else reader), root
 
 
 class Reader:
@@ -177,7 +177,7 @@ class Reader:
         except LoadError:
             return False
 
-    def again(self) -> Reader:
+    def renewed(self) -> Reader:
         """Return a reader that has read the same, for another expansion; what both have loaded they share."""
         from copy import copy as copy_of
 

@@ -61,7 +61,7 @@ class _Gone:
         spans: dict[str, Span] = self.left.item.value_spans
         return spans["for" if self.left.is_empty else "if"]
 
-    def told(self) -> str:
+    def message(self) -> str:
         """Return what is left out, where, and why."""
         span, why = self.span(), "its loop has no rounds"
         if not self.left.is_empty:
@@ -128,7 +128,7 @@ def _together(cause: _Gone, group: list[Diagnostic]) -> Diagnostic:
     related += [Related(f"also missed:{and_more(len(others) - MAX_SHOWN)}", None)] if len(others) > MAX_SHOWN else []
     here = Related("left out here", cause.span())
     return replace(
-        first, message=f"{first.message}: {cause.told()}", help=help, related=(here, *related, *first.related)
+        first, message=f"{first.message}: {cause.message()}", help=help, related=(here, *related, *first.related)
     )
 
 

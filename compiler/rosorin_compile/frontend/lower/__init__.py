@@ -164,10 +164,10 @@ class _Lowering:
 
     def robot(self) -> Robot:
         """Return the robot with what sections of packages add to it."""
-        robot = self.said()
+        robot = self.described()
         return with_sections(robot, self.tree, self.broken, self.place) if robot.sections.values else robot
 
-    def said(self) -> Robot:
+    def described(self) -> Robot:
         """Return the robot as it is said."""
         tree = self.tree
         links = [self.link(name, entry or {}) for name, entry in entries_of(tree, "links")]

@@ -43,7 +43,7 @@ class Step(NamedTuple):
         return next(iter(poses)) if len(poses) == 1 else None
 
     @property
-    def known(self) -> bool:
+    def has_numbers(self) -> bool:
         """Whether the description has the numbers."""
         return self.joint is not None or self.pose is not None
 
@@ -117,7 +117,7 @@ class Graph:
         if known is not None:
             return known
         every = self._search(source, target, every=True)
-        missing = tuple(move.step for move in every or () if not move.step.known)
+        missing = tuple(move.step for move in every or () if not move.step.has_numbers)
         raise NoWay(source, target, missing)
 
     def tree(self, base: str) -> dict[str, Move]:
@@ -145,7 +145,7 @@ class Graph:
         while waiting:
             for move in self.moves[waiting.popleft()]:
                 end = end_of(move)
-                if end == base or end in reached or not (every or move.step.known):
+                if end == base or end in reached or not (every or move.step.has_numbers):
                     continue
                 reached[end] = move
                 if end == until:

@@ -119,7 +119,7 @@ def _is_there(case: Case, names: Names, kind: str, name: str) -> bool:
         return True
     if kind == mujoco.MATERIAL:  # in the MJCF the names of those of the robot begin with its own
         given = {one.name for one in names.given if one.kind == kind}
-        return name in given or (name.startswith(own) and name.removeprefix(own) in names.known[kind])
+        return name in given or (name.startswith(own) and name.removeprefix(own) in names.by_kind[kind])
     if kind == mujoco.MESH and name.startswith(own):
         return True
     return names.has(kind, name) or _in_copies(case, kind, name)

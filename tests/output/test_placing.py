@@ -260,8 +260,8 @@ def test_what_is_changed_after_a_kill_stays(tmp_path: Path, name: str) -> None:
         assert held.finished == would
         assert set(would.left) == {name} & waiting
         assert set(would.put) == waiting - {name}
-        assert {line.rule for line in would.told()} == {"deploy-finished"}
-        assert all(any(file in line.message for line in would.told()) for file in waiting)
+        assert {line.rule for line in would.diagnostics()} == {"deploy-finished"}
+        assert all(any(file in line.message for line in would.diagnostics()) for file in waiting)
     assert (folder / name).read_bytes() == b"an hour of work"
     assert contents(folder) == {**OLD, **NEW, name: b"an hour of work"} != before
 

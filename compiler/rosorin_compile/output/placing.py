@@ -118,7 +118,7 @@ class Holding(NamedTuple):
     def protected(
         self, files: Mapping[str, bytes], record: Mapping[str, str], *, own: bool = False
     ) -> list[ProtectedFile]:
-        """Return what stands at the names of ``files`` and is not replaced in silence, as ``ours.held``."""
+        """Return what stands at the names of ``files`` and is not replaced in silence, as ``ours.protected_files``."""
         return list(ours.protected_files(self.root, files, record, own=own))
 
     @staticmethod

@@ -113,7 +113,7 @@ class _Joining:
 
     def read(self, root: Element) -> None:
         """Read the file: first what others name."""
-        self.reading.check_known(root, tuple(_KNOWN), _WHOLE, None)
+        self.reading.check(root, tuple(_KNOWN), _WHOLE, None)
         name = root.attributes.get("name")
         if name is not None and name.value.strip() != self.robot.name:
             help = f'the robot is "{self.robot.name}": is it another one? MoveIt wants the same name in both files'
@@ -131,10 +131,10 @@ class _Joining:
     def _known(self, element: Element) -> None:
         """Look for misspelt words in an element, and for what MoveIt passes over."""
         tags = _INSIDE.get(element.tag, ())
-        self.reading.check_known(element, tags, _KNOWN[element.tag], None)
+        self.reading.check(element, tags, _KNOWN[element.tag], None)
         for child in element.children:
             if child.tag in tags:
-                self.reading.check_known(child, (), _OF_INSIDE[child.tag], None)
+                self.reading.check(child, (), _OF_INSIDE[child.tag], None)
 
     def _each(self, root: Element, tag: str, take: Callable[[Element], None]) -> None:
         for child in root.children:

@@ -326,7 +326,7 @@ class Joints:
         if element.get("axis", "axis") == "axis2":
             made["joint"] = Placed(f"{leader.called}_2", attribute.span)
         entry["mimic"] = Placed(made, element.span)
-        self.reading.check_known(element, _OF_MIMIC, ("joint", "axis", *_OF_MIMIC), None)
+        self.reading.check(element, _OF_MIMIC, ("joint", "axis", *_OF_MIMIC), None)
 
     def _word(self, mimic: Element, key: str) -> Placed | None:
         """Return a number of a mimic: a child, or for Drake an attribute."""

@@ -113,9 +113,9 @@ class Links:
             number = self.numbers.one(inertia, key) if inertia is not None else None
             moments[key] = number or (Placed(1, (inertia or element).span) if index < 3 else None)
         if inertia is not None:
-            self.reading.check_known(inertia, INERTIA, (), None)
+            self.reading.check(inertia, INERTIA, (), None)
         made["inertia"] = Placed(several(moments), (inertia or element).span)
-        self.reading.check_known(element, ("pose", "mass", "inertia"), ("auto",), None)
+        self.reading.check(element, ("pose", "mass", "inertia"), ("auto",), None)
         entry["inertial"] = Placed(made, element.span)
 
     def _automatic(self, element: Element, node: Node, entry: dict[str, Any]) -> None:
@@ -137,7 +137,7 @@ class Links:
             return
         density = self.numbers.one(element, "density") or Placed(_WATER, element.span)
         entry["inertial"] = Placed({"of": "collision", "density": density}, element.span)
-        self.reading.check_known(element, ("density",), ("auto",), None)
+        self.reading.check(element, ("density",), ("auto",), None)
 
     def _seen_from(self, pose: Element | None, scope: Scope, link: Node, owner: Node | None = None) -> Said:
         """Return a pose as seen from a link, or from ``owner``, whatever it was relative to."""
@@ -263,7 +263,7 @@ class Links:
         solid = (children or geometry.children)[0]
         if solid.tag not in SOLIDS:
             before = len(self.reading.diagnostics)
-            self.reading.check_known(geometry, (*SOLIDS, *_OTHER_SHAPES), (), None)
+            self.reading.check(geometry, (*SOLIDS, *_OTHER_SHAPES), (), None)
             broken = any(one.rule == "misspelt" for one in self.reading.diagnostics[before:])
             del self.reading.diagnostics[before if not broken else len(self.reading.diagnostics) :]
             return None if broken else solid

@@ -160,7 +160,7 @@ def others(reading: Reading, element: Element, known: Collection[str], attribute
     """Return the elements within one that are none of the known words, nor misspelt ones, which are told."""
     strange = [child for child in element.children if child.tag not in known and not child.tag.startswith("xacro:")]
     found = [child for child in strange if correction(child.tag, known) is None]
-    reading.check_known(element, [*known, *(child.tag for child in found)], attributes, None)
+    reading.check(element, [*known, *(child.tag for child in found)], attributes, None)
     return found
 
 

@@ -100,7 +100,7 @@ class _Robot:
             self.entries.links[node.called] = {}
             reading.paths[id(node.element)] = ("links", node.called)
             if node.kind == FRAME:
-                reading.check_known(node.element, ("pose",), ("name", "attached_to"), None)
+                reading.check(node.element, ("pose",), ("name", "attached_to"), None)
         Links(tree, self.entries).read()
         if roots and not world and tree.body_of(roots[0]) is not canonical:
             message = (
@@ -212,7 +212,7 @@ class _Robot:
             gazebo = [child for child in gazebo if child.tag == "plugin"]
         if scope.overriding is not None:
             gazebo += [child for child in scope.overriding.children if child.tag == "plugin"]
-            self.reading.check_known(scope.overriding, _OF_INCLUDE, ("merge",), None)
+            self.reading.check(scope.overriding, _OF_INCLUDE, ("merge",), None)
         for child in (one for one in rest if one.tag == "drake:joint"):
             message = f"{named(child)} is a joint of Drake's own, which no description has"
             self.reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")

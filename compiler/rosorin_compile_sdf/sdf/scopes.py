@@ -138,7 +138,7 @@ class Models:
             related = [Related("the first", models[0].span)]
             self.reading.error("sdf-models", message, models[1].span, "give each a file of its own", related)
             return None
-        self.reading.check_known(root, (MODEL,), ("version",), None)
+        self.reading.check(root, (MODEL,), ("version",), None)
         return self._scope(models[0], file, version, None, self._name(models[0]))
 
     def _no_model(self, root: Element) -> Element | None:

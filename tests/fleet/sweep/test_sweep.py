@@ -330,7 +330,7 @@ def test_a_variant_that_is_not_in_the_list_any_more(capsys: Shown) -> None:
 
 def test_two_at_once_are_told_apart(capsys: Shown) -> None:
     folder = output.VariantsFolder(OUT)
-    with folder.held():
+    with folder.opened():
         sweep(code=1)
     assert "error[output-busy]: another run writes into build\n    wait until it ends" in capsys.readouterr().err
     sweep()

@@ -210,7 +210,7 @@ def test_a_worker_writes_where_it_sees_the_folder_of_the_run(here: Path) -> None
     """And not when that run has ended, or where it stands in the way of something."""
     made, batch = asked()
     folder = VariantsFolder(Path("out"))
-    with folder.held():
+    with folder.opened():
         task = worker.Task({}, False, worker.tool(), out=str(here / "out"), run=folder.announced())
         answers = dict(worker.work(made, task, batch).answers)
         assert answers[ROWS + 2].made is not None

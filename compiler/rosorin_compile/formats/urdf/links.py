@@ -61,7 +61,7 @@ def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None
 def _inertia(element: Element, reading: Reading) -> Map:
     """Return the moments of an <inertia>."""
     moments = Map(element.span)
-    reading.check_known(element, (), (*NUMBERS["inertia"], *_mirrored(element, reading)), None)
+    reading.check(element, (), (*NUMBERS["inertia"], *_mirrored(element, reading)), None)
     missing = reading.missing(element, *NUMBERS["inertia"])
     put_all(moments, element, reading)
     if missing and all(name in _PRODUCTS for name in missing):

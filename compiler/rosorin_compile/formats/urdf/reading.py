@@ -173,9 +173,7 @@ class Reading:
         others = [other for other in element.attributes if other not in _ATTRIBUTES]
         return [name for name in missing if not any(correction(other, [name]) for other in others)]
 
-    def check_known(
-        self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None
-    ) -> None:
+    def check(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
         """Look for what a reader of this element does not know.
 
         What is near to a known name is misspelt. Other elements are kept in ``keep``, where the language has a place.
@@ -239,7 +237,7 @@ class Reading:
 
 def known(element: Element, reading: Reading, keep: Map | None = None) -> None:
     """Look for what no reader of URDF knows in an element; ``keep`` as for ``Reading.known``."""
-    reading.check_known(element, CHILDREN.get(element.tag, ()), attributes(element.tag), keep)
+    reading.check(element, CHILDREN.get(element.tag, ()), attributes(element.tag), keep)
 
 
 # An element in words, with its name (see ``named``).

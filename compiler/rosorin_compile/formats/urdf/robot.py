@@ -84,7 +84,7 @@ def _tree(root: Element, path: Path, reading: Reading) -> Map:
     _section(root, "link", read_link, tree, reading)
     _section(root, "joint", read_joint, tree, reading)
     settle(tree, reading)
-    reading.check_known(root, CHILDREN["robot"], attributes("robot"), tree)
+    reading.check(root, CHILDREN["robot"], attributes("robot"), tree)
     version = root.attributes.get("version")
     if version is not None and version.value.strip() not in _VERSIONS:
         reading.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")

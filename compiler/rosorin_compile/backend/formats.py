@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..formats.checked import accept
 from ..formats.described import as_tree
 from ..formats.distributions import DISTRIBUTIONS, HUMBLE, JAZZY, described_by, title
-from ..formats.expectation import Block, Expectation, Held
+from ..formats.expectation import Block, Deviations, Expectation
 from ..formats.facts import COLLISION, VISUAL, FactSheet, Six, along_link
 from ..formats.facts import number_of as fact_number
 from ..formats.facts import numbers_of as fact_numbers
@@ -55,9 +55,9 @@ __all__ = [
     "Asked",
     "Block",
     "Condition",
+    "Deviations",
     "Expectation",
     "FactSheet",
-    "Held",
     "Joined",
     "LeftOut",
     "Placed",

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..diagnostics.markdown import Block
     from ..frontend.expand.included_robots import Tell
-    from .comparing import Held
+    from .comparing import Checked
     from .parser import Parser
     from .pictures import Pictures
     from .record import Check
@@ -180,7 +180,7 @@ def _compare(run: Run, description: Description, page: Pictures | None) -> int:
     return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *files])
 
 
-def _differ(run: Run, held: Held) -> None:
+def _differ(run: Run, held: Checked) -> None:
     """Say how committed files differ."""
     from ..diagnostics import error
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..pipeline import Compiled
 
 
-class Held(NamedTuple):
+class Checked(NamedTuple):
     """How committed files differ from what was compiled, and what engines have against them.
 
     ``comparison`` is None where the folder cannot be read: ``diagnostics`` say why. ``meshes`` are the files beside the
@@ -49,7 +49,7 @@ class Held(NamedTuple):
         return said + [f"{name}: {what}" for name, what in self.meshes]
 
 
-def compared(given: Given, description: Description, compiled: Compiled) -> Held:
+def compared(given: Given, description: Description, compiled: Compiled) -> Checked:
     """Hold a robot without errors against its outputs folder. Raises ValueError for one with errors."""
     from ..meaning.committed import compare
     from ..output import OutputError, read_set
@@ -59,13 +59,13 @@ def compared(given: Given, description: Description, compiled: Compiled) -> Held
     try:
         committed = read_set(description.outputs)
     except OutputError as problem:
-        return Held(None, {}, (), [problem.diagnostic])
+        return Checked(None, {}, (), [problem.diagnostic])
     meshes = compiled.mesh_files
     written = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
     refusals = refused(given, description, written)
     comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
     changed = [(name, what) for name, data in meshes.items() if (what := _mesh(data, committed.get(name)))]
-    return Held(comparison, committed, tuple(changed), refusals)
+    return Checked(comparison, committed, tuple(changed), refusals)
 
 
 def _mesh(compiled: bytes, committed: bytes | None) -> str:

@@ -25,7 +25,7 @@ class Placed(NamedTuple):
     rows: Rows
 
 
-class Held(NamedTuple):
+class Deviations(NamedTuple):
     """An artifact held against what is known: the facts that are said otherwise, and what is left to be compared.
 
     ``parents`` are those of all frames, ``solids`` the collision shapes by link, ``names`` all links that it has.

@@ -30,7 +30,7 @@ from .format import ANGLES, Fact, Facts, Value
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .expectation import Block, Expectation, Held
+    from .expectation import Block, Deviations, Expectation
 
     Made = TypeVar("Made")
 
@@ -166,12 +166,12 @@ class Sheet:
         self._once: dict[Hashable, Any] = {}
         self._same: set[tuple[int, int]] = set()
 
-    def held(self, data: object = None) -> Held:
+    def deviations(self, data: object = None) -> Deviations:
         """Return what was found that is not known; ``data`` is what a schema is about."""
-        from .expectation import Held
+        from .expectation import Deviations
 
         names = frozenset(self._names.union(self._parents.values()))
-        return Held(self.facts, self._parents, self._solids, names, data)
+        return Deviations(self.facts, self._parents, self._solids, names, data)
 
     def take(self, kind: str, name: str, quantity: str, value: Value) -> None:
         """Take down a fact."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..model import Edge, Inertial, Output, Robot, Shape
     from ..rules.case import Case
     from ..xml.markup import Document, MarkupError
-    from .expectation import Expectation, Held
+    from .expectation import Deviations, Expectation
     from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
 
@@ -355,7 +355,7 @@ class Proving:
     - ``complete``: it carries every frame, with the shapes of each.
     """
 
-    against: Callable[[str, Expectation], Held] | None = None
+    against: Callable[[str, Expectation], Deviations] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
     data: Callable[[str], Any] | None = None

@@ -21,7 +21,7 @@ from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Provi
 from .static_tf import describe
 
 if TYPE_CHECKING:
-    from .expectation import Expectation, Held
+    from .expectation import Deviations, Expectation
     from .facts import Sheet
     from .templating import Templates
 
@@ -233,11 +233,11 @@ def read(text: str) -> Facts:
     return _read(text, Sheet()).facts
 
 
-def _against(text: str, known: Expectation) -> Held:
+def _against(text: str, known: Expectation) -> Deviations:
     """Return what the tables say that is not known. Raises ValueError as ``read``."""
     from .facts import Sheet
 
-    return _read(text, Sheet(known)).held()
+    return _read(text, Sheet(known)).deviations()
 
 
 def _read(text: str, sheet: Sheet) -> Sheet:

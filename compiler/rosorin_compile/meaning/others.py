@@ -16,7 +16,7 @@ from .difference import OTHER, Item, Side
 from .joints import differ, unit_of
 from .pairing import Pairing
 from .plainly import compare_rest, either
-from .proof.elements import Context, Key, context_of, said, spelt
+from .proof.elements import Context, Key, context_of, meanings, spelt
 from .simulation import compare_simulation
 from .values import text_of
 from .wording import number_change, value_change
@@ -144,7 +144,7 @@ def _elements(pairing: Pairing) -> Iterator[Item]:
         whole = name == "the robot"
         if mine == theirs and not whole:
             continue
-        old, new = said(mine, context), said(theirs, context)
+        old, new = meanings(mine, context), meanings(theirs, context)
         lost, found = old - new, new - old
         if whole:
             lost, found = lost - _brought(b, context), found - _brought(a, context)
@@ -161,12 +161,12 @@ def _elements(pairing: Pairing) -> Iterator[Item]:
 
 def _brought(robot: Robot, context: Context) -> Counter[Key]:
     """Return the elements that outputs of a robot make of what its description says in words."""
-    return said([text for texts in _by_output(robot) for text in texts], context)
+    return meanings([text for texts in _by_output(robot) for text in texts], context)
 
 
 def _always(robot: Robot, other: Robot, context: Context) -> Counter[Key]:
     """Return the elements that every output of a description brings, where the other robot is a file and has none."""
-    made = [] if other.outputs else [said(texts, context) for texts in _by_output(robot)]
+    made = [] if other.outputs else [meanings(texts, context) for texts in _by_output(robot)]
     return reduce(lambda one, two: one & two, made) if made else Counter()
 
 

@@ -35,15 +35,15 @@ if TYPE_CHECKING:
 def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
     """Make a function one that is worked out once for a robot: what came of it stays with the robot."""
 
-    def known(robot: Robot, /, *given: Given.args, **named: Given.kwargs) -> Made:
+    def cached(robot: Robot, /, *given: Given.args, **named: Given.kwargs) -> Made:
         key = (work.__module__, work.__qualname__, given, *named.items())
         if key not in robot.worked_out:
             robot.worked_out[key] = work(robot, *given, **named)
         made: Made = robot.worked_out[key]
         return made
 
-    update_wrapper(known, work)
-    return known
+    update_wrapper(cached, work)
+    return cached
 
 
 class ByName(dict[str, "Named"]):

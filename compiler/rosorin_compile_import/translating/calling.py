@@ -40,7 +40,7 @@ class Calling(Setting):
         known = [one for one in self.current.get(name, []) if one[0] is not macro and not set(when) <= set(one[1])]
         self.current[name] = [*known, (macro, when)]
 
-    def known(self, name: str, element: Element) -> list[tuple[Macro, Whens]]:
+    def macros_named(self, name: str, element: Element) -> list[tuple[Macro, Whens]]:
         """Return the macros that a name may mean by now where an element stands."""
         return self.current.get(self.spelt(name, element), [])
 
@@ -51,7 +51,7 @@ class Calling(Setting):
 
     def candidates(self, element: Element) -> list[tuple[Macro, Whens]]:
         """Return the macros that a call may mean, each with the condition on which it does; nothing if it is clear."""
-        known = self.known(element.tag.removeprefix("xacro:"), element)
+        known = self.macros_named(element.tag.removeprefix("xacro:"), element)
         if len(known) < 2:
             return []
         made: list[tuple[Macro, Whens]] = []
@@ -84,7 +84,7 @@ class Calling(Setting):
             name = target
         if name in ("element", "attribute"):
             raise Unsupported(f"xacro:{name} makes what an expression names", element.span)
-        known = self.known(name, element)
+        known = self.macros_named(name, element)
         macro = known[-1][0] if known else self.program.macro(name, element)
         if macro is None:
             raise no_macro(name, element)
@@ -95,7 +95,9 @@ class Calling(Setting):
         """Say whether a call may mean several macros, or an expression says which, and it is not taken for one."""
         if element.tag == "xacro:call" and "$" in element.get("macro"):
             return id(element) not in self.resolved
-        return element.tag.startswith("xacro:") and len(self.known(element.tag.removeprefix("xacro:"), element)) > 1
+        return (
+            element.tag.startswith("xacro:") and len(self.macros_named(element.tag.removeprefix("xacro:"), element)) > 1
+        )
 
     def targets(self, element: Element, scope: Scope) -> Iterator[Whens]:
         """Take a call for each macro in turn that may be meant, and yield on which condition it is."""

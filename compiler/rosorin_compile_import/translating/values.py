@@ -589,7 +589,7 @@ def _sole_call(items: list[Item]) -> Call | None:
         return None
     (call,) = calls
     keys = [item.key for item in items]
-    whole = call.macro.entry is not None and keys == call.macro.entry.known() and len(keys) > 1
+    whole = call.macro.entry is not None and keys == call.macro.entry.names() and len(keys) > 1
     return call if whole else None
 
 

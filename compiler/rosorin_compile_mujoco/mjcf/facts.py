@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
     from rosorin_compile import Value
-    from rosorin_compile.backend.formats import Block, Expectation, Held
+    from rosorin_compile.backend.formats import Block, Deviations, Expectation
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
@@ -52,9 +52,9 @@ def read(text: str) -> Facts:
     return _read(FactSheet(text, "mujoco")).facts
 
 
-def against(text: str, known: Expectation) -> Held:
+def against(text: str, known: Expectation) -> Deviations:
     """Return what an MJCF says that is not known. Raises ValueError if it is damaged."""
-    return _read(FactSheet(text, "mujoco", known)).held()
+    return _read(FactSheet(text, "mujoco", known)).deviations()
 
 
 def _read(sheet: FactSheet) -> FactSheet:

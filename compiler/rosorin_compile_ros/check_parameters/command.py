@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     _take_words(options)
     wanted = asked(options)
 
-    def held(run: Run, description: Description) -> int:
+    def checked(run: Run, description: Description) -> int:
         case = run.understood(description)
         if case is None:
             return PROBLEMS
@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
         run.console.say(f"{description.name}: {summary(looked)}")
         return PROBLEMS if has_errors(looked.diagnostics) else FINE
 
-    return for_each(options, held, alone=_HOW)
+    return for_each(options, checked, alone=_HOW)
 
 
 def _take_words(options: argparse.Namespace) -> None:

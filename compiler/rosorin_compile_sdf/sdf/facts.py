@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
     from rosorin_compile import Value
-    from rosorin_compile.backend.formats import Block, Expectation, Held
+    from rosorin_compile.backend.formats import Block, Deviations, Expectation
 
 _WORLD, _MODEL = "world", "__model__"
 _COLOUR = ("red", "green", "blue", "alpha")
@@ -75,9 +75,9 @@ def read(text: str) -> Facts:
     return _read(_Sheet(text, "sdf")).facts
 
 
-def against(text: str, known: Expectation) -> Held:
+def against(text: str, known: Expectation) -> Deviations:
     """Return what an SDF says that is not known. Raises ValueError if it is damaged."""
-    return _read(_Sheet(text, "sdf", known)).held()
+    return _read(_Sheet(text, "sdf", known)).deviations()
 
 
 def _read(sheet: _Sheet) -> _Sheet:

@@ -23,7 +23,7 @@ from ...startup.remembering import remembered
 from ..format import Facts, Format, Importing, InRos, Opened, Proving, Value, Writing
 
 if TYPE_CHECKING:
-    from ..expectation import Block, Expectation, Held
+    from ..expectation import Block, Deviations, Expectation
     from ..facts import Sheet
     from ..imported import Imported
     from ..templating import Templates
@@ -235,12 +235,12 @@ def read(text: str) -> Facts:
     return _read(json_of(text, _no_number), Sheet()).facts
 
 
-def against(text: str, known: Expectation) -> Held:
+def against(text: str, known: Expectation) -> Deviations:
     """Return what a driver's model says that is not known. Raises ValueError if the text is none."""
     from ..facts import Sheet
 
     model = json_of(text, _no_number)
-    return _read(model, Sheet(known)).held(model)
+    return _read(model, Sheet(known)).deviations(model)
 
 
 def _read(model: Any, sheet: Sheet) -> Sheet:

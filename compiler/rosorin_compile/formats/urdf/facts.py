@@ -27,7 +27,7 @@ from .grammar import CHILDREN, MOVING, NUMBERS, SHAPES
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from ..expectation import Block, Expectation, Held
+    from ..expectation import Block, Deviations, Expectation
     from ..format import Value
 
 _ENDS = ("parent", "child", "origin")
@@ -41,9 +41,9 @@ def read(text: str) -> Facts:
     return _read(FactSheet(text, "robot")).facts
 
 
-def against(text: str, known: Expectation) -> Held:
+def against(text: str, known: Expectation) -> Deviations:
     """Return what a URDF says that is not known. Raises ValueError if it is damaged."""
-    return _read(FactSheet(text, "robot", known)).held()
+    return _read(FactSheet(text, "robot", known)).deviations()
 
 
 def _read(sheet: FactSheet) -> FactSheet:

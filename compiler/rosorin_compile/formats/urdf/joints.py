@@ -8,7 +8,7 @@ from ...diagnostics.wording import plural, quoted
 from ...frontend.tree import Map, Path
 from ...xml.markup import Element
 from .grammar import NUMBERS, TYPES
-from .reading import Reading, known, named, put
+from .reading import Reading, check_element, named, put
 from .values import PLAIN, put_all, put_numbers, put_origin
 
 RULES = (Rule("joint-type", "URDF has no such type of joint.", "Correct it.", READING),)
@@ -40,7 +40,7 @@ def read_joint(element: Element, path: Path, reading: Reading) -> Map:
         read(inner, entry, position, reading)
     if kind in _LIMITED and "limit" not in entry and reading.single(element, "limit") is None:
         _no_limit(element, kind, reading)
-    known(element, reading, entry)
+    check_element(element, reading, entry)
     return entry
 
 
@@ -64,7 +64,7 @@ def _end(element: Element, end: str, entry: Map, path: Path, reading: Reading) -
     if inner is None:
         reading.error("missing-element", f"{named(element)} has no <{end}>", element.span, f'add <{end} link="..."/>')
         return
-    known(inner, reading)
+    check_element(inner, reading)
     reading.paths[id(inner)] = (*path, end)
     link = reading.attribute(inner, "link")
     if link is not None:
@@ -83,7 +83,7 @@ def _no_limit(element: Element, kind: str, reading: Reading) -> None:
 
 
 def _axis(element: Element, joint: Map, _: str, reading: Reading) -> None:
-    known(element, reading)
+    check_element(element, reading)
     if reading.attribute(element, "xyz") is None:
         return
     attribute = element.attributes["xyz"]
@@ -95,7 +95,7 @@ def _axis(element: Element, joint: Map, _: str, reading: Reading) -> None:
 def _limit(element: Element, joint: Map, position: str, reading: Reading) -> None:
     """Set the limit; what is left out of lower and upper is 0, as readers take it."""
     entry = Map(element.span)
-    known(element, reading)
+    check_element(element, reading)
     for name in NUMBERS["limit"]:
         put_numbers(entry, element, name, reading, position=position)
         if position and name in ("lower", "upper") and name not in element.attributes:
@@ -110,7 +110,7 @@ def _limit(element: Element, joint: Map, position: str, reading: Reading) -> Non
 
 def _mimic(element: Element, joint: Map, position: str, reading: Reading) -> None:
     entry = Map(element.span)
-    known(element, reading)
+    check_element(element, reading)
     leader = reading.attribute(element, "joint")
     if leader is None:
         return
@@ -127,7 +127,7 @@ def _mimic(element: Element, joint: Map, position: str, reading: Reading) -> Non
 
 def _dynamics(element: Element, joint: Map, _: str, reading: Reading) -> None:
     entry = Map(element.span)
-    known(element, reading)
+    check_element(element, reading)
     put_all(entry, element, reading)
     if not NUMBERS["dynamics"].keys() & element.attributes.keys():
         message = f"{named(element)} has neither damping nor friction"
@@ -139,7 +139,7 @@ def _dynamics(element: Element, joint: Map, _: str, reading: Reading) -> None:
 
 def _calibration(element: Element, joint: Map, position: str, reading: Reading) -> None:
     entry = Map(element.span)
-    known(element, reading)
+    check_element(element, reading)
     put_all(entry, element, reading, position)
     if entry:
         put(joint, "calibration", entry, element)
@@ -149,7 +149,7 @@ def _calibration(element: Element, joint: Map, position: str, reading: Reading) 
 
 def _safety(element: Element, joint: Map, position: str, reading: Reading) -> None:
     entry = Map(element.span)
-    known(element, reading)
+    check_element(element, reading)
     put_all(entry, element, reading, position)
     reading.need(element, "k_velocity")
     put(joint, "safety_controller", entry, element)

@@ -9,7 +9,7 @@ from ...frontend.tree import Map, Path, Seq
 from ...xml.markup import Element
 from .grammar import NUMBERS, SHAPES, attributes
 from .materials import put_material
-from .reading import NAME, Reading, known, named, put
+from .reading import NAME, Reading, check_element, named, put
 from .values import PLAIN, number_of, put_all, put_numbers, put_origin, shortened
 
 RULES = (
@@ -30,7 +30,7 @@ def read_link(element: Element, path: Path, reading: Reading) -> Map:
         for child in element.children:
             if child.tag == purpose:
                 _solid(child, entry, path, reading)
-    known(element, reading, entry)
+    check_element(element, reading, entry)
     return entry
 
 
@@ -45,7 +45,7 @@ def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None
     mass = _one(element, "mass", reading)
     inertia = _one(element, "inertia", reading)
     if mass is not None:
-        known(mass, reading)
+        check_element(mass, reading)
         reading.need(mass, "value")
         put_numbers(entry, mass, "value", reading, "mass")
         reading.paths[id(mass)] = (*path, "inertial", "mass")
@@ -53,7 +53,7 @@ def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None
     if inertia is not None:
         put(entry, "inertia", _inertia(inertia, reading), inertia)
         reading.paths[id(inertia)] = (*path, "inertial", "inertia")
-    known(element, reading)
+    check_element(element, reading)
     if mass is not None and inertia is not None and not reading.spoilt(element, "the inertial", before):
         put(link, "inertial", entry, element)
 
@@ -126,7 +126,7 @@ def _solid(element: Element, link: Map, path: Path, reading: Reading) -> None:
     if material is not None:
         reading.paths[id(material)] = (*own, "material")
         put_material(entry, material, reading)
-    known(element, reading, entry)
+    check_element(element, reading, entry)
     link[element.tag].put(entry, element.span)
 
 
@@ -149,17 +149,17 @@ def _shape(geometry: Element, entry: Map, reading: Reading) -> Element | None:
         return None
     if not solids and geometry.children:
         before = len(reading.diagnostics)
-        known(geometry, reading, Map(geometry.span))
+        check_element(geometry, reading, Map(geometry.span))
         broken = any(diagnostic.severity == "error" for diagnostic in reading.diagnostics[before:])
         return None if broken else geometry
     if not solids:
         message = f"{named(geometry)} is empty"
         reading.error("missing-element", message, geometry.span, f"it takes one of {', '.join(SHAPES)}")
         return None
-    known(geometry, reading)
+    check_element(geometry, reading)
     shape = solids[0]
     made = Map(shape.span)
-    known(shape, reading)
+    check_element(shape, reading)
     if shape.tag == "mesh":
         _mesh(shape, made, reading)
     else:

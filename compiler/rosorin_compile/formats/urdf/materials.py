@@ -8,7 +8,7 @@ from ...diagnostics import NOTE, Diagnostic, Related, Span
 from ...diagnostics.wording import and_more
 from ...frontend.tree import Map, Seq
 from ...xml.markup import Element
-from .reading import Reading, known, named
+from .reading import Reading, check_element, named
 from .values import PLAIN, number_of, put_numbers
 
 _NOT_IN_NAMES = re.compile(r"[<>&\"'\x00-\x1f]")
@@ -66,21 +66,21 @@ def _surface(entry: Map, element: Element, reading: Reading) -> None:
     """Set rgba and texture of an entry."""
     color = reading.single(element, "color")
     if color is not None:
-        known(color, reading)
+        check_element(color, reading)
         before = len(reading.diagnostics)
         if reading.attribute(color, "rgba") is not None:
             _rgba(entry, color, reading)
         reading.spoilt(color, "the colour", before)
     texture = reading.single(element, "texture")
     if texture is not None:
-        known(texture, reading)
+        check_element(texture, reading)
         attribute = texture.attributes.get("filename")
         file = None if attribute is None else reading.attribute(texture, "filename")
         if attribute is not None and file:
             entry.put("texture", file, attribute.name_span, attribute.span)
         elif not file:  # exporters write an empty <texture/>
             reading.ignored("a texture without a file name has no effect", texture.span)
-    known(element, reading)
+    check_element(element, reading)
 
 
 def _rgba(entry: Map, color: Element, reading: Reading) -> None:

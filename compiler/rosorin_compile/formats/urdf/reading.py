@@ -235,8 +235,8 @@ class Reading:
             self.ignored(f"{what} has no meaning to any reader", span)
 
 
-def known(element: Element, reading: Reading, keep: Map | None = None) -> None:
-    """Look for what no reader of URDF knows in an element; ``keep`` as for ``Reading.known``."""
+def check_element(element: Element, reading: Reading, keep: Map | None = None) -> None:
+    """Look for what no reader of URDF knows in an element; ``keep`` as for ``Reading.check``."""
     reading.check(element, CHILDREN.get(element.tag, ()), attributes(element.tag), keep)
 
 

@@ -20,7 +20,7 @@ from ...units import ANGLE, LENGTH, Quantity
 from ...xml.markup import Attribute, Element, Word
 from .grammar import NUMBERS, SHAPES
 from .magnitudes import LIMIT, ORIGIN, SIZE
-from .reading import Reading, known, named
+from .reading import Reading, check_element, named
 
 RULES = (
     Rule(
@@ -174,7 +174,7 @@ def put_origin(entry: Map, element: Element, path: Path, reading: Reading) -> No
     origin = reading.single(element, "origin")
     if origin is None:
         return
-    known(origin, reading)
+    check_element(origin, reading)
     reading.paths[id(origin)] = (*path, "xyz" if "xyz" in origin.attributes else "rpy")
     put_numbers(entry, origin, "xyz", reading)
     if "quat_xyzw" not in origin.attributes:

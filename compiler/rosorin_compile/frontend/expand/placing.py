@@ -255,10 +255,10 @@ class _Placer:
         if how in ("mjcf", "mjcf_body"):
             names = self.names.in_mjcf
 
-            def known(name: str) -> bool:
+            def is_known(name: str) -> bool:
                 return name in names or self.names.makes(name)
 
-            return changed_text(value, lambda text: with_names(text, how == "mjcf", self._among(known)))
+            return changed_text(value, lambda text: with_names(text, how == "mjcf", self._among(is_known)))
         return value
 
     def _among(self, ours: Callable[[str], bool]) -> Rename:

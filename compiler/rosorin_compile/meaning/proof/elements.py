@@ -39,7 +39,7 @@ class Context(NamedTuple):
 Key = tuple[str, ...]
 
 
-def said(texts: Iterable[str], context: Context) -> Counter[Key]:
+def meanings(texts: Iterable[str], context: Context) -> Counter[Key]:
     """Return what some texts of elements say, each thing with how often; a text that is no XML says its words."""
     found: Counter[Key] = Counter()
     for text in texts:
@@ -153,7 +153,7 @@ def context_of(robot: Robot, humble: bool) -> Context:
 
 def by_elements(one: Iterable[str], other: Iterable[str], context: Context) -> Found:
     """Return what only one of two lists of elements says, in words. See ``Proof.elements``."""
-    first, second = said(one, context), said(other, context)
+    first, second = meanings(one, context), meanings(other, context)
     texts = [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
     return Found([("elements", text) for text in texts])
 

@@ -10,7 +10,7 @@ from ...diagnostics.bounded import json_of
 from ...diagnostics.progress import Progress
 from ...diagnostics.registry import WRITING, Rule
 from ...formats import FORMATS, Artifact, Fact, Format, Value
-from ...formats.expectation import Expectation, Held
+from ...formats.expectation import Deviations, Expectation
 from ...formats.facts import COLLISION, Solid
 from ...frontend.validator import misfits
 from ...model import Inertial, Mesh, Output, Robot, Shape
@@ -131,7 +131,7 @@ def _whole(artifact: Artifact, view: View) -> _Reading:
     return _Reading(artifact, view, view.parents())
 
 
-def _held(artifact: Artifact, held: Held) -> _Reading:
+def _held(artifact: Artifact, held: Deviations) -> _Reading:
     """Return an artifact that has been held against what is known."""
     view = view_of(held.facts, {})
     shapes = {(link, COLLISION): tuple(map(straight, solids)) for link, solids in held.solids.items()}

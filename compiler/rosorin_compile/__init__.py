@@ -8,7 +8,7 @@ nothing.
 
 from typing import TYPE_CHECKING
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 if TYPE_CHECKING:
     from .commands.record import Check, Command

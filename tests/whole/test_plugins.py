@@ -108,7 +108,7 @@ def test_without_it_the_same_description_is_refused(machine: Machine):
 
 def test_it_is_listed(machine: Machine):
     machine.install()
-    assert machine.run("--version") == (0, "rosorin-compile 0.2.0\nplug-in toy-robot 1.2 (functions, rules)\n")
+    assert machine.run("--version") == (0, "rosorin-compile 0.3.0\nplug-in toy-robot 1.2 (functions, rules)\n")
     code, printed = machine.run("rule", "wheel-too-heavy")
     assert code == 0
     assert printed == (
@@ -461,7 +461,7 @@ def test_all_of_them_can_be_left_out(machine: Machine, monkeypatch: pytest.Monke
     for _ in range(2):
         assert machine.run("all", "robot.yaml")[0] == 0
     assert machine.run("greet")[0] == 2
-    assert machine.run("--version") == (0, "rosorin-compile 0.2.0\n")
+    assert machine.run("--version") == (0, "rosorin-compile 0.3.0\n")
     monkeypatch.delenv("ROSORIN_COMPILE_PLUGINS")
     assert machine.run("all", "robot.yaml")[0] == 1
 

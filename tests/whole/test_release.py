@@ -110,7 +110,7 @@ def test_nobody_is_told_to_install_a_name_or_sent_to_an_address_that_nobody_serv
 def test_a_bare_name_is_found(line: str) -> None:
     assert BARE_NAME.search(line)
     assert not BARE_NAME.search(line.replace("rosorin-compile", "path/to/rosorin-compile"))
-    assert not BARE_NAME.search(line.replace("rosorin-compile", "rosorin_compile-0.2.0-py3-none-any.whl"))
+    assert not BARE_NAME.search(line.replace("rosorin-compile", "rosorin_compile-0.3.0-py3-none-any.whl"))
 
 
 @pytest.fixture(scope="module")

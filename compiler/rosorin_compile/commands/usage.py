@@ -38,7 +38,7 @@ RULES = (
 FINE, PROBLEMS, USAGE = 0, 1, 2
 
 
-UNTIL = "0.4.0"  # the release that takes no old spelling any more
+UNTIL = "0.5.0"  # the release that takes no old spelling any more
 
 
 def old_spelling(old: str, *new: str) -> str:

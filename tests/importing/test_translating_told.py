@@ -61,6 +61,14 @@ def test_a_macro_that_calls_itself_is_told_however_deep_that_is(element: str, de
         Walker(Program(path, {}, {}), frozenset({"pile"})).walk()
 
 
+def test_a_macro_that_is_defined_within_a_link_is_written_out(tmp_path: Path) -> None:
+    shape = '<visual><geometry><sphere radius="${r}"/></geometry></visual>'
+    body = f'<link name="base">{macro("ball", "r", shape)}<xacro:ball r="0.1"/></link>'
+    lines = list(translation_report(of(tmp_path, body)))
+    assert lines[0] == "as xacro expands it: 1 element"
+    assert lines[1].startswith('  <link name="base">: a macro is defined within it (robot.xacro:')
+
+
 HARDWARE = (
     "<ros2_control name='x'><hardware><param name='mock'>{}</param><param name='n'>1</param></hardware></ros2_control>"
 )

@@ -114,7 +114,10 @@ class Walker(Calling):
         elif tag == "xacro:property":
             context.property(child, scope, comments)
         elif tag == "xacro:macro":
-            self.define(self.program.by_element[id(child)], child.get("name").removeprefix("xacro:"), context.when)
+            macro = self.program.by_element.get(id(child))
+            if macro is None:  # a link or a joint outside of macros: only there it is no part and no named value
+                raise Unsupported("a macro is defined within it", child.span)
+            self.define(macro, child.get("name").removeprefix("xacro:"), context.when)
         elif tag == "xacro:arg":
             context.argument(child)
         elif tag == "xacro:insert_block":

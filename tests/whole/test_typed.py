@@ -34,6 +34,7 @@ def scripts(folder: Path) -> tuple[list[str], list[str]]:
     return made
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_mypy_in_its_strict_mode_has_nothing_to_say(tmp_path: Path) -> None:
     pytest.importorskip("mypy")

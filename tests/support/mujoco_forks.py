@@ -28,7 +28,7 @@ PROGRAMS = (process._START, process._START_LOAD, process._START_PROVE)
 LOADED = (
     "mujoco",
     "numpy",
-    *(f"rosorin_compile_mujoco.mjcf.{name}" for name in ("engine", "matched", "moves", "same")),
+    *(f"rosorin_compile_mujoco.mjcf.{name}" for name in ("engine", "matched", "moves", "compared")),
 )
 
 

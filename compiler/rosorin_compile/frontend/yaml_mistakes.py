@@ -48,7 +48,9 @@ class Trouble(NamedTuple):
         """The character at that place."""
         return self.text[self.column - 1 : self.column]
 
-    def error(self, message: str, help: str, line: int, column: int, length: int = 1, and_here: str = "") -> Diagnostic:
+    def describe(
+        self, message: str, help: str, line: int, column: int, length: int = 1, and_here: str = ""
+    ) -> Diagnostic:
         """Return the diagnostic, with the place where the parser gave up if ``and_here`` says what it is."""
         related = [Related(and_here, Span(self.source, self.line, self.column))] if and_here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
@@ -70,7 +72,7 @@ def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
         told = cause(trouble)
         if told is not None:
             return told
-    return trouble.error("YAML cannot be read on from here", f"indent with spaces; {_QUOTE}", line, column)
+    return trouble.describe("YAML cannot be read on from here", f"indent with spaces; {_QUOTE}", line, column)
 
 
 def _tab(trouble: Trouble) -> Diagnostic | None:
@@ -79,7 +81,7 @@ def _tab(trouble: Trouble) -> Diagnostic | None:
     if "\t" not in blank:
         return None
     help = "YAML allows no tab for indentation; use spaces"
-    return trouble.error("a tab indents this line", help, trouble.line, blank.index("\t") + 1)
+    return trouble.describe("a tab indents this line", help, trouble.line, blank.index("\t") + 1)
 
 
 def _expression(trouble: Trouble) -> Diagnostic | None:
@@ -87,7 +89,7 @@ def _expression(trouble: Trouble) -> Diagnostic | None:
     if not trouble.before.endswith("$") or trouble.letter != "{":
         return None
     help = 'inside [ ] and { } an expression needs quotes: "${...}"'
-    return trouble.error("an expression stands here without quotes", help, trouble.line, trouble.column - 1, 2)
+    return trouble.describe("an expression stands here without quotes", help, trouble.line, trouble.column - 1, 2)
 
 
 def _comment_of_others(trouble: Trouble) -> Diagnostic | None:
@@ -110,8 +112,10 @@ def _quote_open(trouble: Trouble) -> Diagnostic | None:
     elif "escape" in trouble.what:
         escape = trouble.text[trouble.column - 1 :][:2]
         help = "use single quotes, or write the backslash twice"
-        return trouble.error(f'"{escape}" means nothing between double quotes', help, trouble.line, trouble.column, 2)
-    return trouble.error("this quote is not closed", "close it where the text ends", *begun)
+        return trouble.describe(
+            f'"{escape}" means nothing between double quotes', help, trouble.line, trouble.column, 2
+        )
+    return trouble.describe("this quote is not closed", "close it where the text ends", *begun)
 
 
 def _quoted_before(trouble: Trouble) -> Any:
@@ -138,35 +142,35 @@ def _after_a_value(trouble: Trouble) -> Diagnostic | None:
     at = (trouble.line, trouble.column)
     if before[-1] in "'\"":
         help = f"within such quotes write {before[-1] * 2}" if before[-1] == "'" else 'within such quotes write \\"'
-        return trouble.error("the text goes on after its closing quote", f"{help}, or use the other kind", *at)
+        return trouble.describe("the text goes on after its closing quote", f"{help}, or use the other kind", *at)
     if "block" not in trouble.what or rest[0] in ":,":
         return None
     if rest[0] in "]}":
-        return trouble.error(f'this "{rest[0]}" closes nothing', "remove it, or open it before", *at)
+        return trouble.describe(f'this "{rest[0]}" closes nothing', "remove it, or open it before", *at)
     from ..units import parse_unit
 
     word = printable(rest.split()[0])
     help = 'remove it; a comment begins with "#"'
     if parse_unit(word):
         help = f"each number has its own unit: [0, 0, 20 {word}]"
-    return trouble.error(f'"{word}" stands after the closing "{before[-1]}"', help, *at, len(word))
+    return trouble.describe(f'"{word}" stands after the closing "{before[-1]}"', help, *at, len(word))
 
 
 def _bracket(trouble: Trouble) -> Diagnostic | None:
     """Find a bracket that is not closed, or by the wrong one; a comma or quotes missing within."""
     if "found unexpected ':'" in trouble.what:
         help = "write a space behind it, and the value: {NAME: VALUE}"
-        return trouble.error('nothing stands behind this ":"', help, trouble.line, trouble.column)
+        return trouble.describe('nothing stands behind this ":"', help, trouble.line, trouble.column)
     if "',' or" not in trouble.what:
         return None
     opened = trouble.source.line(trouble.begun[0])[trouble.begun[1] - 1 :][:1]
     closing = _CLOSING.get(opened, "]")
     if trouble.letter and trouble.letter in "]}":
         message = f'this "{opened}" is not closed before the "{trouble.letter}"'
-        return trouble.error(message, f'add "{closing}"', *trouble.begun, and_here=f'the "{trouble.letter}"')
+        return trouble.describe(message, f'add "{closing}"', *trouble.begun, and_here=f'the "{trouble.letter}"')
     if not _is_closed(trouble.source, *trouble.begun):
         goes_on = "here something else begins" if trouble.text.strip() else ""
-        return trouble.error(f'this "{opened}" is not closed', f'add "{closing}"', *trouble.begun, and_here=goes_on)
+        return trouble.describe(f'this "{opened}" is not closed', f'add "{closing}"', *trouble.begun, and_here=goes_on)
     return _comma(trouble, closing)
 
 
@@ -179,13 +183,13 @@ def _comma(trouble: Trouble, closing: str) -> Diagnostic:
     value = text[: -len(word)].rstrip() if word != text or trouble.line == trouble.begun[0] else "above"
     if trouble.letter == ":" and word in _keys() and value and not value.endswith(":"):
         column = start + 1 + len(text) - len(word)
-        return trouble.error(f'a "," is missing before "{word}"', "add it", trouble.line, column, len(word))
+        return trouble.describe(f'a "," is missing before "{word}"', "add it", trouble.line, column, len(word))
     if trouble.letter == ":" and ": " in text:
         value = text.partition(": ")[2].lstrip()
         help = f'{_QUOTE}; if two entries are meant, add a ","'
-        return trouble.error(_COLON_IN_TEXT, help, trouble.line, start + 1 + len(text) - len(value), len(value) + 1)
+        return trouble.describe(_COLON_IN_TEXT, help, trouble.line, start + 1 + len(text) - len(value), len(value) + 1)
     message = f'a "," or the closing "{closing}" is missing here'
-    return trouble.error(message, f"add it, or {_QUOTE}", trouble.line, trouble.column)
+    return trouble.describe(message, f"add it, or {_QUOTE}", trouble.line, trouble.column)
 
 
 def _keys() -> set[str]:
@@ -229,7 +233,7 @@ def _second_colon(trouble: Trouble) -> Diagnostic | None:
         return None
     value = trouble.before[found.end() :]
     column = found.end() + 1 + len(value) - len(value.lstrip())
-    return trouble.error(_COLON_IN_TEXT, _QUOTE, trouble.line, column, len(value.strip()))
+    return trouble.describe(_COLON_IN_TEXT, _QUOTE, trouble.line, column, len(value.strip()))
 
 
 def _no_colon(trouble: Trouble) -> Diagnostic | None:
@@ -265,27 +269,27 @@ def _bare(trouble: Trouble, number: int) -> Diagnostic:
         return _comment(trouble, number, column)
     if text.startswith("<"):
         help = "write it in YAML, or keep it as text under urdf_elements; a whole URDF is included by its file"
-        return trouble.error("this is XML within YAML", help, *at)
+        return trouble.describe("this is XML within YAML", help, *at)
     found = re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text)
     if found:
         name, sign, value = found.groups()
         is_glued = sign == ":"
         message = 'a space is missing after the ":"' if is_glued else f'"{sign}" does not give a value: ":" does'
         meant = f"{name}: {value or ''}".strip()
-        return trouble.error(message, f"write {printable(meant)}", *at)
+        return trouble.describe(message, f"write {printable(meant)}", *at)
     if len(text.split()) > 3 or text[-1] in ".,;!":
-        return trouble.error(
+        return trouble.describe(
             'this line is no entry: it has no ":"', 'write NAME: VALUE; a comment begins with "#"', *at
         )
     name, _, value = text.partition(" ")
     shown = printable(f"{name}: {value.strip()}" if value else f"{name}:")
-    return trouble.error('a ":" is missing in this line', f"write {shown}", *at)
+    return trouble.describe('a ":" is missing in this line', f"write {shown}", *at)
 
 
 def _comment(trouble: Trouble, line: int, column: int) -> Diagnostic:
     text = trouble.source.line(line).lstrip()
     sign = next(sign for sign in _COMMENTS if text.startswith(sign))
-    return trouble.error(f'"{sign}" begins no comment', 'a comment begins with "#"', line, column, len(sign))
+    return trouble.describe(f'"{sign}" begins no comment', 'a comment begins with "#"', line, column, len(sign))
 
 
 def _value_and_entries(trouble: Trouble) -> Diagnostic | None:
@@ -302,7 +306,7 @@ def _value_and_entries(trouble: Trouble) -> Diagnostic | None:
     message = f'this line is indented below "{name}", which has a value already'
     help = f'indent it by {_spaces(_key_indent(above))}, beside "{name}"'
     place = Span(trouble.source, number, _key_indent(above) + 1, len(name))
-    return replace(trouble.error(message, help, trouble.line, column), related=(Related("the value", place),))
+    return replace(trouble.describe(message, help, trouble.line, column), related=(Related("the value", place),))
 
 
 def _no_dash(trouble: Trouble) -> Diagnostic | None:
@@ -312,7 +316,7 @@ def _no_dash(trouble: Trouble) -> Diagnostic | None:
         return None
     name = _name_of(trouble.text)
     help = f'write "- {name}: ..." for one more item; indent it by {_spaces(indent + 2)} to belong to the one above'
-    return trouble.error('this line stands among the items of a list, without "- "', help, trouble.line, indent + 1)
+    return trouble.describe('this line stands among the items of a list, without "- "', help, trouble.line, indent + 1)
 
 
 def _indentation(trouble: Trouble) -> Diagnostic | None:
@@ -328,11 +332,11 @@ def _indentation(trouble: Trouble) -> Diagnostic | None:
         items = [line for line in lines if line.lstrip().startswith("- ") and _indent(line) > indent]
         help = f'indent it under the key whose list it is, or write "NAME:" in place of "- " beside "{levels[indent]}"'
         help = f"indent it by {_spaces(_indent(items[0]))}, as the item above" if items else help
-        return trouble.error("an item of a list stands here among keys", help, trouble.line, trouble.column)
+        return trouble.describe("an item of a list stands here among keys", help, trouble.line, trouble.column)
     near = sorted(levels, key=lambda level: (abs(level - indent), level))[:2]
     help = ", or ".join(f'by {_spaces(level)}, beside "{levels[level]}"' for level in near)
     message = f"this line is indented by {_spaces(indent)}, as no entry above it is"
-    return trouble.error(message, f"indent it {help}" if help else "", trouble.line, indent + 1)
+    return trouble.describe(message, f"indent it {help}" if help else "", trouble.line, indent + 1)
 
 
 def _levels(source: Source, line: int) -> Iterator[tuple[int, str]]:
@@ -378,30 +382,30 @@ def _beginning(trouble: Trouble) -> Diagnostic | None:
     """Find a letter at the beginning of a value that YAML gives a meaning."""
     at, what = (trouble.line, trouble.column), trouble.what
     if "cannot start any token" in what:
-        return trouble.error(f'no text begins with "{printable(trouble.letter)}"', _QUOTE, *at)
+        return trouble.describe(f'no text begins with "{printable(trouble.letter)}"', _QUOTE, *at)
     if "block sequence entries are not allowed" in what:
         help = "begin it on the next line, or write it in brackets: [a, b]"
-        return trouble.error("a list cannot begin behind its key", help, *at)
+        return trouble.describe("a list cannot begin behind its key", help, *at)
     if "could not find expected ':'" in what:
-        return trouble.error('a ":" is missing here', "write NAME: VALUE", *trouble.begun)
+        return trouble.describe('a ":" is missing here', "write NAME: VALUE", *trouble.begun)
     if "directive" in what:
-        return trouble.error('a line with "%" is for YAML itself', "remove it", trouble.begun[0], 1)
+        return trouble.describe('a line with "%" is for YAML itself', "remove it", trouble.begun[0], 1)
     if "expected node content" in what and not trouble.letter:
         return _open_at_the_end(trouble)
     if "expected node content" in what:
         if trouble.letter == ",":
-            return trouble.error('nothing stands before this ","', "write the value, or remove the comma", *at)
-        return trouble.error(f'this "{trouble.letter}" closes nothing', "remove it, or open it before", *at)
+            return trouble.describe('nothing stands before this ","', "write the value, or remove the comma", *at)
+        return trouble.describe(f'this "{trouble.letter}" closes nothing', "remove it, or open it before", *at)
     first = trouble.source.line(trouble.begun[0])[trouble.begun[1] - 1 :][:1]
     meanings = {"*": "an alias", "&": "an anchor", ">": "a text of several lines", "|": "a text of several lines"}
     meanings["!"] = "a tag"
     if first in meanings and what.startswith(("while scanning", "while parsing a node", "while parsing a tag")):
         help = f'{_QUOTE}; an item of a list begins with "- "' if first == "*" else _QUOTE
-        return trouble.error(f'"{first}" begins {meanings[first]} here', help, *trouble.begun)
+        return trouble.describe(f'"{first}" begins {meanings[first]} here', help, *trouble.begun)
     if "<document start>" in what:
         if trouble.source.text.startswith("%"):
-            return trouble.error('a line with "%" is for YAML itself', "remove it", 1, 1)
-        return trouble.error("the description has ended before this", "remove it, or the closing bracket above", *at)
+            return trouble.describe('a line with "%" is for YAML itself', "remove it", 1, 1)
+        return trouble.describe("the description has ended before this", "remove it, or the closing bracket above", *at)
     return None
 
 
@@ -412,7 +416,7 @@ def _open_at_the_end(trouble: Trouble) -> Diagnostic | None:
     if last < 0:
         return None
     line, column = text.count("\n", 0, last) + 1, last - text.rfind("\n", 0, last)
-    return trouble.error(f'this "{text[last]}" is not closed', f'add "{_CLOSING[text[last]]}"', line, column)
+    return trouble.describe(f'this "{text[last]}" is not closed', f'add "{_CLOSING[text[last]]}"', line, column)
 
 
 _CAUSES: tuple[Callable[[Trouble], Diagnostic | None], ...] = (

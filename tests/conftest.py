@@ -16,7 +16,7 @@ from rosorin_compile.world import listening, notes
 from support.answers import held_envelope
 from support.asked_once import ask_once
 from support.commands import write_files
-from support.mujoco_forks import fork_mujoco
+from support.preloaded import preload
 from support.robots import copy_of_rosorin
 
 # At a landing a property tries one example in PART, and FEW at least; all of them in a tier.
@@ -29,7 +29,7 @@ HELD = "_hypothesis_internal_use_settings"
 def _asks_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         ask_once(patch)
-        fork_mujoco(patch)
+        preload(patch)
         yield
 
 

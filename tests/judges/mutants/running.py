@@ -93,6 +93,16 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
     return {module: {line: sorted(some) for line, some in by_line.items()} for module, by_line in found.items()}
 
 
+def coming_to(lines: Lines, line: int) -> set[str]:
+    """Return the tests that run a line, or any of a module where it is run by the import of that.
+
+    It is imported for the first test that needs it, which says little about what stands at its top.
+    """
+    tests = set(lines.get(line, ()))
+    importing = set(lines[min(lines)]) if lines else set()
+    return set().union(*lines.values()) if tests and tests <= importing else tests
+
+
 def asked_of(
     lines: Lines, line: int, seconds: Mapping[str, float], unsound: Collection[str], chance: random.Random
 ) -> list[str]:
@@ -102,7 +112,7 @@ def asked_of(
     line of the module, rare ones first, the quickest test that runs both of each of some files of tests. ``seconds``
     are what each test takes.
     """
-    every = set(lines.get(line, ())) - set(unsound)
+    every = coming_to(lines, line) - set(unsound)
 
     def quickness(test: str) -> tuple[float, str]:
         return seconds.get(test, 0.0), test
@@ -125,7 +135,7 @@ def asked_of(
 def others_of(lines: Lines, line: int, seconds: Mapping[str, float], apart: Collection[str]) -> Iterator[list[str]]:
     """Yield all other tests that run a line, the quickest first, in parts that take a while each; none of ``apart``."""
     part: list[str] = []
-    for test in sorted(set(lines.get(line, ())).difference(apart), key=lambda test: (seconds.get(test, 0.0), test)):
+    for test in sorted(coming_to(lines, line).difference(apart), key=lambda test: (seconds.get(test, 0.0), test)):
         if part and sum(seconds.get(one, 0.0) for one in (*part, test)) > PART:
             yield part
             part = []

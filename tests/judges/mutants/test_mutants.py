@@ -39,7 +39,8 @@ def test_a_mutant_is_one_change_that_python_reads() -> None:
 
 def test_the_tests_that_are_asked_come_to_each_line_of_the_module() -> None:
     many = [*(f"t{number}" for number in range(500)), "a.py::t", "a.py::u", "b.py::t"]
-    lines = {1: many, 2: ["t7"], 3: ["t8", "alone"], 4: ["t7", "t9", "broken"], 5: ["a.py::t", "b.py::t", "a.py::u"]}
+    lines = {0: ["alone"], 1: many, 2: ["t7"], 3: ["t8", "alone"], 4: ["t7", "t9", "broken"]}
+    lines |= {5: ["a.py::t", "b.py::t", "a.py::u"]}
     some = asked_of(lines, 1, {}, {"broken"}, random.Random(1))  # noqa: S311
     assert len(some) == len(set(some)) == MOST
     assert {"t7", "t8", "b.py::t"} <= set(some) <= set(many)
@@ -47,9 +48,16 @@ def test_the_tests_that_are_asked_come_to_each_line_of_the_module() -> None:
     assert sorted(asked_of(lines, 4, {}, {"broken"}, random.Random(1))) == ["t7", "t9"]  # noqa: S311
 
 
+def test_of_what_the_import_of_a_module_runs_all_its_tests_are_asked() -> None:
+    lines = {1: ["first"], 3: ["first"], 7: ["t1", "t2"], 8: ["t2", "first"]}
+    assert set(asked_of(lines, 3, {}, {"t1"}, random.Random(1))) == {"first", "t2"}  # noqa: S311
+    assert set(asked_of(lines, 8, {}, (), random.Random(1))) == {"first", "t2"}  # noqa: S311
+    assert asked_of(lines, 7, {}, (), random.Random(1)) == ["t1", "t2"]  # noqa: S311
+
+
 def test_the_quickest_tests_are_asked_and_no_more_than_take_their_time() -> None:
     many = [f"t{number}" for number in range(500)]
-    lines = {1: [*many, "a.py::slow", "a.py::quick"], 2: ["a.py::slow", "a.py::quick"]}
+    lines = {0: ["first"], 1: [*many, "a.py::slow", "a.py::quick"], 2: ["a.py::slow", "a.py::quick"]}
     seconds = {**dict.fromkeys(many, 0.2), "a.py::slow": 2.0, "a.py::quick": 0.1}
     some = asked_of(lines, 1, seconds, (), random.Random(1))  # noqa: S311
     assert some[0] == "a.py::quick"
@@ -67,7 +75,7 @@ def test_a_test_runs_what_another_has_asked_before() -> None:
 def test_what_survives_is_asked_of_all_others_the_quickest_first() -> None:
     many = [f"t{number}" for number in range(100)]
     seconds = {test: 0.1 * number for number, test in enumerate(many)} | {"t3": 2 * PART}
-    lines = {1: [*many, "broken", "asked"], 2: ["elsewhere"]}
+    lines = {0: ["first"], 1: [*many, "broken", "asked"], 2: ["elsewhere"]}
     parts = list(others_of(lines, 1, seconds, {"broken", "asked"}))
     assert [test for part in parts for test in part] == [*many[:3], *many[4:], "t3"]
     assert all(sum(seconds[test] for test in part) <= PART for part in parts[:-1])

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 # No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
 ASKED_BY_SHELLS = "complete"
 
+_NEEDED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # what writing to a stream can end in
 
 _WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
@@ -130,9 +131,19 @@ def _say_no_more() -> None:
 
 
 def _stopped(problem: Exception, answer: Answer) -> int:
-    """Say that a plug-in stopped the run, a name that no file can have, or a full disk; whatever else goes on."""
+    """Say what stopped the run: a plug-in, a name that no file can have, a full disk, a package that is not there.
+
+    Whatever else is raised goes on.
+    """
     from .plugins import PluginFailed
 
+    if isinstance(problem, ModuleNotFoundError) and problem.name in _NEEDED:
+        package = _NEEDED[problem.name]
+        message = f"the package {package} is not installed, and no robot is read without it: pip install {package}"
+        sys.stderr.write(f"rosorin-compile: {message}\n")
+        answer.refuse(message)
+        answer.end()
+        return USAGE
     if isinstance(problem, OSError) and problem.errno in _FULL and problem.filename is None:
         _say_no_more()
         sys.stderr.write(f"rosorin-compile: cannot write to standard output: {problem.strerror}\n")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
 import subprocess
 import sys
@@ -21,7 +22,7 @@ from rosorin_compile.commands.parser import Parser
 from rosorin_compile.commands.registry import GROUPS, commands
 from rosorin_compile.commands.schema import names
 from rosorin_compile.frontend.schema import own_schema
-from support.paths import COMPILER, DATA, DOCS, IMPORTED, PACKAGE, PACKAGES, ROOT, SCHEMAS
+from support.paths import COMPILER, DATA, DOCS, IMPORTED, PACKAGE, PACKAGES, ROOT, ROSORIN, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
 FOLDERS = (PACKAGE / "commands", PACKAGE / "tools", *(one for one in PACKAGES if one != PACKAGE))
@@ -315,3 +316,14 @@ def test_a_full_disk_is_told(words: list[str]) -> None:
     assert ran.returncode == 1
     assert ran.stderr.endswith("cannot write to standard output: No space left on device\n")
     assert "Traceback" not in ran.stderr
+
+
+@pytest.mark.parametrize(("module", "package"), [("jsonschema", "jsonschema"), ("yaml", "pyyaml")])
+def test_a_package_that_every_robot_needs_and_that_is_not_there_is_told(module: str, package: str) -> None:
+    """As after ``pip install --no-deps`` of a newer version."""
+    program = f"import sys; sys.modules['{module}'] = None; from rosorin_compile.cli import main; sys.exit(main())"
+    words = [sys.executable, "-c", program, "print", str(ROSORIN), "urdf"]
+    environment = {**os.environ, "ROSORIN_COMPILE_CACHE": "off"}
+    shown = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
+    said = f"the package {package} is not installed, and no robot is read without it: pip install {package}"
+    assert (shown.returncode, shown.stdout, shown.stderr) == (2, "", f"rosorin-compile: {said}\n")

@@ -10,7 +10,7 @@ from typing import Any
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path, Seq, at, exists
-from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Robot, Shape, Sphere, Vector
+from ..model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Link, Mesh, Robot, Shape, Sphere, Vector
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..model.robot import of_robot
 from ..units import has_unit
@@ -152,14 +152,14 @@ def _oversized(case: Case, reach: float, link: Link) -> Iterator[Diagnostic]:
     """Yield a warning about each shape that is very long against all ways between joints, ``reach``."""
     for purpose, own in (("visual", link.visual), ("collision", link.collision)):
         for index, shape in enumerate(own):
-            key, size = longest(shape)
+            key, size, said = longest(shape)
             if size > LARGE and reach * OVERSIZED < size:
                 place = case.link(link.name, purpose, index, *key)
                 message = (
                     f'a shape of link "{link.name}" is {number(size)} m long{case.stands_in(place)}, and all ways'
                     f" between joints of the robot are {number(reach)} m"
                 )
-                help = f'write "{number(size)} mm" if millimetres are meant'
+                help = f'write "{number(said)} mm" if millimetres are meant'
                 yield case.problem("size-implausible", message, place, help, severity=WARNING)
 
 
@@ -224,23 +224,26 @@ def _tiny(case: Case, joint: Joint, size: float) -> Diagnostic:
     return case.problem("size-implausible", message, place, help, severity=WARNING)
 
 
-def longest(shape: Shape) -> tuple[Path, float]:
-    """Return the longest side of a shape (m), and the keys of its number; nothing of a mesh."""
+def longest(shape: Shape) -> tuple[Path, float, float]:
+    """Return the keys of the number of a shape's longest side, that side (m), and the number; nothing of a mesh."""
     geometry: Any = shape.geometry
     if isinstance(geometry, Box):
         size = geometry.size
-        return ("box", "size", max(range(3), key=lambda index: size[index])), max(size)
+        return ("box", "size", max(range(3), key=lambda index: size[index])), max(size), max(size)
     if isinstance(geometry, Sphere):
-        return ("sphere", "radius"), 2 * geometry.radius
+        return ("sphere", "radius"), 2 * geometry.radius, geometry.radius
     if isinstance(geometry, Ellipsoid):
         radii = geometry.radii
-        return ("ellipsoid", "radii", max(range(3), key=lambda index: radii[index])), 2 * max(radii)
+        return ("ellipsoid", "radii", max(range(3), key=lambda index: radii[index])), 2 * max(radii), max(radii)
     if isinstance(geometry, (Cylinder, Capsule)):
         kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
         sides = {"length": geometry.length, "radius": 2 * geometry.radius}
         key = max(sides, key=lambda name: sides[name])
-        return (kind, key), sides[key]
-    return (), 0.0
+        return (kind, key), sides[key], getattr(geometry, key)
+    if isinstance(geometry, HeightMap):
+        rows, columns = len(geometry.heights), len(geometry.heights[0])
+        return ("height_map", "cell"), geometry.cell * max(rows, columns), geometry.cell
+    return (), 0.0, 0.0
 
 
 def _is_speck(link: Link) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -93,10 +94,17 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     return WorkStealingScheduling(config, log)
 
 
+def pytest_collection_finish() -> None:
+    """Let the collector of garbage pass over what is there before the first test: it stays to the end."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark as slow what tries many inputs; leave out what belongs to a tier, or all else where one is asked for."""
     asked = config.getoption("tier")
+    _hold_landings(items)
     for item in filter(_is_property, items):
         item.add_marker(pytest.mark.slow)
         if asked is None:
@@ -112,7 +120,31 @@ def _tiers(item: pytest.Item) -> list[str | None]:
 
     A property belongs to a tier, too, which tries all of its examples.
     """
-    return [marker.args[0] for marker in item.iter_markers("tier")] or [None, *[EXAMPLES] * _is_property(item)]
+    own = [marker.args[0] for marker in item.iter_markers("tier")]
+    own += [tier for tier, *cases in _landings(item) if _case(item).isdisjoint(cases)]
+    return own or [None, *[EXAMPLES] * _is_property(item)]
+
+
+def _landings(item: pytest.Item) -> list[tuple[str, ...]]:
+    return [marker.args for marker in item.iter_markers("landing")]
+
+
+def _case(item: pytest.Item) -> set[str]:
+    """Return the id of a case, and the parts of it that come of one parameter each."""
+    case: str = item.callspec.id  # type: ignore[attr-defined]
+    return {case, *case.split("-")}
+
+
+def _hold_landings(items: list[pytest.Item]) -> None:
+    """Each case that a test names for a landing is there, where more of it than one is. Raises pytest.UsageError."""
+    tests: dict[str, list[pytest.Item]] = {}
+    for item in filter(_landings, items):
+        tests.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for test, cases in tests.items():
+        named = {case for _, *some in _landings(cases[0]) for case in some}
+        missing = named.difference(*map(_case, cases))
+        if missing and len(cases) > 1:
+            raise pytest.UsageError(f"{test} has no case {', '.join(sorted(missing))}, which a landing is to try")
 
 
 def _is_property(item: pytest.Item) -> bool:

@@ -19,7 +19,6 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile_import import round_trip
 from support.paths import IMPORTED, ROOT
-from support.tiers import some
 
 pytestmark = pytest.mark.slow
 
@@ -365,7 +364,8 @@ def test_mjcf_keeps_how_its_base_stands(here: Path, capsys: pytest.CaptureFixtur
     assert "{name: tyre, cylinder: {radius: 0.1, length: 0.04}, rpy: [90 deg, 0, 0]}" in text
 
 
-@pytest.mark.parametrize("name", some(["turtlebot3_burger", "unitree_a1", "ur5e"], ["turtlebot3_burger"], "changes"))
+@pytest.mark.landing("changes", "turtlebot3_burger")
+@pytest.mark.parametrize("name", ["turtlebot3_burger", "unitree_a1", "ur5e"])
 def test_examples_come_in(here: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("xacro")
     assert run(str(ROOT / "examples" / name / "xacro" / "robot.xacro")) == 0

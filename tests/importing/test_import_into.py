@@ -149,6 +149,7 @@ def test_the_test_that_is_written_passes(package: Path) -> None:
     tried(package)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_the_test_holds_both_until_the_source_is_gone(package: Path) -> None:
     assert into(package) == 0
@@ -226,6 +227,7 @@ def refused(package: Path, capsys: pytest.CaptureFixture[str], *words: object) -
 OTHER = URDF.replace("0 0 0.2", "0 0 0.4")  # a robot of the same name
 
 
+@pytest.mark.landing("builds", "urdf/other/cart.urdf")
 @pytest.mark.slow
 @pytest.mark.parametrize("place", ["urdf/other.urdf", "urdf/other/cart.urdf"])
 def test_a_second_robot_of_the_same_name_is_refused_until_it_has_a_name_of_its_own(
@@ -256,6 +258,7 @@ def test_a_second_robot_whose_test_would_be_that_of_another_is_refused(
     assert f'"Cart" is taken in cart_description: {TEST} says that ' in refused(package, capsys, other)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_a_source_with_other_arguments_is_another_robot(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("xacro")
@@ -646,6 +649,7 @@ def described(package: Path) -> list[str]:
     return sorted(one for one in files(package / "descriptions") if not one.endswith(("robot.yaml", ".imported")))
 
 
+@pytest.mark.landing("builds", '<include filename="all.xacro"/>')
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "include", [INCLUDE, '<xacro:include filename="${"body"}.xacro"/>', '<include filename="all.xacro"/>']
@@ -718,6 +722,7 @@ def test_a_newer_state_is_merged_into_the_package_or_told(package: Path, capsys:
     assert into(package, "--name", "other") == 0
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_what_stands_in_folders_is_shared_in_folders(package: Path) -> None:
     (package / "urdf" / "common" / "arms").mkdir(parents=True)
@@ -752,6 +757,7 @@ def test_what_one_robot_alone_includes_is_its_own(package: Path) -> None:
     assert described(package) == ["two/body.yaml"]
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_what_the_first_robot_has_of_its_own_is_included_from_there_by_the_second(package: Path) -> None:
     robots(package, two=INCLUDE + BOX)
@@ -795,6 +801,7 @@ ARM = """\
 """
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_files_of_one_name_in_other_folders_are_told_apart(package: Path) -> None:
     in_arm = INCLUDE.replace("body", "arm/body")

@@ -45,6 +45,7 @@ def alone(package: Path, capsys: pytest.CaptureFixture[str]) -> str:
 # It grows.
 
 
+@pytest.mark.landing("builds", "order1")
 @pytest.mark.slow
 @pytest.mark.parametrize("order", [("two", "four"), ("four", "two")])
 def test_a_shared_file_has_the_macros_of_all_robots(
@@ -71,6 +72,7 @@ def test_a_shared_file_has_the_macros_of_all_robots(
     tried(package)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_what_somebody_has_edited_in_a_shared_file_stays_when_it_grows(package: Path) -> None:
     robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
@@ -83,6 +85,7 @@ def test_what_somebody_has_edited_in_a_shared_file_stays_when_it_grows(package: 
     tried(package)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_a_robot_that_uses_less_of_a_file_shares_it(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robots(package, two=INCLUDE + BOX + POLE, four=INCLUDE + BOX)
@@ -94,6 +97,7 @@ def test_a_robot_that_uses_less_of_a_file_shares_it(package: Path, capsys: pytes
     tried(package)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_a_file_of_the_first_robot_grows_where_it_is(package: Path) -> None:
     robots(package, two=INCLUDE + BOX)
@@ -183,6 +187,7 @@ DEFAULT = DEFAULT.replace('length="2"', 'length="${high}"')
 OWN_HIGH = '<xacro:property name="high" value="4"/>'
 
 
+@pytest.mark.landing("builds", "first0-second0-why0")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "second", "why"),
@@ -209,6 +214,7 @@ def test_a_default_that_one_robot_sets_anew_is_told(
     tried(package)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_a_macro_that_was_changed_since_is_told(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robots(package, two=INCLUDE + BOX + POLE, four=INCLUDE + BOX + POLE)

@@ -25,7 +25,6 @@ from rosorin_compile_import.round_trip import check_round_trip
 from rosorin_compile_import.words import worded
 from rosorin_compile_import.words.report import told_words
 from support.paths import ROOT
-from support.tiers import some
 from support.unrounded import compile_unrounded
 
 CASES = ROOT / "tests" / "data" / "words"
@@ -282,7 +281,8 @@ def changed(root: ElementTree.Element, chance: random.Random) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", some((AT_A_LANDING, CHANGES), (AT_A_LANDING,), "changes"))
+@pytest.mark.landing("changes", str(AT_A_LANDING))
+@pytest.mark.parametrize("changes", [AT_A_LANDING, CHANGES])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_whatever_a_stranger_writes_comes_out_again(name: str, changes: int, tmp_path: Path) -> None:
     chance, tried = random.Random(name), 0  # noqa: S311 (the same changes in every run)

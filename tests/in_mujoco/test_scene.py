@@ -17,7 +17,6 @@ from rosorin_compile.diagnostics import has_errors  # noqa: E402
 from support.paths import DATA, ROOT, ROSORIN  # noqa: E402
 from support.robots import compiled, compiled_text, of_this_project  # noqa: E402
 from support.scenes import BACK_END, seen  # noqa: E402
-from support.tiers import some  # noqa: E402
 
 ROBOTS = {path.parent.name: path for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]}
 
@@ -172,7 +171,8 @@ def test_a_package_has_the_scene_beside_its_robot(home: Path, capsys: pytest.Cap
 
 @pytest.mark.slow
 @needs_screen
-@pytest.mark.parametrize("name", some(ROBOTS, ["rosorin"], "engines"))
+@pytest.mark.landing("engines", "rosorin")
+@pytest.mark.parametrize("name", ROBOTS)
 def test_the_camera_sees_the_robot_in_light_on_a_floor(name: str, tmp_path: Path) -> None:
     for artifact in of_this_project(ROBOTS[name]).artifacts:
         (tmp_path / artifact.file).write_text(artifact.text, "utf-8")
@@ -197,7 +197,8 @@ def test_the_camera_sees_the_robot_in_light_on_a_floor(name: str, tmp_path: Path
 
 @pytest.mark.slow
 @needs_screen
-@pytest.mark.parametrize("name", some(ROBOTS, ["turtlebot3_burger"], "engines"))
+@pytest.mark.landing("engines", "turtlebot3_burger")
+@pytest.mark.parametrize("name", ROBOTS)
 def test_the_floor_has_no_specks(name: str, tmp_path: Path) -> None:
     """At the end of what the map of shadows has, MuJoCo draws dots where there is no shadow."""
     for artifact in of_this_project(ROBOTS[name]).artifacts:

@@ -116,6 +116,18 @@ SPOILED = [
         id="frames",
     ),
     pytest.param(
+        *("frames.md", "0           -0.0087266  1.5707 ", "0           -0.0087266  1.5717 "),
+        "imu_link roll pitch yaw: frames.md says 0 -0.0087266 1.5717 rad,"
+        " rosorin.xml and the model say 0 -0.0087266 1.5707 rad",
+        id="frames-angle",
+    ),
+    pytest.param(
+        *("robot_model.json", '"rpy": [-3.1416, -1.5681, 3.1416]', '"rpy": [-3.1416, -1.5671, 3.1416]'),
+        "gripper_link roll pitch yaw: robot_model.json says 3.1415853071795867 -1.5671 -3.1415853071795867 rad,"
+        " rosorin.urdf and the model say 3.1415853071795867 -1.5681 -3.1415853071795867 rad",
+        id="robot_model-angle",
+    ),
+    pytest.param(
         *("rosorin.xml", 'axis="0 1 0" range="-2.09 2.09"', 'axis="0 1.5 0" range="-2.09 2.09"'),
         "joint3 axis y: rosorin.xml says 1.5, rosorin.urdf and the model say 1",
         id="axis",

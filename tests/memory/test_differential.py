@@ -137,6 +137,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.landing("memory", "links", "believes times", "outputs")
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found(fault: str) -> None:

@@ -22,6 +22,7 @@ pytest.importorskip("xacro")
 LINES = (("all",), ("check",), ("print", "urdf"), ("all", "-q"), ("check", "--every-argument"))
 
 
+@pytest.mark.landing("memory", "words2")
 @pytest.mark.parametrize("words", [("all",), ("print", "mjcf"), ("check",)])
 def test_what_the_kernel_was_asked_for_stands_in_the_notes(tmp_path: Path, words: tuple[str, ...]) -> None:
     project = Project(tmp_path)
@@ -49,6 +50,7 @@ def sweep(project: Project, out: str = "out", traced: bool = True) -> list[str]:
     return [path for path in project.asked() if not path.startswith(ours)] if traced else []
 
 
+@pytest.mark.tier("memory")
 def test_what_a_sweep_asked_the_kernel_for_stands_in_its_notes(tmp_path: Path) -> None:
     """Or it is asked for again by a run in which all is unchanged: the list of variants, and which robots there are."""
     project = Project(tmp_path)

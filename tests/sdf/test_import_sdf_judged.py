@@ -21,7 +21,6 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile_sdf.sdf.proof import prove
 from support import in_drake, sdformat
 from support.paths import DATA
-from support.tiers import some
 
 pytestmark = pytest.mark.slow
 
@@ -49,7 +48,8 @@ def test_there_are_cases():
     assert len(CORNERS) >= 8
 
 
-@pytest.mark.parametrize("path", some(CORNERS, CORNERS[::4], "engines", lambda path: path.stem))
+@pytest.mark.landing("engines", *(path.stem for path in CORNERS[::4]))
+@pytest.mark.parametrize("path", CORNERS, ids=lambda path: path.stem)
 def test_drake_sees_the_same_robot(path, tmp_path):
     in_drake.need()
     robot = imported(path)
@@ -83,6 +83,7 @@ def test_libsdformat_reads_what_becomes_of_it(path, tmp_path):
     assert sdformat.said_of(written(imported(path), tmp_path, version="1.9")) == ""
 
 
+@pytest.mark.tier("engines")
 def test_a_joint_of_two_axes_turns_as_its_two_joints_do(tmp_path):
     in_drake.need()
     path = DATA / "sdf" / "told" / "universal.sdf"
@@ -103,6 +104,7 @@ def test_a_planted_difference_is_seen(tmp_path):
     assert np.abs(np.array(one) - np.array(other)).max() > TOLERANCE
 
 
+@pytest.mark.tier("engines")
 def test_the_import_proves_itself_in_drake(tmp_path):
     """What ``import`` says where its Python has Drake, and what it finds where something differs."""
     in_drake.need()

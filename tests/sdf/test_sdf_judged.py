@@ -19,7 +19,6 @@ from support.engines import pose
 from support.machines import BODY, TESTER, chain, machine, robot_of
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
-from support.tiers import some
 
 pytestmark = pytest.mark.slow
 
@@ -94,13 +93,15 @@ def _judges():
     in_drake.need()
 
 
+@pytest.mark.landing("engines", "machine", "massless root")
 @pytest.mark.parametrize("robot", [machine(), without_meshes(TESTER), chain(child=None), chain(child=BODY, root=None)],
                          ids=["machine", "tester", "massless link between", "massless root"])  # fmt: skip
 def test_drake_sees_the_same_robot(robot, tmp_path):
     judged(robot, tmp_path)
 
 
-@pytest.mark.parametrize("seed", some(SEEDS, (0, 6), "engines"))
+@pytest.mark.landing("engines", "6")
+@pytest.mark.parametrize("seed", SEEDS)
 def test_drake_sees_the_same_random_robot(seed, tmp_path):
     judged(random_robot(seed), tmp_path, seed=seed)
 
@@ -148,7 +149,8 @@ def test_what_drake_refuses_is_refused(tmp_path):
         in_drake.ask(path, "root")
 
 
-@pytest.mark.parametrize("robot", some(ROBOTS, EXAMPLES[:1], "engines", lambda path: path.parent.name))
+@pytest.mark.landing("engines", EXAMPLES[0].parent.name)
+@pytest.mark.parametrize("robot", ROBOTS, ids=lambda path: path.parent.name)
 def test_the_reference_robot_and_the_examples(robot, tmp_path):
     """None of them asks for an SDF: what it would be is judged all the same."""
     compiled_robot = compiled(robot).robot

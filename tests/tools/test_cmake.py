@@ -73,6 +73,7 @@ def test_versions(tmp_path: Path, asked: str, found: int) -> None:
     assert f"found <{found}>" in configure(tmp_path)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @one_of_them
 def test_a_build_runs_what_changed_and_nothing_else(tmp_path: Path, generator: str) -> None:
@@ -345,6 +346,7 @@ def test_another_program_compiles_anew(tmp_path: Path, generator: str) -> None:
     assert ran(build(source)) == []
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 def test_a_program_of_several_words(tmp_path: Path) -> None:
     source = project(tmp_path, BOTH)

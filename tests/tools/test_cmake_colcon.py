@@ -171,6 +171,7 @@ def test_a_clean_rebuild(workspace: Path, generator: str) -> None:
     assert urdf.read_bytes() == before
 
 
+@pytest.mark.tier("builds")
 def test_the_program_is_not_installed(workspace: Path) -> None:
     (workspace / "bin" / "rosorin-compile").unlink()
     said = colcon(workspace, GENERATORS[0], "--packages-up-to", "cart_description", fails=True)

@@ -18,7 +18,6 @@ from rosorin_compile.output.one_file import escaped
 from support.commands import Shown, ask, write_files
 from support.paths import ROOT
 from support.projects import foreign, meshes, packaged, rosorin_alone, stl, ur5e
-from support.tiers import some
 
 PROGRAM = f"{sys.executable} -m rosorin_compile"
 # Notes each file that is opened for reading, in every process of Python that is started.
@@ -185,7 +184,8 @@ joints: {j: {type: fixed, parent: base, child: x}}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("deps", some(["", "deps = gcc"], ["deps = gcc"], "builds"))
+@pytest.mark.landing("builds", "deps = gcc")
+@pytest.mark.parametrize("deps", ["", "deps = gcc"])
 def test_ninja_runs_what_depends_on_a_file_and_then_nothing(home: Path, deps: str) -> None:
     write_files(home, {**SHARED, "build.ninja": RULE.format(program=PROGRAM, deps=deps)})
     assert "[2/2]" in run("ninja")
@@ -216,8 +216,9 @@ build {outputs}: all
 """
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
-@pytest.mark.parametrize("cached", some([True, False], [True], "builds"))
+@pytest.mark.parametrize("cached", [True, False])
 def test_ninja_with_all_outputs_and_meshes(home: Path, monkeypatch: pytest.MonkeyPatch, cached: bool) -> None:
     """The run that finds nothing changed writes the depfile, too, and makes the artifacts newer."""
     meshes()

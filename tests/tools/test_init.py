@@ -16,7 +16,6 @@ from rosorin_compile.cli import main
 from rosorin_compile.commands.init import TEMPLATES, CannotStart, check_name, start, texts_of
 from support.paths import COMPILER, PACKAGES, ROOT, SCHEMAS
 from support.robots import compiled, texts
-from support.tiers import some
 
 SCHEMA = "descriptions/.schema/rosorin-compile.schema.json"
 
@@ -110,9 +109,8 @@ def test_every_template_compiles_with_stand_ins_at_most(template: str, capsys: p
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("here")
-@pytest.mark.parametrize(
-    "template", some([name for name in TEMPLATES if name != "mobile_manipulator"], ["base"], "engines")
-)
+@pytest.mark.landing("engines", "base")
+@pytest.mark.parametrize("template", [name for name in TEMPLATES if name != "mobile_manipulator"])
 def test_a_template_could_be_built_and_simulates(template: str, capsys: pytest.CaptureFixture[str]) -> None:
     """The mobile manipulator is the example porter, which other tests drive."""
     pytest.importorskip("mujoco", minversion="4")

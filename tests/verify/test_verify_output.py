@@ -157,6 +157,7 @@ def test_the_command_line_does_not_load_what_it_does_not_need() -> None:
     assert ran.stdout.strip() == "[]"
 
 
+@pytest.mark.landing("outside", "rosbags-bag-1-reading a recording needs the package rosbags, which is not installed")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("absent", "source", "code", "message"),

@@ -22,6 +22,7 @@ ORDERED = ("joints", "sensors", "use")
 REPEATED = "for"
 
 
+@pytest.mark.landing("changes", "4711-tr_TR.UTF-8-UTC")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "locale", "zone"), [("0", "C", "UTC"), ("1", "de_DE.UTF-8", "Asia/Tokyo"), ("4711", "tr_TR.UTF-8", "UTC")]

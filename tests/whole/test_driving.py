@@ -77,6 +77,7 @@ def test_every_robot_here_with_a_drive_is_driven() -> None:
     assert {folder for folder in here if robot_of(folder).drive is not None} == set(BASES)
 
 
+@pytest.mark.landing("engines", "robot.yaml", "ackermann_car")
 @pytest.mark.parametrize("folder", BASES, ids=name_of)
 def test_its_own_actuators_turn_the_wheels_that_carry_it(folder: Path) -> None:
     world = world_of(folder)
@@ -93,6 +94,17 @@ def test_its_own_actuators_turn_the_wheels_that_carry_it(folder: Path) -> None:
     assert rest.leans < 0.01
 
 
+AT_A_LANDING = [
+    "robot.yaml-vy=0.3",
+    "robot.yaml-vx=0.2 vy=-0.1 wz=0.5",
+    "omni_base-vx=0.2 vy=-0.1 wz=0.5",
+    "turtlebot3_burger-vx=0.1 wz=-0.5",
+    "ackermann_car-vx=0.3 wz=-0.3",
+    "porter-vx=0.2 wz=-0.5",
+]
+
+
+@pytest.mark.landing("engines", *AT_A_LANDING)
 @pytest.mark.parametrize(("folder", "command"), CASES, ids=name_of)
 def test_it_goes_where_it_is_told(folder: Path, command: Twist) -> None:
     world = world_of(folder)

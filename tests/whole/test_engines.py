@@ -129,6 +129,7 @@ def judge(robots: Robots) -> None:
         assert max(heights.values()) - min(heights.values()) < SAME, heights
 
 
+@pytest.mark.tier("engines")
 @pytest.mark.parametrize("name", SAMPLE)
 def test_a_robot_settles_alike_everywhere(name: str, tmp_path: Path) -> None:
     judge(written(name, tmp_path))
@@ -175,6 +176,7 @@ def test_mjx_refuses_what_a_robot_accepts(name: str, tmp_path: Path) -> None:
     assert "not implemented" in in_mjx(robots.files["mjcf"]).get("refused", "")
 
 
+@pytest.mark.landing("engines", "not-in-mjx")
 @pytest.mark.parametrize("name", ["not-in-mjx", "not-in-mjx-layers"])
 def test_mjx_refuses_what_the_rule_names(name: str, tmp_path: Path) -> None:
     made = compiled(ROOT / "tests" / "bad" / f"{name}.yaml")

@@ -273,6 +273,7 @@ def pinocchio_at(pinocchio: Any, model: Any, state: Mapping[str, float]) -> Any:
     return pinocchio.integrate(model, pinocchio.neutral(model), velocity)
 
 
+@pytest.mark.landing("engines", "ackermann_car-free", "omni_base-free", "turtlebot3_burger-fixed", "ur5e-fixed")
 @pytest.mark.parametrize("base", ["fixed", "free"])
 @pytest.mark.parametrize("name", NAMES)
 def test_mujoco_has_the_frames_of_pinocchio(name: str, base: str) -> None:

@@ -93,6 +93,7 @@ BOMBS = {
     "many-roots": (f'{ROBOT}  "l${{i}}": {{for: {{i: "${{range(50000)}}"}}}}\n', "several-roots"),
     "comment": (f"{ROBOT}#{'#' * 10_000_000}\n", ""),
 }
+LONG = {"parts-22", "many-roots", "line-of-items", "line-of-openings", "line-of-an-expression", "list-in-list"}
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +105,7 @@ def limited() -> Iterator[subprocess.Popen[str]]:
         yield process
 
 
+@pytest.mark.landing("fuzz", *(BOMBS.keys() - LONG))
 @pytest.mark.parametrize("name", BOMBS)
 def test_what_grows_is_stopped(name: str, tmp_path: Path, limited: subprocess.Popen[str]) -> None:
     text, rule = BOMBS[name]
@@ -184,6 +186,7 @@ def test_any_value_at_any_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     assert refused > 75
 
 
+@pytest.mark.tier("fuzz")
 @pytest.mark.parametrize("seed", [1123, *(pytest.param(seed, marks=pytest.mark.tier("fuzz")) for seed in range(4))])
 def test_any_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int) -> None:
     """Values, keys and entries are replaced, added, removed and exchanged, up to three at a time."""

@@ -57,6 +57,7 @@ def test_an_interrupt_beside_the_command_is_no_traceback(place: str, monkeypatch
     assert (ran.returncode, "Traceback" in ran.stderr) == (130, False)
 
 
+@pytest.mark.landing("outside", "workers1")
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [[], ["-n", "1"]])
 def test_the_tests_interrupt_their_children_also_in_the_background(workers: list[str]) -> None:

@@ -113,6 +113,7 @@ def answers(answer: dict[str, object], remark: Remark) -> bool:
     return same and fnmatch(remark.file, str(answer["file"])) and (of is None or remark.of <= set(of))  # type: ignore[call-overload]
 
 
+@pytest.mark.tier("judges")
 @needs_judges
 @pytest.mark.slow
 def test_each_remark_on_an_example_is_answered(tmp_path: Path) -> None:

@@ -209,6 +209,7 @@ SOME = [
 ]
 
 
+@pytest.mark.landing("kills", "print -o-")
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "only"), SOME)
 def test_some_kills(name: str, only: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -126,6 +126,7 @@ def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / f"rosorin_compile-{__version__}.tar.gz"
 
 
+@pytest.mark.tier("pythons")
 @pytest.mark.slow
 def test_an_sdist_is_the_repository_without_time_and_owner(sdist: Path) -> None:
     with tarfile.open(sdist) as archive:

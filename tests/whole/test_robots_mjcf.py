@@ -202,6 +202,7 @@ def judge(path: Path, capsys: Shown) -> None:
     assert not found, "\n".join(found)
 
 
+@pytest.mark.landing("robots", "ant", "reacher")
 @pytest.mark.slow
 @pytest.mark.usefixtures("home")
 @pytest.mark.parametrize("path", OURS, ids=lambda path: path.stem)

@@ -53,6 +53,7 @@ def files() -> list[str]:
 
 
 NAMES = files()
+ACCEPTED = [name for name in NAMES if name not in REFUSED]
 
 
 @pytest.fixture(autouse=True)
@@ -72,7 +73,8 @@ def test_there_are_files() -> None:
     assert set(REFUSED) <= set(NAMES)
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name not in REFUSED])
+@pytest.mark.landing("robots", *ACCEPTED[::4])
+@pytest.mark.parametrize("name", ACCEPTED)
 def test_robot_of_other_people(here: Path, name: str) -> None:
     if name in XACRO:
         pytest.importorskip("xacro")

@@ -91,6 +91,7 @@ def _states(robot: Robot) -> list[dict[str, float]]:
     return states
 
 
+@pytest.mark.landing("outside", "rosorin", "corners")
 def test_every_frame_that_tf2_answers_is_where_tf_says(run):
     graph = Graph(run.robot)
     compared = 0

@@ -51,6 +51,7 @@ def unheard(found: Sequence[Told]) -> list[str]:
     return [one.typo for one in found if not one.said and not one.exception and not legal(one.typo)]
 
 
+@pytest.mark.landing("typos", "rosorin", "porter")
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_some_typos(robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

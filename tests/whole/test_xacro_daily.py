@@ -104,6 +104,7 @@ def test_every_row_is_proven() -> None:
     assert len(set(titles)) == len(titles)
 
 
+@pytest.mark.landing("outside", "true-false")
 @pytest.mark.parametrize(("lidar", "sim"), list(product(("true", "false"), repeat=2)))
 def test_the_package_of_the_page_is_the_same_robot(machine: Machine, rover: Path, lidar: str, sim: str) -> None:
     words = [f"lidar:={lidar}", f"sim:={sim}"]
@@ -181,6 +182,7 @@ def label(urdf: str) -> str | None:
     return element.text
 
 
+@pytest.mark.landing("outside", 'say "here"', "007", "a;b|c*d?~$HOME")
 @row("arguments from a launch file")
 @pytest.mark.parametrize("value", VALUES)
 def test_arguments_from_a_launch_file(machine: Machine, value: str) -> None:
@@ -434,6 +436,7 @@ rosorin_compile_add_robot(DESCRIPTION descriptions/rover OUTPUTS urdf REMAP sim:
 """
 
 
+@pytest.mark.tier("builds")
 @row("`xacro_add_files`")
 @pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("ninja") is None, reason="cmake and ninja")
 def test_a_build_with_cmake(machine: Machine, rover: Path) -> None:

@@ -76,7 +76,7 @@ class Solid(NamedTuple):
     rows: Rows
     words: tuple[str, ...]
     tolerance: float
-    turn_tolerance: float
+    turn_tolerance: float = 0.0
 
     @property
     def box(self) -> Box | None:
@@ -389,7 +389,7 @@ class FactSheet(Sheet):
 def _between(lower: Vector, upper: Vector) -> Solid:
     """Return the box between two corners (m)."""
     box = Box(lower, upper)
-    return Solid("box", box.size, box.centre, _UPRIGHT, (), 0.0, 0.0)
+    return Solid("box", box.size, box.centre, _UPRIGHT, (), 0.0)
 
 
 _OF_LINKS = ("frame", "link")

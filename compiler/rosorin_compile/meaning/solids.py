@@ -69,7 +69,7 @@ def _box_of(found: Mapping[str, Value]) -> Solid:
     a, b, c = (float(value.value) for value in lower)
     d, e, f = (float(value.value) for value in upper)
     box = Box((a, b, c), (d, e, f))
-    return Solid("box", box.size, box.centre, _UPRIGHT, (), max(value.tolerance for value in (*lower, *upper)), 0.0)
+    return Solid("box", box.size, box.centre, _UPRIGHT, (), max(value.tolerance for value in (*lower, *upper)))
 
 
 def shape_of(solid: Solid) -> Shape | None:

@@ -69,6 +69,7 @@ def artifacts(folder: Path) -> Mapping[str, bytes]:
     }
 
 
+@pytest.mark.landing("builds", "cal-names1")
 @pytest.mark.slow
 @needs_ninja
 @pytest.mark.parametrize(("over", "names"), [("fleet.csv", ["r 3", "r1", "r2"]), ("cal", ["r1", "r2"])])
@@ -82,6 +83,7 @@ def test_ninja_makes_what_the_sweep_makes(masts: Path, over: str, names: list[st
     assert len(artifacts(masts / "made")) == 2 * len(names)
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @needs_ninja
 def test_a_list_in_yaml(masts: Path) -> None:
@@ -114,6 +116,7 @@ def test_only_what_is_old_is_made_anew(masts: Path) -> None:
     assert ninja() == ["r1"]
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @needs_ninja
 def test_a_row_that_is_changed_is_one_robot(masts: Path) -> None:
@@ -124,6 +127,7 @@ def test_a_row_that_is_changed_is_one_robot(masts: Path) -> None:
     assert ninja() == []
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.slow
 @needs_ninja
 def test_a_build_file_in_a_folder_of_its_own(masts: Path) -> None:

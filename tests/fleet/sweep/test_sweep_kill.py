@@ -154,6 +154,7 @@ ENDED = [
 ]
 
 
+@pytest.mark.landing("kills", "b.csv-fleet-some calls")
 @pytest.mark.slow
 @pytest.mark.parametrize(("rest", "place", "each"), ENDED)
 def test_prune_after_a_kill_leaves_no_half_of_a_variant(here: Path, place: str, rest: str, each: int) -> None:

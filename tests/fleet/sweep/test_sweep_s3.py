@@ -139,6 +139,7 @@ def test_what_is_killed_goes_on(s3: Any) -> None:
     assert [one["status"] for one in index["variants"]] == ["made"] * COUNT
 
 
+@pytest.mark.tier("outside")
 def test_no_bucket_is_made(s3: Any) -> None:
     done = subprocess.run(words("s3://slip/fleet", "-j", "1"), capture_output=True, text=True, timeout=300)
     assert done.returncode == 1

@@ -259,6 +259,7 @@ BOMBS = {
 }
 
 
+@pytest.mark.landing("fuzz", "macros")
 @pytest.mark.slow
 @pytest.mark.parametrize("bomb", BOMBS)
 def test_a_file_that_calculates_without_end_is_ended_and_told(bomb, tmp_path, monkeypatch, capsys):

@@ -336,6 +336,7 @@ def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
     return said.decode()
 
 
+@pytest.mark.tier("outside")
 def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
     said = progress(here, "1.1")
     assert re.search(r"\rsampling 6 of 12 \[#{15}\.{15}\]  50%", said), said

@@ -13,7 +13,6 @@ from rosorin_compile.diagnostics import Progress, progress
 from rosorin_compile_mujoco.collisions import search as search_module
 from rosorin_compile_mujoco.collisions.search import Search
 from support.commands import Shown, ask, write_files
-from support.tiers import some
 
 pytest.importorskip("mujoco", minversion="4")
 trimesh = pytest.importorskip("trimesh")
@@ -121,7 +120,8 @@ def test_distances_are_those_that_were_seen() -> None:
     assert all("nearest" in pair or "beyond" in pair for pair in found.values() if pair["reason"] != "Adjacent")
 
 
-@pytest.mark.parametrize("seed", some([1, 2, 3, 4], [1], "engines"))
+@pytest.mark.landing("engines", "1")
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
 @pytest.mark.usefixtures("reach")
 def test_never_is_not_said_of_what_samples_miss(seed: int, capsys: Shown) -> None:
     """The tip meets the needle in seven millionths of its states: a thousand states are not to find it."""
@@ -131,6 +131,7 @@ def test_never_is_not_said_of_what_samples_miss(seed: int, capsys: Shown) -> Non
     assert "needle tip" not in pairs()
 
 
+@pytest.mark.tier("engines")
 @pytest.mark.usefixtures("with_matrix")
 def test_the_same_seed_gives_the_same_bytes(capsys: Shown) -> None:
     first = MATRIX.read_bytes()
@@ -272,6 +273,7 @@ def test_without_a_terminal_there_are_lines_of_a_log(reach: Path, capsys: Shown,
     assert not any("\r" in line or "\x1b" in line for line in lines)
 
 
+@pytest.mark.tier("engines")
 @pytest.mark.usefixtures("with_matrix")
 def test_pairs_stay_whose_shapes_and_joints_are_the_same(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another tip: its pairs alone are searched anew. A joint between, or the search, changes what it is between."""

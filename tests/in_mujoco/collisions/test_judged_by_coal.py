@@ -21,7 +21,6 @@ from rosorin_compile_mujoco.physics.files import Meshes, named_meshes
 from rosorin_compile_ros.srdf.planning import Planning, urdf_of
 from support.coal import Coal
 from support.paths import ROOT, ROSORIN
-from support.tiers import some
 
 pytest.importorskip("mujoco", minversion="4")
 pytest.importorskip("pinocchio")
@@ -102,7 +101,8 @@ def judged(contacts: Contacts, coal: Coal, bounds: dict[str, tuple[float, float]
     return touching, near
 
 
-@pytest.mark.parametrize("seed", some(range(4), [0], "engines"))
+@pytest.mark.landing("engines", "0")
+@pytest.mark.parametrize("seed", range(4))
 def test_all_shapes(tmp_path: Path, seed: int) -> None:
     path = described(tmp_path, seed)
     touching, near = judged(*both(path, tmp_path))
@@ -126,7 +126,8 @@ outputs: {urdf: {file: folding.urdf}}
 """
 
 
-@pytest.mark.parametrize("seed", some([1, 2, 3], [1], "engines"))
+@pytest.mark.tier("engines")
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, seed: int) -> None:
     """The finger comes nearest to the base at a limit, between two valleys: 3.6 mm, and 8.4 mm in the next."""
     path = tmp_path / "robot.yaml"
@@ -148,7 +149,8 @@ ROBOTS = {
 }
 
 
-@pytest.mark.parametrize("name", some(ROBOTS, ["unitree_a1"], "engines"))
+@pytest.mark.landing("engines", "unitree_a1")
+@pytest.mark.parametrize("name", ROBOTS)
 def test_robots_that_exist(name: str) -> None:
     touching, near = judged(*both(*ROBOTS[name]))
     assert touching > 500

@@ -29,7 +29,6 @@ from support.paths import ROOT, ROSORIN  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import BASES, emit, load, pose, random_states  # noqa: E402
 from support.simulator import contacts as touching  # noqa: E402
-from support.tiers import some  # noqa: E402
 
 BALL = (Shape(Sphere(0.1)),)
 LIMIT = Limit(-3, 3, 1, 1)
@@ -220,7 +219,8 @@ def test_the_camera_and_the_gripper_of_the_reference_robot_can_collide(base: str
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", some(DESCRIPTIONS, DESCRIPTIONS[:1], "engines", lambda path: path.parent.name))
+@pytest.mark.landing("engines", DESCRIPTIONS[0].parent.name)
+@pytest.mark.parametrize("path", DESCRIPTIONS, ids=lambda path: path.parent.name)
 def test_our_own_file_says_nothing_of_contacts_when_it_is_read(path: Path, tmp_path: Path) -> None:
     robot = compiled(path).robot
     assert robot is not None

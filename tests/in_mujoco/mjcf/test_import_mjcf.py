@@ -31,7 +31,6 @@ from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, 
 from support.paths import DATA, OUTPUTS, ROOT
 from support.robots import compiled
 from support.simulator import emit
-from support.tiers import some
 
 pytestmark = pytest.mark.slow
 
@@ -111,7 +110,8 @@ def test_our_own_mjcf_comes_back() -> None:
         assert bool(case.robot.link[name].visual) == bool(link.visual)
 
 
-@pytest.mark.parametrize("path", some(EXAMPLES, AT_A_LANDING, "engines", lambda path: path.parent.name))
+@pytest.mark.landing("engines", *(path.parent.name for path in AT_A_LANDING))
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.parent.name)
 def test_examples_come_back_from_their_mjcf(path: Path, tmp_path: Path) -> None:
     robot = compiled(path).robot
     assert robot is not None

@@ -116,6 +116,7 @@ def next_line(said: str) -> list[str]:
     return shlex.split(line)
 
 
+@pytest.mark.landing("engines", "assetdir", "stripped")
 @pytest.mark.parametrize("way", WAYS)
 def test_the_next_line_makes_an_mjcf_with_all_files(
     way: str, vendor: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch

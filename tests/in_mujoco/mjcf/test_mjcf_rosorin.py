@@ -48,6 +48,7 @@ def test_it_compiles_without_a_warning_and_has_every_frame(made):
     assert joints - wheels - {"base_footprint_free"} == {f"joint{n}" for n in range(1, 6)} | FINGERS
 
 
+@pytest.mark.landing("engines", "free")
 def test_every_frame_is_where_the_model_has_it(made):
     robot, text = made
     model, data = load(text)

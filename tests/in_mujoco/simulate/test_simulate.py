@@ -26,7 +26,6 @@ from rosorin_compile_mujoco.simulate.world import FIXED, FREE, quiet
 from support.cases import told
 from support.commands import Shown
 from support.paths import DATA, ROOT
-from support.tiers import some
 
 pytest.importorskip("mujoco", minversion="4")
 
@@ -89,7 +88,8 @@ def test_every_robot_of_this_project_is_simulated() -> None:
     assert {str(folder.relative_to(ROOT)) for folder in folders if (folder / "robot.yaml").is_file()} == set(ROBOTS)
 
 
-@pytest.mark.parametrize("folder", some(sorted(ROBOTS), ["examples/turtlebot3_burger", "examples/ur5e"], "engines"))
+@pytest.mark.landing("engines", "examples/turtlebot3_burger")
+@pytest.mark.parametrize("folder", sorted(ROBOTS))
 def test_a_robot_of_this_project_behaves(folder: str, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     monkeypatch.chdir(ROOT)
     assert main(["simulate", f"{folder}/robot.yaml", "--format", "json-list", "--no-timing"]) == 0

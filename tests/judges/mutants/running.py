@@ -30,6 +30,8 @@ import time
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
 from itertools import accumulate
 from pathlib import Path
 from queue import Queue
@@ -59,6 +61,7 @@ HEAVY = (
 MOST = 100  # tests that a mutant is run against, the quickest first,
 LEAST, LONGEST = 20, 8.0  # of them only so many, where more would take longer than so many seconds of CPU
 FILES = 3  # of tests that come to a line, of which one test is asked
+SLOW = 2.0  # what takes longer is asked with the others
 PART = 10.0  # seconds of CPU of the tests that are run in one go where all are asked
 SECONDS = 120  # of CPU: the machine may have other things to do
 WAITED = 20 * SECONDS  # by the clock, for what waits and does nothing
@@ -112,7 +115,8 @@ def asked_of(
     line of the module, rare ones first, the quickest test that runs both of each of some files of tests. ``seconds``
     are what each test takes.
     """
-    every = coming_to(lines, line) - set(unsound)
+    sound = coming_to(lines, line) - set(unsound)
+    every = {test for test in sound if seconds.get(test, 0.0) <= SLOW} or sound
 
     def quickness(test: str) -> tuple[float, str]:
         return seconds.get(test, 0.0), test
@@ -154,12 +158,21 @@ class Worker:
             copy = folder / name
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, copy, follow_symlinks=False)
+        self._compile()
         environment = {**os.environ, "PYTHONPATH": f"{folder / 'compiler'}:{folder / 'tests'}"}
         environment |= {"ROSORIN_COMPILE_CACHE": "off", "PYTHONDONTWRITEBYTECODE": ""}
         words = [sys.executable, str(HERE / "running.py"), "--serve"]
         self.server = subprocess.Popen(
             words, cwd=folder, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
+
+    def _compile(self) -> None:
+        """Write the bytecode of all modules, tests as pytest rewrites them: a process with a mutant writes none."""
+        words = [sys.executable, "-m", "compileall", "-q", str(COMPILER)]
+        subprocess.run(words, cwd=self.tree, check=True)
+        words = [sys.executable, "-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider", "tests"]
+        environment = {**os.environ, "PYTHONPATH": str(self.tree / COMPILER)}
+        subprocess.run(words, cwd=self.tree, env=environment, check=True, stdout=subprocess.DEVNULL)
 
     def fails(self, tests: Sequence[str]) -> bool:
         """Say whether a test fails, or does not end."""
@@ -198,6 +211,16 @@ class Worker:
             _forget(path)
 
 
+@contextlib.contextmanager
+def taken(free: Queue[Worker]) -> Iterator[Worker]:
+    """Take a worker, and give it back."""
+    worker = free.get()
+    try:
+        yield worker
+    finally:
+        free.put(worker)
+
+
 class Answers:
     """What mutants came to, a line each, which may be kept in a file; one whose module has changed is asked again."""
 
@@ -215,6 +238,7 @@ class Answers:
         if self.path is not None:
             with self.path.open("a", encoding="utf-8") as file:
                 file.write(f"{'survives' if stays else 'seen'} {_digest(one)} {one.name}\n")
+        self.of[_digest(one)] = stays
 
 
 def _digest(one: Mutant) -> str:
@@ -345,38 +369,66 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
         DRAWN.write_text("".join(f"{name}\n" for name in sorted(one.name for one in chosen)), "utf-8")
         return 0
     free: Queue[Worker] = Queue()
-    for number in range(options.workers):
-        free.put(Worker(folder / f"tree{number}"))
-    began = time.monotonic()
-
-    answers = Answers(options.answers)
-    unsound, seconds = _without(tests, free, options)
-    known = survivors()
-
-    def survives(number: int) -> bool:
-        one = chosen[number]
-        if (before := answers.before(one)) is not None:
-            return before
-        lines = tests.get(one.module, {})
-        some = asked_of(lines, one.line, seconds, unsound, random.Random(number))  # noqa: S311
-        others = others_of(lines, one.line, seconds, {*some, *unsound}) if one.name not in known else ()
-        worker = free.get()
-        try:
-            stays = not (some and worker.sees(one.module, one.text, some))
-            stays = stays and not any(
-                worker.sees(one.module, one.text, part) and not worker.fails(part) for part in others
-            )
-        finally:
+    with ThreadPoolExecutor(options.workers) as pool:
+        for worker in pool.map(Worker, [folder / f"tree{number}" for number in range(options.workers)]):
             free.put(worker)
-        answers.add(one, stays)
-        if stays and one.name not in known:
-            sys.stdout.write(f"{number} of {len(chosen)}: {_at(one)}\n")
+    began = time.monotonic()
+    asking = Asking(chosen, tests, *_without(tests, free, options), Answers(options.answers), free)
+    with ThreadPoolExecutor(options.workers) as pool:
+        passing = list(pool.map(asking.passes, range(len(chosen))))
+        again = [number for number, passes in enumerate(passing) if passes and not asking.is_answered(number)]
+        sys.stdout.write(f"{len(again)} of {len(chosen)} are asked of all other tests that run their lines\n")
+        sys.stdout.flush()
+        for number, stays in zip(again, pool.map(asking.survives, again), strict=True):
+            passing[number] = stays
+    left = [one for one, stays in zip(chosen, passing, strict=True) if stays]
+    return max(fewer, _report(len(chosen), sorted(left), time.monotonic() - began))
+
+
+@dataclass(frozen=True)
+class Asking:
+    """Mutants, and the tests that they are asked of: ``passes`` first, then ``survives`` of what no answer is known."""
+
+    chosen: Sequence[Mutant]
+    tests: Tests
+    unsound: Collection[str]
+    seconds: Mapping[str, float]
+    answers: Answers
+    free: Queue[Worker]
+
+    def is_answered(self, number: int) -> bool:
+        """Say whether it is known what a mutant comes to."""
+        return self.answers.before(self.chosen[number]) is not None
+
+    def passes(self, number: int) -> bool:
+        """Say whether some of the tests that run its line let a mutant pass."""
+        one = self.chosen[number]
+        if (before := self.answers.before(one)) is not None:
+            return before
+        some = self._some(number)
+        with taken(self.free) as worker:
+            stays = not (some and worker.sees(one.module, one.text, some))
+        if not stays or one.name in survivors():
+            self.answers.add(one, stays)
+        return stays
+
+    def survives(self, number: int) -> bool:
+        """Say whether all other tests that run its line let a mutant pass, too, which is printed."""
+        one = self.chosen[number]
+        apart = {*self._some(number), *self.unsound}
+        with taken(self.free) as worker:
+            parts = others_of(self.tests.get(one.module, {}), one.line, self.seconds, apart)
+            stays = not any(worker.sees(one.module, one.text, part) and not worker.fails(part) for part in parts)
+        self.answers.add(one, stays)
+        if stays:
+            sys.stdout.write(f"{number} of {len(self.chosen)}: {_at(one)}\n")
             sys.stdout.flush()
         return stays
 
-    with ThreadPoolExecutor(options.workers) as pool:
-        left = [one for one, stays in zip(chosen, pool.map(survives, range(len(chosen))), strict=True) if stays]
-    return max(fewer, _report(len(chosen), sorted(left), time.monotonic() - began))
+    def _some(self, number: int) -> list[str]:
+        one = self.chosen[number]
+        lines = self.tests.get(one.module, {})
+        return asked_of(lines, one.line, self.seconds, self.unsound, random.Random(number))  # noqa: S311
 
 
 def _chosen(options: argparse.Namespace, tests: Tests) -> list[Mutant]:
@@ -446,6 +498,7 @@ def _collected(over: Sequence[str]) -> set[str]:
     return {line for line in printed.splitlines() if "::" in line}
 
 
+@cache
 def survivors() -> dict[str, str]:
     """Return the reason of each mutant that is known to survive, by its name."""
     lines = KNOWN.read_text("utf-8").splitlines() if KNOWN.exists() else []

@@ -63,7 +63,8 @@ def test_the_quickest_tests_are_asked_and_no_more_than_take_their_time() -> None
     assert some[0] == "a.py::quick"
     assert "a.py::slow" not in some
     assert LONGEST - 0.2 <= sum(seconds[test] for test in some) <= LONGEST
-    assert len(asked_of(lines, 1, dict.fromkeys(many, 9.0), (), random.Random(1))) == LEAST  # noqa: S311
+    assert len(asked_of(lines, 1, dict.fromkeys(lines[1], 9.0), (), random.Random(1))) == LEAST  # noqa: S311
+    assert asked_of(lines, 2, {"a.py::slow": 9.0}, (), random.Random(1)) == ["a.py::quick"]  # noqa: S311
 
 
 def test_a_test_runs_what_another_has_asked_before() -> None:

@@ -18,7 +18,6 @@ from rosorin_compile.pipeline import compile_robot
 from support.launch import Command, Context, Failed, LaunchConfiguration, Started, command_line, parsed, performed, read
 from support.packages import FORMS, clean, names_in
 from support.paths import DOCS, ROOT, ROSORIN
-from support.tiers import some
 
 ARM = """\
 robot: arm
@@ -132,6 +131,7 @@ def test_a_description_alone_stands_below_descriptions(tmp_path: Path) -> None:
     assert "descriptions/arm/robot.yaml" in names_in(package)
 
 
+@pytest.mark.landing("outside", "given1", "given3")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "given",
@@ -162,7 +162,8 @@ SIMPLE = {**FILES, "descriptions/arm/robot.yaml": ARM.replace('"${2 * height}"',
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", some(FORMS, ["xml"], "outside"))
+@pytest.mark.landing("outside", "xml")
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("given", [{}, {"height": "450 mm", "side": "right", "label": "a  b"}, {"prefix": "left_"}])
 def test_simple_arguments_stand_in_the_command(tmp_path: Path, form: str, given: dict[str, str]) -> None:
     package = packaged(tmp_path, files=SIMPLE)
@@ -182,7 +183,8 @@ def test_a_default_that_cannot_be_passed_is_not(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", some(FORMS, ["yaml"], "outside"))
+@pytest.mark.landing("outside", "yaml")
+@pytest.mark.parametrize("form", FORMS)
 def test_namespace_prefix_and_modes_reach_what_is_compiled(tmp_path: Path, form: str) -> None:
     package = packaged(tmp_path)
     nodes = launched(package, form, namespace="left", frame_prefix="left/", slam="true", prefix="my_")
@@ -194,7 +196,8 @@ def test_namespace_prefix_and_modes_reach_what_is_compiled(tmp_path: Path, form:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", some(FORMS, ["py"], "outside"))
+@pytest.mark.landing("outside", "py")
+@pytest.mark.parametrize("form", FORMS)
 def test_arguments_have_their_defaults_choices_and_help(tmp_path: Path, form: str) -> None:
     package = packaged(tmp_path)
     arguments = read(package / f"launch/description.launch.{form}", {NAME: package}).arguments
@@ -226,7 +229,8 @@ outputs: {urdf: {file: r.urdf}}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", some(FORMS, ["xml"], "outside"))
+@pytest.mark.landing("outside", "xml")
+@pytest.mark.parametrize("form", FORMS)
 def test_an_argument_without_a_default_has_to_be_given(tmp_path: Path, form: str) -> None:
     package = packaged(tmp_path, "-a", "serial=7", files={"descriptions/numbered/robot.yaml": REQUIRED})
     with pytest.raises(Failed, match="Required launch argument 'serial' was not provided"):
@@ -237,7 +241,8 @@ def test_an_argument_without_a_default_has_to_be_given(tmp_path: Path, form: str
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", some(FORMS, ["py"], "outside"))
+@pytest.mark.landing("outside", "py")
+@pytest.mark.parametrize("form", FORMS)
 def test_what_was_given_to_package_is_the_default_at_launch(tmp_path: Path, form: str) -> None:
     (tmp_path / "more.yaml").write_text("prefix: given_\n")
     package = packaged(tmp_path, "-a", "height=0.7 m", "side:=right", "--args", str(tmp_path / "more.yaml"))
@@ -391,7 +396,8 @@ def test_a_package_without_a_urdf_is_refused_as_ever(tmp_path: Path, capsys: pyt
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", some(FORMS, ["yaml"], "outside"))
+@pytest.mark.landing("outside", "yaml")
+@pytest.mark.parametrize("form", FORMS)
 def test_the_launch_files_of_the_page(tmp_path: Path, form: str) -> None:
     """What docs/compile-at-launch.md tells people to write does what it says, in each form and by its one line."""
     text = (DOCS / "compile-at-launch.md").read_text("utf-8")

@@ -92,6 +92,7 @@ def test_what_is_installed_is_what_was_written(
     assert main(["check", "deployed", str(ROSORIN), str(share)]) == (1 if link else 0)
 
 
+@pytest.mark.tier("builds")
 def test_an_install_space_that_is_older(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     share = build(tmp_path, "ament_python")
     source = tmp_path / "src" / NAME
@@ -106,6 +107,7 @@ def test_an_install_space_that_is_older(tmp_path: Path, capsys: pytest.CaptureFi
     assert "deploy-not-built" not in capsys.readouterr().err
 
 
+@pytest.mark.tier("builds")
 @pytest.mark.skipif(not (SITE / "ament_index_python").is_dir(), reason="no python3-ament-index")
 @kinds(PYTHON)
 def test_the_test_of_the_package_runs_and_finds_what_is_wrong(tmp_path: Path, kind: str) -> None:

@@ -21,6 +21,7 @@ pytestmark = [
 STATE = {"joint1": 0.3, "joint2": -0.5, "joint3": 0.8, "joint4": 1.1, "joint5": -1.4}
 
 
+@pytest.mark.landing("outside", "xml")
 @pytest.mark.parametrize("form", ["py", "xml", "yaml"])
 def test_every_frame_is_where_the_model_has_it(tmp_path: Path, form: str) -> None:
     package, home = tmp_path / "package", tmp_path / "home"

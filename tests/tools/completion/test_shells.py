@@ -13,7 +13,6 @@ from rosorin_compile.cli import main
 from rosorin_compile.commands.completion.command import SCRIPTS
 from support.commands import HANDY
 from support.shells import environment, shell
-from support.tiers import some
 
 PROJECT = {**HANDY, "my robots/a b.yaml": "robot: a\n", "my robots/it's.urdf": "<robot/>", "$x/y.yaml": "robot: y\n"}
 
@@ -50,8 +49,9 @@ def needs(name: str) -> None:
         pytest.skip(f"{name} is not installed")
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
-@pytest.mark.parametrize("name", some(["bash", "zsh"], ["bash"], "outside"))
+@pytest.mark.parametrize("name", ["bash", "zsh"])
 def test_a_line_is_completed_on_a_terminal(project: Path, name: str) -> None:
     needs(name)
     with shell(name, project) as made:
@@ -105,6 +105,7 @@ def test_zsh_shows_what_each_is_and_loads_it_from_a_file(project: Path) -> None:
         assert made.typed("rosorin-compile chec") == "rosorin-compile check "
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.slow
 def test_fish_is_told_words_and_what_they_are(project: Path) -> None:
     needs("fish")

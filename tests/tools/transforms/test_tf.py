@@ -13,7 +13,6 @@ from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.model.kinematics.lookup import lookup
 from support.commands import Shown, ask
 from support.robots import RECORDED, compiled
-from support.tiers import some
 
 
 def tf(capsys: Shown, *words: str, code: int = 0) -> str:
@@ -119,7 +118,8 @@ FRAMES = ["base_footprint", "base_link", "laser", "link5", "depth_camera_link"]
 
 
 @pytest.mark.usefixtures("rosorin")
-@pytest.mark.parametrize("source", some(FRAMES, ["base_link", "link5"], "fuzz"))
+@pytest.mark.landing("fuzz", "link5")
+@pytest.mark.parametrize("source", FRAMES)
 def test_any_state_is_that_of_the_model(source: str) -> None:
     robot = compiled().robot
     assert robot is not None

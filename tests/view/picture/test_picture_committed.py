@@ -18,7 +18,6 @@ from support.drawings import pixels
 from support.paths import DOCS, ROOT, ROSORIN
 from support.robots import of_this_project
 from support.scenes import BACK_END, seen
-from support.tiers import some
 
 FOLDER = DOCS / "pictures"
 EXAMPLES = ROOT / "examples"
@@ -53,7 +52,8 @@ def scene(description: Path) -> bytes:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not BACK_END, reason="MuJoCo draws off screen with libEGL or libOSMesa")
-@pytest.mark.parametrize("name", some(SCENES, ["scene_ackermann_car.png"], "engines"))
+@pytest.mark.landing("engines", "scene_ackermann_car.png")
+@pytest.mark.parametrize("name", SCENES)
 def test_a_committed_scene_is_that_of_the_robot(name, tmp_path):
     """Loosely: each way to draw, and each version of it, has pixels of its own."""
     draw(name, tmp_path / name)

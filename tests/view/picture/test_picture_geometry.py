@@ -26,7 +26,6 @@ from support import drawings
 from support.drawings import HUES, first_hit, hue_name, rgba
 from support.paths import ROOT
 from support.robots import compiled, compiled_text
-from support.tiers import some
 
 SVG = "{http://www.w3.org/2000/svg}"
 SIZE = (320, 200)
@@ -102,7 +101,8 @@ def clear_points(
             yield x, y, hits[0][0]
 
 
-@pytest.mark.parametrize("seed", some(range(8), [0, 5], "fuzz"))
+@pytest.mark.landing("fuzz", "0", "5")
+@pytest.mark.parametrize("seed", range(8))
 def test_a_pixel_has_the_colour_of_the_link_that_its_ray_meets_first(tmp_path, seed):
     robot = random_robot(tmp_path, seed)
     direction = random.Random(seed).choice([*VIEWS.values(), (-1.0, 0.4, 0.5), (0.3, 1.0, -0.4)])  # noqa: S311
@@ -116,7 +116,8 @@ def test_a_pixel_has_the_colour_of_the_link_that_its_ray_meets_first(tmp_path, s
             assert hue_name(shown[y, x]) == link, (x, y, shown[y, x])
 
 
-@pytest.mark.parametrize("seed", some(range(8), [0, 5], "fuzz"))
+@pytest.mark.landing("fuzz", "0", "5")
+@pytest.mark.parametrize("seed", range(8))
 def test_an_svg_painted_in_its_order_shows_the_same(tmp_path, seed):
     robot = random_robot(tmp_path, seed)
     direction = random.Random(seed).choice([*VIEWS.values(), (-1.0, 0.4, 0.5)])  # noqa: S311

@@ -156,6 +156,7 @@ FOREIGN = {
 }
 
 
+@pytest.mark.landing("outside", "a.xml")
 @pytest.mark.parametrize("name", FOREIGN)
 def test_robots_in_other_formats_are_followed_too(home: Path, name: str) -> None:
     if name.endswith("xacro"):
@@ -237,6 +238,7 @@ def test_it_ends_at_once_while_pages_are_open(project: Path, number: int) -> Non
         assert [line for line in view.lines if line and "http://" not in line] == []
 
 
+@pytest.mark.tier("outside")
 def test_a_second_one_takes_another_port(project: Path) -> None:
     with Viewing(project) as one, Viewing(project) as other:
         assert one.port != other.port
@@ -278,6 +280,7 @@ def test_a_browser_that_goes_away_says_nothing_here(project: Path) -> None:
         assert [line for line in view.lines if line and "http://" not in line] == []
 
 
+@pytest.mark.tier("outside")
 @pytest.mark.usefixtures("project")
 def test_memory_stays_flat_over_many_saves() -> None:
     (description,) = Description.find([])

@@ -19,10 +19,10 @@ from support.asked_once import ask_once
 from support.commands import write_files
 from support.preloaded import preload
 from support.robots import copy_of_rosorin
+from support.tiers import hold_landings, is_property, tiers_of
 
 # At a landing a property tries one example in PART, and FEW at least; all of them in a tier.
 PART, FEW = 3, 20
-EXAMPLES = "fuzz"
 HELD = "_hypothesis_internal_use_settings"
 
 
@@ -104,51 +104,15 @@ def pytest_collection_finish() -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark as slow what tries many inputs; leave out what belongs to a tier, or all else where one is asked for."""
     asked = config.getoption("tier")
-    _hold_landings(items)
-    for item in filter(_is_property, items):
+    hold_landings(items)
+    for item in filter(is_property, items):
         item.add_marker(pytest.mark.slow)
         if asked is None:
             _shorten(item)
-    chosen = [item for item in items if asked in _tiers(item)]
+    chosen = [item for item in items if asked in tiers_of(item)]
     if len(chosen) < len(items):
-        config.hook.pytest_deselected(items=[item for item in items if asked not in _tiers(item)])
+        config.hook.pytest_deselected(items=[item for item in items if asked not in tiers_of(item)])
         items[:] = chosen
-
-
-def _tiers(item: pytest.Item) -> list[str | None]:
-    """Return the tiers that a test belongs to: ``None`` is what every landing passes.
-
-    A property belongs to a tier, too, which tries all of its examples.
-    """
-    own = [marker.args[0] for marker in item.iter_markers("tier")]
-    own += [tier for tier, *cases in _landings(item) if _case(item).isdisjoint(cases)]
-    return own or [None, *[EXAMPLES] * _is_property(item)]
-
-
-def _landings(item: pytest.Item) -> list[tuple[str, ...]]:
-    return [marker.args for marker in item.iter_markers("landing")]
-
-
-def _case(item: pytest.Item) -> set[str]:
-    """Return the id of a case, and the parts of it that come of one parameter each."""
-    case: str = item.callspec.id  # type: ignore[attr-defined]
-    return {case, *case.split("-")}
-
-
-def _hold_landings(items: list[pytest.Item]) -> None:
-    """Each case that a test names for a landing is there, where more of it than one is. Raises pytest.UsageError."""
-    tests: dict[str, list[pytest.Item]] = {}
-    for item in filter(_landings, items):
-        tests.setdefault(item.nodeid.partition("[")[0], []).append(item)
-    for test, cases in tests.items():
-        named = {case for _, *some in _landings(cases[0]) for case in some}
-        missing = named.difference(*map(_case, cases))
-        if missing and len(cases) > 1:
-            raise pytest.UsageError(f"{test} has no case {', '.join(sorted(missing))}, which a landing is to try")
-
-
-def _is_property(item: pytest.Item) -> bool:
-    return getattr(getattr(item, "obj", None), "is_hypothesis_test", False)
 
 
 def _shorten(item: pytest.Item) -> None:

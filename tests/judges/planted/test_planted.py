@@ -27,7 +27,7 @@ HERE = Path(__file__).parent
 ROBOTS = [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]
 EVERY_WORD = sorted((ROOT / "tests/judges/goldens/every_word").glob("*.yaml"))
 EACH = 15  # of an artifact
-AT_A_LANDING = 10
+AT_A_LANDING = 30
 SEED = 20261126
 _LONGEST = 150
 

@@ -69,9 +69,8 @@ def kept_to_itself(browser: Browser, port: int = 0) -> None:
     assert browser.complaints == []
 
 
-@pytest.mark.parametrize(
-    "name", [next(iter(ROBOTS)), *(pytest.param(name, marks=pytest.mark.tier("outside")) for name in [*ROBOTS][1:])]
-)
+@pytest.mark.landing("outside", "turtlebot3_burger")
+@pytest.mark.parametrize("name", ROBOTS)
 def test_both_forms_look_as_they_did(browser: Browser, home: Path, capsys: Shown, name: str) -> None:
     path, asked = ROBOTS[name]
     ask(capsys, "view", str(path), "--html", "robot.html")
@@ -248,6 +247,7 @@ def test_parts_that_touch_are_red(browser: Browser, live: Viewing) -> None:
     kept_to_itself(browser, live.port)
 
 
+@pytest.mark.tier("outside")
 def test_an_error_is_shown_over_the_last_good_robot(browser: Browser, live: Viewing) -> None:
     browser.open(f"http://localhost:{live.port}/#pose=tuck")
     edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748", "0.106748 apples")

@@ -22,7 +22,7 @@ from support.robots import copy_of_rosorin
 from support.tiers import hold_landings, is_property, tiers_of
 
 # At a landing a property tries one example in PART, and FEW at least; all of them in a tier.
-PART, FEW = 3, 20
+PART, FEW = 5, 10
 HELD = "_hypothesis_internal_use_settings"
 
 

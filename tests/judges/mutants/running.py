@@ -62,6 +62,7 @@ MOST = 100  # tests that a mutant is run against, the quickest first,
 LEAST, LONGEST = 20, 8.0  # of them only so many, where more would take longer than so many seconds of CPU
 FILES = 3  # of tests that come to a line, of which one test is asked
 SLOW = 2.0  # what takes longer is asked with the others
+JUDGES = "tests/judges/planted/"
 PART = 10.0  # seconds of CPU of the tests that are run in one go where all are asked
 SECONDS = 120  # of CPU: the machine may have other things to do
 WAITED = 20 * SECONDS  # by the clock, for what waits and does nothing
@@ -137,9 +138,16 @@ def asked_of(
 
 
 def others_of(lines: Lines, line: int, seconds: Mapping[str, float], apart: Collection[str]) -> Iterator[list[str]]:
-    """Yield all other tests that run a line, the quickest first, in parts that take a while each; none of ``apart``."""
+    """Yield all other tests that run a line, in parts that take a while each; none of ``apart``.
+
+    First come those of ``JUDGES``, which look at each number and name, then the quickest.
+    """
     part: list[str] = []
-    for test in sorted(coming_to(lines, line).difference(apart), key=lambda test: (seconds.get(test, 0.0), test)):
+
+    def order(test: str) -> tuple[bool, float, str]:
+        return not test.startswith(JUDGES), seconds.get(test, 0.0), test
+
+    for test in sorted(coming_to(lines, line).difference(apart), key=order):
         if part and sum(seconds.get(one, 0.0) for one in (*part, test)) > PART:
             yield part
             part = []

@@ -229,24 +229,27 @@ def taken(free: Queue[Worker]) -> Iterator[Worker]:
         free.put(worker)
 
 
+SEEN, PASSES, SURVIVES = "seen", "passes", "survives"  # of the first round one passes, of the second one survives
+
+
 class Answers:
     """What mutants came to, a line each, which may be kept in a file; one whose module has changed is asked again."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
         lines = path.read_text("utf-8").splitlines() if path is not None and path.exists() else []
-        self.of = {digest: word == "survives" for word, digest, _ in (line.split(" ", 2) for line in lines)}
+        self.of = {digest: word for word, digest, _ in (line.split(" ", 2) for line in lines)}
 
-    def before(self, one: Mutant) -> bool | None:
-        """Say whether a mutant survived in a run before; ``None`` if it was not asked."""
+    def before(self, one: Mutant) -> str | None:
+        """Return what a mutant came to in this run or one before; ``None`` if it was not asked."""
         return self.of.get(_digest(one))
 
-    def add(self, one: Mutant, stays: bool) -> None:
+    def add(self, one: Mutant, word: str) -> None:
         """Keep what a mutant came to."""
+        self.of[_digest(one)] = word
         if self.path is not None:
             with self.path.open("a", encoding="utf-8") as file:
-                file.write(f"{'survives' if stays else 'seen'} {_digest(one)} {one.name}\n")
-        self.of[_digest(one)] = stays
+                file.write(f"{word} {_digest(one)} {one.name}\n")
 
 
 def _digest(one: Mutant) -> str:
@@ -383,19 +386,19 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
     began = time.monotonic()
     asking = Asking(chosen, tests, *_without(tests, free, options), Answers(options.answers), free)
     with ThreadPoolExecutor(options.workers) as pool:
-        passing = list(pool.map(asking.passes, range(len(chosen))))
-        again = [number for number, passes in enumerate(passing) if passes and not asking.is_answered(number)]
+        words = list(pool.map(asking.first, range(len(chosen))))
+        again = [number for number, word in enumerate(words) if word == PASSES]
         sys.stdout.write(f"{len(again)} of {len(chosen)} are asked of all other tests that run their lines\n")
         sys.stdout.flush()
-        for number, stays in zip(again, pool.map(asking.survives, again), strict=True):
-            passing[number] = stays
-    left = [one for one, stays in zip(chosen, passing, strict=True) if stays]
+        for number, word in zip(again, pool.map(asking.second, again), strict=True):
+            words[number] = word
+    left = [one for one, word in zip(chosen, words, strict=True) if word == SURVIVES]
     return max(fewer, _report(len(chosen), sorted(left), time.monotonic() - began))
 
 
 @dataclass(frozen=True)
 class Asking:
-    """Mutants, and the tests that they are asked of: ``passes`` first, then ``survives`` of what no answer is known."""
+    """Mutants, and the tests that they are asked of in two rounds: ``first``, and ``second`` of those that pass."""
 
     chosen: Sequence[Mutant]
     tests: Tests
@@ -404,34 +407,31 @@ class Asking:
     answers: Answers
     free: Queue[Worker]
 
-    def is_answered(self, number: int) -> bool:
-        """Say whether it is known what a mutant comes to."""
-        return self.answers.before(self.chosen[number]) is not None
-
-    def passes(self, number: int) -> bool:
-        """Say whether some of the tests that run its line let a mutant pass."""
+    def first(self, number: int) -> str:
+        """Return what a mutant comes to with some of the tests that run its line."""
         one = self.chosen[number]
         if (before := self.answers.before(one)) is not None:
             return before
         some = self._some(number)
         with taken(self.free) as worker:
-            stays = not (some and worker.sees(one.module, one.text, some))
-        if not stays or one.name in survivors():
-            self.answers.add(one, stays)
-        return stays
+            seen = bool(some) and worker.sees(one.module, one.text, some)
+        word = SEEN if seen else SURVIVES if one.name in survivors() else PASSES
+        self.answers.add(one, word)
+        return word
 
-    def survives(self, number: int) -> bool:
-        """Say whether all other tests that run its line let a mutant pass, too, which is printed."""
+    def second(self, number: int) -> str:
+        """Return what a mutant that passes comes to with all other tests that run its line; print one that survives."""
         one = self.chosen[number]
         apart = {*self._some(number), *self.unsound}
         with taken(self.free) as worker:
             parts = others_of(self.tests.get(one.module, {}), one.line, self.seconds, apart)
-            stays = not any(worker.sees(one.module, one.text, part) and not worker.fails(part) for part in parts)
-        self.answers.add(one, stays)
-        if stays:
+            seen = any(worker.sees(one.module, one.text, part) and not worker.fails(part) for part in parts)
+        word = SEEN if seen else SURVIVES
+        self.answers.add(one, word)
+        if not seen:
             sys.stdout.write(f"{number} of {len(self.chosen)}: {_at(one)}\n")
             sys.stdout.flush()
-        return stays
+        return word
 
     def _some(self, number: int) -> list[str]:
         one = self.chosen[number]

@@ -187,6 +187,8 @@ _COMPARING = (
     "pose-beyond-limit",
     "size-implausible",
 )
+# Remarks that hold or not by all numbers of a robot together: a wrong one alone is reason enough.
+_OF_ALL_NUMBERS = ("collisions-stale",)
 
 
 def _causes(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
@@ -205,7 +207,9 @@ def _causes(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 
     def is_told(one: Diagnostic) -> bool:
         return one.severity != ERROR and (
-            one.span in refused or (one.rule in _COMPARING and not said.isdisjoint(_spans(one)))
+            one.span in refused
+            or (one.rule in _COMPARING and not said.isdisjoint(_spans(one)))
+            or (one.rule in _OF_ALL_NUMBERS and bool(refused))
         )
 
     return [one for one in diagnostics if one.span is None or not is_told(one)]

@@ -166,21 +166,12 @@ class Worker:
             copy = folder / name
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, copy, follow_symlinks=False)
-        self._compile()
         environment = {**os.environ, "PYTHONPATH": f"{folder / 'compiler'}:{folder / 'tests'}"}
         environment |= {"ROSORIN_COMPILE_CACHE": "off", "PYTHONDONTWRITEBYTECODE": ""}
         words = [sys.executable, str(HERE / "running.py"), "--serve"]
         self.server = subprocess.Popen(
             words, cwd=folder, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
-
-    def _compile(self) -> None:
-        """Write the bytecode of all modules, tests as pytest rewrites them: a process with a mutant writes none."""
-        words = [sys.executable, "-m", "compileall", "-q", str(COMPILER)]
-        subprocess.run(words, cwd=self.tree, check=True)
-        words = [sys.executable, "-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider", "tests"]
-        environment = {**os.environ, "PYTHONPATH": str(self.tree / COMPILER)}
-        subprocess.run(words, cwd=self.tree, env=environment, check=True, stdout=subprocess.DEVNULL)
 
     def fails(self, tests: Sequence[str]) -> bool:
         """Say whether a test fails, or does not end."""

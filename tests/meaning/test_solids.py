@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import pytest
 
+from rosorin_compile.formats import Value
 from rosorin_compile.formats.facts import Solid
 from rosorin_compile.meaning.shape_wording import likened
-from rosorin_compile.meaning.solids import same_bodies, same_set, solid_from
+from rosorin_compile.meaning.solids import same_bodies, same_set, solid_from, solid_of
 from rosorin_compile.model import Box, Cylinder, HeightMap, Mesh, Pose, Shape, Sphere
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.shape import MERGED, ROWS
@@ -46,6 +47,13 @@ def test_boxes_that_are_cut_otherwise_are_the_same_bodies() -> None:
     assert same_bodies(rows, merged)
     assert not same_bodies(rows, merged[1:])
     assert not same_bodies(rows, [])
+
+
+def test_halves_that_an_artifact_turns_by_a_quarter_are_the_body_that_is_not_cut() -> None:
+    sizes = {"size x": Value(0.4), "size y": Value(0.2), "size z": Value(0.1), "yaw": Value(math.pi / 2)}
+    halves = [solid_of({"geometry": Value("box"), **sizes, "origin x": Value(x)}) for x in (-0.1, 0.1)]
+    assert same_bodies(halves, [solid_from(Shape(Box((-0.2, -0.2, -0.05), (0.2, 0.2, 0.05))))])
+    assert not same_bodies(halves, [solid_from(Shape(Box((-0.2, -0.2, -0.05), (0.2, 0.3, 0.05))))])
 
 
 def ball(radius: float, x: float) -> Solid:

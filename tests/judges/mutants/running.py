@@ -44,7 +44,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
 COMPILER = Path("compiler")
 PACKAGES = [path.parent for path in sorted(ROOT.glob("compiler/rosorin_compile*/__init__.py"))]  # the core is the first
-KNOWN, DRAWN = HERE / "survivors.txt", HERE / "drawn.txt"
+KNOWN, DRAWN, RARE = HERE / "survivors.txt", HERE / "drawn.txt", HERE / "seen_by.txt"
 COUNT = 1_500
 # Imported before a process is forked: what is not ours, and takes long.
 HEAVY = (
@@ -160,7 +160,7 @@ class Worker:
     """A copy of the tree, and a process beside it that forks for each mutant."""
 
     def __init__(self, folder: Path) -> None:
-        self.tree = folder
+        self.tree, self.told = folder, folder / "told.json"
         listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
         for name in filter(None, listed.stdout.split("\0")):
             copy = folder / name
@@ -175,25 +175,31 @@ class Worker:
 
     def fails(self, tests: Sequence[str]) -> bool:
         """Say whether a test fails, or does not end."""
-        code = self._asked({"tests": list(tests), "seconds": SECONDS, "waited": WAITED})
+        code = self._asked({"tests": list(tests), "seconds": SECONDS, "waited": WAITED, "all": False})
         if code == "5":
             raise RuntimeError(f"pytest finds no test of these: {' '.join(tests)[:500]}")
         return code != "0"
 
     def without(self, tests: Sequence[str]) -> tuple[set[str], dict[str, float]]:
         """Return the tests that fail without a mutant, and the seconds of CPU that each takes."""
-        told = self.tree / "without.json"
-        job = {"tests": list(tests), "seconds": 20 * SECONDS, "waited": 20 * WAITED, "told": str(told)}
-        code = self._asked(job)
+        code = self._asked({"tests": list(tests), "seconds": 20 * SECONDS, "waited": 20 * WAITED, "all": True})
         if code not in ("0", "1"):
             raise RuntimeError(f"pytest does not run these tests: exit code {code}")
-        read = json.loads(told.read_text("utf-8"))
+        read = self._read()
         return set(read["failing"]), read["seconds"]
+
+    def failing(self) -> str | None:
+        """Return the test that failed in the last run; ``None`` if that did not end."""
+        return next(iter(self._read()["failing"]), None) if self.told.exists() else None
+
+    def _read(self) -> Any:
+        return json.loads(self.told.read_text("utf-8"))
 
     def _asked(self, job: Mapping[str, object]) -> str:
         assert self.server.stdin is not None
         assert self.server.stdout is not None
-        self.server.stdin.write(json.dumps(job) + "\n")
+        self.told.unlink(missing_ok=True)
+        self.server.stdin.write(json.dumps({**job, "told": str(self.told)}) + "\n")
         self.server.stdin.flush()
         return self.server.stdout.readline().strip()
 
@@ -264,7 +270,7 @@ def serve() -> None:
         if pid == 0:
             os.setpgid(0, 0)  # no session of its own: the kernel would give that a priority of its own
             resource.setrlimit(resource.RLIMIT_CPU, (job["seconds"], job["seconds"]))
-            _run(job["tests"], job.get("told"))
+            _run(job["tests"], Path(job["told"]), all_=job["all"])
         sys.stdout.write(f"{_ended(pid, job['waited'])}\n")
         sys.stdout.flush()
 
@@ -288,20 +294,19 @@ class _Watching:
         self.seconds[report.nodeid] = round(sum(os.times()[:4]) - self._before, 3)
 
 
-def _run(tests: Sequence[str], told: str | None) -> None:
-    """Run tests up to the first that fails; if a file is named, all, and write into it which ones fail."""
+def _run(tests: Sequence[str], told: Path, *, all_: bool) -> None:
+    """Run tests, all or up to the first that fails; write into a file which ones fail, and what each takes."""
     import pytest
 
-    sys.dont_write_bytecode = told is None  # that of a mutant would be believed; what is kept of the rest saves seconds
+    sys.dont_write_bytecode = not all_  # that of a mutant would be believed; what is kept of the rest saves seconds
     watching = _Watching()
     with open(os.devnull, "r+") as nowhere:  # noqa: PTH123
         for stream in (0, 1, 2):
             os.dup2(nowhere.fileno(), stream)
         words = ["-q", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning", "--tb=no"]
-        code = pytest.main([*words, *(() if told else ("-x",)), *tests], plugins=[watching])
-    if told:
-        found = {"failing": sorted(watching.failing), "seconds": watching.seconds}
-        Path(told).write_text(json.dumps(found), "utf-8")
+        code = pytest.main([*words, *(() if all_ else ("-x",)), *tests], plugins=[watching])
+    found = {"failing": sorted(watching.failing), "seconds": watching.seconds}
+    told.write_text(json.dumps(found), "utf-8")
     os._exit(int(code))
 
 
@@ -399,14 +404,16 @@ class Asking:
     free: Queue[Worker]
 
     def first(self, number: int) -> str:
-        """Return what a mutant comes to with some of the tests that run its line."""
+        """Return what a mutant comes to with some of the tests that run its line; a known survivor is not asked."""
         one = self.chosen[number]
+        if one.name in survivors():
+            return SURVIVES
         if (before := self.answers.before(one)) is not None:
             return before
         some = self._some(number)
         with taken(self.free) as worker:
             seen = bool(some) and worker.sees(one.module, one.text, some)
-        word = SEEN if seen else SURVIVES if one.name in survivors() else PASSES
+        word = SEEN if seen else PASSES
         self.answers.add(one, word)
         return word
 
@@ -416,17 +423,27 @@ class Asking:
         apart = {*self._some(number), *self.unsound}
         with taken(self.free) as worker:
             parts = others_of(self.tests.get(one.module, {}), one.line, self.seconds, apart)
-            seen = any(worker.sees(one.module, one.text, part) and not worker.fails(part) for part in parts)
-        word = SEEN if seen else SURVIVES
+            test = next(filter(None, (self._seeing(worker, one, part) for part in parts)), None)
+        word = SEEN if test else SURVIVES
         self.answers.add(one, word)
-        if not seen:
-            sys.stdout.write(f"{number} of {len(self.chosen)}: {_at(one)}\n")
-            sys.stdout.flush()
+        sys.stdout.write(f"{one.name} # {test}\n" if test else f"{number} of {len(self.chosen)}: {_at(one)}\n")
+        sys.stdout.flush()
         return word
+
+    @staticmethod
+    def _seeing(worker: Worker, one: Mutant, part: Sequence[str]) -> str | None:
+        """Return which test sees a mutant; ``None`` if none does, or they fail without it, too."""
+        if not worker.sees(one.module, one.text, part):
+            return None
+        test = worker.failing()
+        return None if worker.fails(part) else test or part[0]
 
     def _some(self, number: int) -> list[str]:
         one = self.chosen[number]
         lines = self.tests.get(one.module, {})
+        rare = seeing().get(one.name)
+        if rare in coming_to(lines, one.line):
+            return [rare]
         return asked_of(lines, one.line, self.seconds, self.unsound, random.Random(number))  # noqa: S311
 
 
@@ -500,9 +517,19 @@ def _collected(over: Sequence[str]) -> set[str]:
 @cache
 def survivors() -> dict[str, str]:
     """Return the reason of each mutant that is known to survive, by its name."""
-    lines = KNOWN.read_text("utf-8").splitlines() if KNOWN.exists() else []
+    return _rows(KNOWN)
+
+
+@cache
+def seeing() -> dict[str, str]:
+    """Return the test that sees a mutant, by its name, of those that others hardly see."""
+    return _rows(RARE)
+
+
+def _rows(path: Path) -> dict[str, str]:
+    lines = path.read_text("utf-8").splitlines()
     rows = (line.rpartition(" # ") for line in lines if line and not line.startswith("#"))
-    return {name: reason for name, _, reason in rows}
+    return {name: said for name, _, said in rows}
 
 
 def _at(one: Mutant) -> str:

@@ -11,24 +11,23 @@ import pytest
 from judges.mutants import forgetting, line_coverage
 from judges.mutants.drawing import modules, mutants
 from judges.mutants.line_coverage import Room
-from judges.mutants.running import DRAWN, LEAST, LONGEST, MOST, PART, asked_of, others_of, seeing, survivors
+from judges.mutants.running import LEAST, LONGEST, MOST, PART, asked_of, others_of, seeing, survivors
 from rosorin_compile.frontend.annotations import sections
 from support.paths import COMPILER, ROOT
 
 
-def test_each_known_survivor_is_a_mutant_of_today_and_has_a_reason() -> None:
-    known = survivors()
-    of = {name.partition(": ")[0] for name in known}
+@pytest.mark.parametrize("said", [survivors(), seeing()], ids=["survivors", "seen_by"])
+def test_what_is_said_of_a_mutant_is_of_one_of_today(said: dict[str, str]) -> None:
+    of = {name.partition(": ")[0] for name in said}
     paths = {path.relative_to(COMPILER).as_posix(): path for path in modules(COMPILER)}
     made = {one.name for name in of if name in paths for one in mutants(paths[name].read_text("utf-8"), name)}
-    assert [name for name in known if name not in made] == []
-    assert [name for name, reason in known.items() if not reason] == []
+    assert [name for name in said if name not in made] == []
+    assert [name for name, words in said.items() if not words] == []
 
 
 def test_what_sees_a_mutant_that_others_hardly_see_is_a_test_of_today() -> None:
-    rare = seeing()
-    assert rare.keys() <= set(DRAWN.read_text("utf-8").splitlines()) - survivors().keys()
-    for test in rare.values():
+    assert seeing().keys().isdisjoint(survivors())
+    for test in seeing().values():
         file, _, name = test.partition("[")[0].partition("::")
         assert f"def {name}(" in (ROOT / file).read_text("utf-8"), test
 

@@ -187,6 +187,7 @@ def test_a_bar_is_shown_on_a_terminal_after_a_while(
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
     monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(progress.time, "monotonic", lambda: 0.0)
     assert main(["verify", ROBOT, str(clean["mcap"])]) == 0
     assert "%" not in capsys.readouterr().err
     monkeypatch.setattr(progress.time, "monotonic", itertools.count().__next__)

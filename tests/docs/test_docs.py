@@ -31,6 +31,7 @@ from reference import language, reference
 from rosorin_compile.diagnostics import Source
 from rosorin_compile.diagnostics.registry import every_rule
 from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.expression import CONSTANTS
 from rosorin_compile.frontend.expression.functions import BUILT_IN
 from rosorin_compile.frontend.load import parse_yaml
@@ -157,6 +158,13 @@ def test_nothing_is_installed_from_where_it_is_not(page: Path) -> None:
 
 def test_every_page_is_in_the_index() -> None:
     assert {page.name for page in PAGES} <= {"README.md", *links((DOCS / "README.md").read_text("utf-8"))}
+
+
+def test_every_format_that_is_written_has_a_row_and_a_section() -> None:
+    text = (DOCS / "artifacts.md").read_text("utf-8")
+    rows = dict(re.findall(r"^\| \[`(\w+)`\]\((\S+)\) \|", text, re.MULTILINE))
+    assert rows.keys() == {name for name, format in FORMATS.items() if format.write is not None}
+    assert [name for name, link in rows.items() if link.startswith("#") and f"\n## {link[1:]}\n" not in text] == []
 
 
 def test_python_on_a_page_runs(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
@@ -11,6 +12,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -327,3 +329,33 @@ def test_a_package_that_every_robot_needs_and_that_is_not_there_is_told(module: 
     shown = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
     said = f"the package {package} is not installed, and no robot is read without it: pip install {package}"
     assert (shown.returncode, shown.stdout, shown.stderr) == (2, "", f"rosorin-compile: {said}\n")
+
+
+LONG = OSError(errno.ENAMETOOLONG, "File name too long", "n" * 300)
+NO_YAML = ModuleNotFoundError("No module named 'yaml'", name="yaml")
+
+
+@pytest.mark.parametrize(
+    ("problem", "said"),
+    [
+        (LONG, f"no file can have so long a name: {'n' * 60}..."),
+        (NO_YAML, "the package pyyaml is not installed, and no robot is read without it: pip install pyyaml"),
+    ],
+    ids=["long", "yaml"],
+)
+def test_what_stops_a_run_is_told(
+    problem: Exception, said: str, monkeypatch: pytest.MonkeyPatch, capsys: Shown
+) -> None:
+    monkeypatch.setattr("rosorin_compile.cli._answered", Mock(side_effect=problem))
+    assert main(["frames", "--format", "json"]) == 2
+    assert capsys.readouterr().err == f"rosorin-compile: {said}\n"
+
+
+@pytest.mark.parametrize(
+    "problem", [KeyError("x"), ModuleNotFoundError("numpy", name="numpy"), OSError(errno.EACCES, "")]
+)
+def test_what_is_a_fault_of_ours_is_not_hidden(problem: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rosorin_compile.cli._answered", Mock(side_effect=problem))
+    with pytest.raises(type(problem)) as raised:
+        main(["frames"])
+    assert raised.value is problem

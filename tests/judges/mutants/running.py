@@ -4,7 +4,8 @@
     python tests/judges/mutants/running.py --count 50 [--seed 2]
     python tests/judges/mutants/running.py --coverage
 
-Runs those of drawn.txt; ``--count`` draws others, and ``--draw`` writes them into that file instead of running them.
+Runs those of drawn.txt, and writes behind each which test saw it; ``--count`` draws others, and ``--draw`` writes them
+into that file instead of running them.
 Prints the survivors by module, and ends with 1 if one is not in survivors.txt, or if the tests run fewer lines of a
 room than coverage.txt says; ``--coverage`` writes that anew, and runs no mutant. ``--answers`` keeps what each mutant
 came to, so that a run that was stopped goes on; without its lines of ``survives``, those alone are asked again.
@@ -28,7 +29,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -44,7 +45,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
 COMPILER = Path("compiler")
 PACKAGES = [path.parent for path in sorted(ROOT.glob("compiler/rosorin_compile*/__init__.py"))]  # the core is the first
-KNOWN, DRAWN, RARE = HERE / "survivors.txt", HERE / "drawn.txt", HERE / "seen_by.txt"
+KNOWN, DRAWN = HERE / "survivors.txt", HERE / "drawn.txt"
 COUNT = 1_500
 # Imported before a process is forked: what is not ours, and takes long.
 HEAVY = (
@@ -226,27 +227,31 @@ def taken(free: Queue[Worker]) -> Iterator[Worker]:
         free.put(worker)
 
 
-SEEN, PASSES, SURVIVES = "seen", "passes", "survives"  # of the first round one passes, of the second one survives
+PASSES, SURVIVES = "passes", "survives"  # of the first round one passes, of the second one survives
 
 
 class Answers:
-    """What mutants came to, a line each, which may be kept in a file; one whose module has changed is asked again."""
+    """What mutants came to, which may be kept in a file; one whose module has changed is asked again.
+
+    An answer is the test that sees a mutant, or ``PASSES``, or ``SURVIVES``.
+    """
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
         lines = path.read_text("utf-8").splitlines() if path is not None and path.exists() else []
-        self.of = {digest: word for word, digest, _ in (line.split(" ", 2) for line in lines)}
+        self.of = {digest: answer for digest, _, answer in (line.split("\t") for line in lines)}
 
     def before(self, one: Mutant) -> str | None:
         """Return what a mutant came to in this run or one before; ``None`` if it was not asked."""
         return self.of.get(_digest(one))
 
-    def add(self, one: Mutant, word: str) -> None:
-        """Keep what a mutant came to."""
-        self.of[_digest(one)] = word
+    def add(self, one: Mutant, answer: str) -> str:
+        """Keep what a mutant came to, and return it."""
+        self.of[_digest(one)] = answer
         if self.path is not None:
             with self.path.open("a", encoding="utf-8") as file:
-                file.write(f"{word} {_digest(one)} {one.name}\n")
+                file.write(f"{_digest(one)}\t{one.name}\t{answer}\n")
+        return answer
 
 
 def _digest(one: Mutant) -> str:
@@ -371,9 +376,9 @@ def _fewer(options: argparse.Namespace, folder: Path) -> int:
 def _told(options: argparse.Namespace, folder: Path) -> int:
     tests = _kept(options.covered, folder, options.over)
     fewer = _fewer(options, folder)
-    chosen = _chosen(options, tests)
+    chosen, gone = _chosen(options, tests)
     if options.draw:
-        DRAWN.write_text("".join(f"{name}\n" for name in sorted(one.name for one in chosen)), "utf-8")
+        write_drawn((one.name, "") for one in chosen)
         return 0
     free: Queue[Worker] = Queue()
     with ThreadPoolExecutor(options.workers) as pool:
@@ -382,13 +387,16 @@ def _told(options: argparse.Namespace, folder: Path) -> int:
     began = time.monotonic()
     asking = Asking(chosen, tests, *_without(tests, free, options), Answers(options.answers), free)
     with ThreadPoolExecutor(options.workers) as pool:
-        words = list(pool.map(asking.first, range(len(chosen))))
-        again = [number for number, word in enumerate(words) if word == PASSES]
+        answers = list(pool.map(asking.first, range(len(chosen))))
+        again = [number for number, answer in enumerate(answers) if answer == PASSES]
         sys.stdout.write(f"{len(again)} of {len(chosen)} are asked of all other tests that run their lines\n")
         sys.stdout.flush()
-        for number, word in zip(again, pool.map(asking.second, again), strict=True):
-            words[number] = word
-    left = [one for one, word in zip(chosen, words, strict=True) if word == SURVIVES]
+        for number, answer in zip(again, pool.map(asking.second, again), strict=True):
+            answers[number] = answer
+    if options.count is None and options.over == ["tests"]:
+        seen = [(one.name, answer) for one, answer in zip(chosen, answers, strict=True)]
+        write_drawn([*((name, "") for name in gone), *seen])
+    left = [one for one, answer in zip(chosen, answers, strict=True) if answer == SURVIVES]
     return max(fewer, _report(len(chosen), sorted(left), time.monotonic() - began))
 
 
@@ -404,59 +412,56 @@ class Asking:
     free: Queue[Worker]
 
     def first(self, number: int) -> str:
-        """Return what a mutant comes to with some of the tests that run its line; a known survivor is not asked."""
+        """Return what a mutant comes to with the test that saw it, then with some of those that run its line.
+
+        A known survivor is not asked.
+        """
         one = self.chosen[number]
         if one.name in survivors():
             return SURVIVES
         if (before := self.answers.before(one)) is not None:
             return before
-        some = self._some(number)
+        last = seen_by().get(one.name)
+        sound = coming_to(self.tests.get(one.module, {}), one.line).difference(self.unsound)
+        parts = [[last] if last in sound else [], self._some(number)]
         with taken(self.free) as worker:
-            seen = bool(some) and worker.sees(one.module, one.text, some)
-        word = SEEN if seen else PASSES
-        self.answers.add(one, word)
-        return word
+            tests = (self._sees(worker, one, part) for part in parts if part)
+            return self.answers.add(one, next(filter(None, tests), PASSES))
 
     def second(self, number: int) -> str:
         """Return what a mutant that passes comes to with all other tests that run its line; print one that survives."""
         one = self.chosen[number]
         apart = {*self._some(number), *self.unsound}
+        parts = others_of(self.tests.get(one.module, {}), one.line, self.seconds, apart)
         with taken(self.free) as worker:
-            parts = others_of(self.tests.get(one.module, {}), one.line, self.seconds, apart)
-            test = next(filter(None, (self._seeing(worker, one, part) for part in parts)), None)
-        word = SEEN if test else SURVIVES
-        self.answers.add(one, word)
-        sys.stdout.write(f"{one.name} # {test}\n" if test else f"{number} of {len(self.chosen)}: {_at(one)}\n")
-        sys.stdout.flush()
-        return word
+            seeing = ((part, self._sees(worker, one, part)) for part in parts)
+            answer = next((test for part, test in seeing if test and not worker.fails(part)), SURVIVES)
+        if answer == SURVIVES:
+            sys.stdout.write(f"{number} of {len(self.chosen)}: {_at(one)}\n")
+            sys.stdout.flush()
+        return self.answers.add(one, answer)
 
     @staticmethod
-    def _seeing(worker: Worker, one: Mutant, part: Sequence[str]) -> str | None:
-        """Return which test sees a mutant; ``None`` if none does, or they fail without it, too."""
-        if not worker.sees(one.module, one.text, part):
-            return None
-        test = worker.failing()
-        return None if worker.fails(part) else test or part[0]
+    def _sees(worker: Worker, one: Mutant, part: Sequence[str]) -> str | None:
+        """Return which test sees a mutant, the first one if they do not end; ``None`` if none does."""
+        return (worker.failing() or part[0]) if worker.sees(one.module, one.text, part) else None
 
     def _some(self, number: int) -> list[str]:
         one = self.chosen[number]
         lines = self.tests.get(one.module, {})
-        rare = seeing().get(one.name)
-        if rare in coming_to(lines, one.line):
-            return [rare]
         return asked_of(lines, one.line, self.seconds, self.unsound, random.Random(number))  # noqa: S311
 
 
-def _chosen(options: argparse.Namespace, tests: Tests) -> list[Mutant]:
-    """Return the mutants that are asked for; of those that are kept, the ones that have gone are printed."""
+def _chosen(options: argparse.Namespace, tests: Tests) -> tuple[list[Mutant], list[str]]:
+    """Return the mutants that are asked for, and the names of those in drawn.txt that have gone, which are printed."""
     from judges.mutants.drawing import drawn, found
 
     if options.count is not None or options.draw:
         lines = {module: set(by_line) for module, by_line in tests.items()}
-        return drawn(ROOT / COMPILER, options.count or COUNT, options.seed, lines)
-    chosen, gone = found(ROOT / COMPILER, DRAWN.read_text("utf-8").splitlines())
+        return drawn(ROOT / COMPILER, options.count or COUNT, options.seed, lines), []
+    chosen, gone = found(ROOT / COMPILER, [name for name, _ in drawn_before()])
     sys.stdout.write("".join(f"gone: {name}\n" for name in gone))
-    return chosen
+    return chosen, gone
 
 
 def _without(tests: Tests, free: Queue[Worker], options: argparse.Namespace) -> tuple[set[str], dict[str, float]]:
@@ -517,19 +522,27 @@ def _collected(over: Sequence[str]) -> set[str]:
 @cache
 def survivors() -> dict[str, str]:
     """Return the reason of each mutant that is known to survive, by its name."""
-    return _rows(KNOWN)
+    lines = KNOWN.read_text("utf-8").splitlines() if KNOWN.exists() else []
+    rows = (line.rpartition(" # ") for line in lines if line and not line.startswith("#"))
+    return {name: reason for name, _, reason in rows}
+
+
+def drawn_before() -> list[tuple[str, str]]:
+    """Return the names of the mutants that were drawn, each with the test that saw it last, or with nothing."""
+    rows = (line.partition("\t") for line in DRAWN.read_text("utf-8").splitlines())
+    return [(name, test) for name, _, test in rows]
 
 
 @cache
-def seeing() -> dict[str, str]:
-    """Return the test that sees a mutant, by its name, of those that others hardly see."""
-    return _rows(RARE)
+def seen_by() -> dict[str, str]:
+    """Return the test that saw a mutant last, by the name of that."""
+    return {name: test for name, test in drawn_before() if test}
 
 
-def _rows(path: Path) -> dict[str, str]:
-    lines = path.read_text("utf-8").splitlines()
-    rows = (line.rpartition(" # ") for line in lines if line and not line.startswith("#"))
-    return {name: said for name, _, said in rows}
+def write_drawn(rows: Iterable[tuple[str, str]]) -> None:
+    """Write down mutants by name, each with the test that saw it, if one did."""
+    lines = sorted(f"{name}\t{test}" if "::" in test else name for name, test in rows)
+    DRAWN.write_text("".join(f"{line}\n" for line in lines), "utf-8")
 
 
 def _at(one: Mutant) -> str:

@@ -5,31 +5,40 @@ from __future__ import annotations
 import ast
 import random
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
-from judges.mutants import forgetting, line_coverage
-from judges.mutants.drawing import modules, mutants
+from judges.mutants import forgetting, line_coverage, running
+from judges.mutants.drawing import Mutant, modules, mutants
 from judges.mutants.line_coverage import Room
-from judges.mutants.running import LEAST, LONGEST, MOST, PART, asked_of, others_of, seeing, survivors
+from judges.mutants.running import LEAST, LONGEST, MOST, PART, SURVIVES, Answers, asked_of, others_of, survivors
 from rosorin_compile.frontend.annotations import sections
-from support.paths import COMPILER, ROOT
+from support.paths import COMPILER
 
 
-@pytest.mark.parametrize("said", [survivors(), seeing()], ids=["survivors", "seen_by"])
-def test_what_is_said_of_a_mutant_is_of_one_of_today(said: dict[str, str]) -> None:
-    of = {name.partition(": ")[0] for name in said}
+def test_each_known_survivor_is_a_mutant_of_today_and_has_a_reason() -> None:
+    known = survivors()
+    of = {name.partition(": ")[0] for name in known}
     paths = {path.relative_to(COMPILER).as_posix(): path for path in modules(COMPILER)}
     made = {one.name for name in of if name in paths for one in mutants(paths[name].read_text("utf-8"), name)}
-    assert [name for name in said if name not in made] == []
-    assert [name for name, words in said.items() if not words] == []
+    assert [name for name in known if name not in made] == []
+    assert [name for name, reason in known.items() if not reason] == []
 
 
-def test_what_sees_a_mutant_that_others_hardly_see_is_a_test_of_today() -> None:
-    assert seeing().keys().isdisjoint(survivors())
-    for test in seeing().values():
-        file, _, name = test.partition("[")[0].partition("::")
-        assert f"def {name}(" in (ROOT / file).read_text("utf-8"), test
+def test_what_saw_a_mutant_is_kept_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "DRAWN", tmp_path / "drawn.txt")
+    test = "tests/test_b.py::test_x[1-a\\tb # c]"
+    running.write_drawn([("b.py: x", test), ("a.py: gone # y", ""), ("c.py: z", SURVIVES)])
+    assert running.drawn_before() == [("a.py: gone # y", ""), ("b.py: x", test), ("c.py: z", "")]
+
+
+def test_an_answer_is_kept_for_a_module_as_it_is(tmp_path: Path) -> None:
+    one = Mutant("a.py", 3, "number", "0", "1", "x = 1\n", "f: x = 0")
+    Answers(tmp_path / "kept").add(one, "tests/test_a.py::test_x")
+    again = Answers(tmp_path / "kept")
+    assert again.before(one) == "tests/test_a.py::test_x"
+    assert again.before(one._replace(text="y = 2\nx = 1\n")) is None
 
 
 def test_a_mutant_is_one_change_that_python_reads() -> None:

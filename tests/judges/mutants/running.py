@@ -141,20 +141,23 @@ def asked_of(
 def others_of(lines: Lines, line: int, seconds: Mapping[str, float], apart: Collection[str]) -> Iterator[list[str]]:
     """Yield all other tests that run a line, in parts that take a while each; none of ``apart``.
 
-    First come those of ``JUDGES``, which look at each number and name, then the quickest.
+    First come the quickest, then those of ``JUDGES``, which look at each number and name.
     """
-    part: list[str] = []
+    tests = sorted(coming_to(lines, line).difference(apart), key=lambda test: (seconds.get(test, 0.0), test))
+    quickest, *rest = _parts([test for test in tests if not test.startswith(JUDGES)], seconds) or [[]]
+    yield from filter(None, (quickest, *_parts([test for test in tests if test.startswith(JUDGES)], seconds), *rest))
 
-    def order(test: str) -> tuple[bool, float, str]:
-        return not test.startswith(JUDGES), seconds.get(test, 0.0), test
 
-    for test in sorted(coming_to(lines, line).difference(apart), key=order):
-        if part and sum(seconds.get(one, 0.0) for one in (*part, test)) > PART:
-            yield part
-            part = []
-        part.append(test)
-    if part:
-        yield part
+def _parts(tests: Sequence[str], seconds: Mapping[str, float]) -> list[list[str]]:
+    parts: list[list[str]] = []
+    spent = 0.0
+    for test in tests:
+        spent += seconds.get(test, 0.0)
+        if not parts or spent > PART:
+            parts.append([])
+            spent = seconds.get(test, 0.0)
+        parts[-1].append(test)
+    return parts
 
 
 class Worker:

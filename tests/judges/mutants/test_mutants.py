@@ -12,7 +12,7 @@ import pytest
 from judges.mutants import forgetting, line_coverage, running
 from judges.mutants.drawing import Mutant, modules, mutants
 from judges.mutants.line_coverage import Room
-from judges.mutants.running import LEAST, LONGEST, MOST, PART, SURVIVES, Answers, asked_of, others_of, survivors
+from judges.mutants.running import JUDGES, LEAST, LONGEST, MOST, PART, SURVIVES, Answers, asked_of, others_of, survivors
 from rosorin_compile.frontend.annotations import sections
 from support.paths import COMPILER
 
@@ -97,6 +97,10 @@ def test_what_survives_is_asked_of_all_others_the_quickest_first() -> None:
     assert [test for part in parts for test in part] == [*many[:3], *many[4:], "t3"]
     assert all(sum(seconds[test] for test in part) <= PART for part in parts[:-1])
     assert parts[-1] == ["t3"]
+    judges = [f"{JUDGES}test_planted.py::test_{word}" for word in "ab"]
+    parts = list(others_of({1: [*many, *judges]}, 1, {**seconds, judges[0]: 1.0}, ()))
+    assert [test for part in parts[:2] for test in part][-2:] == [judges[1], judges[0]]
+    assert len(parts[1]) == 2
     assert list(others_of(lines, 2, seconds, {"elsewhere"})) == list(others_of(lines, 3, seconds, ())) == []
 
 

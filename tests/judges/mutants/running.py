@@ -14,6 +14,7 @@ came to, so that a run that was stopped goes on; without its lines of ``survives
 from __future__ import annotations
 
 import argparse
+import ast
 import contextlib
 import hashlib
 import importlib
@@ -98,14 +99,27 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
     return {module: {line: sorted(some) for line, some in by_line.items()} for module, by_line in found.items()}
 
 
-def coming_to(lines: Lines, line: int) -> set[str]:
-    """Return the tests that run a line, or any of a module where it is run by the import of that.
+def import_lines(text: str) -> set[int]:
+    """Return the lines of a module that its import runs: all but those within functions."""
+    within = set[int]()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            within.update(range(node.body[0].lineno, (node.end_lineno or 0) + 1))
+    return set(range(1, text.count("\n") + 2)) - within
 
-    It is imported for the first test that needs it, which says little about what stands at its top.
+
+def with_imports(tests: Tests) -> Tests:
+    """Return the tests by line with all those of a module for the lines that its import runs.
+
+    It is imported for the first test that needs it, or before, which says little about what stands at its top.
     """
-    tests = set(lines.get(line, ()))
-    importing = set(lines[min(lines)]) if lines else set()
-    return set().union(*lines.values()) if tests and tests <= importing else tests
+    found: dict[str, Lines] = {}
+    for module, lines in tests.items():
+        path = ROOT / COMPILER / module
+        every = sorted(set().union(*lines.values()))
+        at_top = import_lines(path.read_text("utf-8")) if path.exists() else ()
+        found[module] = {**lines, **dict.fromkeys(at_top, every)}
+    return found
 
 
 def asked_of(
@@ -117,7 +131,7 @@ def asked_of(
     line of the module, rare ones first, the quickest test that runs both of each of some files of tests. ``seconds``
     are what each test takes.
     """
-    sound = coming_to(lines, line) - set(unsound)
+    sound = set(lines.get(line, ())) - set(unsound)
     every = {test for test in sound if seconds.get(test, 0.0) <= SLOW} or sound
 
     def quickness(test: str) -> tuple[float, str]:
@@ -143,7 +157,7 @@ def others_of(lines: Lines, line: int, seconds: Mapping[str, float], apart: Coll
 
     First come the quickest, then those of ``JUDGES``, which look at each number and name.
     """
-    tests = sorted(coming_to(lines, line).difference(apart), key=lambda test: (seconds.get(test, 0.0), test))
+    tests = sorted(set(lines.get(line, ())).difference(apart), key=lambda test: (seconds.get(test, 0.0), test))
     quickest, *rest = _parts([test for test in tests if not test.startswith(JUDGES)], seconds) or [[]]
     yield from filter(None, (quickest, *_parts([test for test in tests if test.startswith(JUDGES)], seconds), *rest))
 
@@ -377,7 +391,7 @@ def _fewer(options: argparse.Namespace, folder: Path) -> int:
 
 
 def _told(options: argparse.Namespace, folder: Path) -> int:
-    tests = _kept(options.covered, folder, options.over)
+    tests = with_imports(_kept(options.covered, folder, options.over))
     fewer = _fewer(options, folder)
     chosen, gone = _chosen(options, tests)
     if options.draw:
@@ -425,7 +439,7 @@ class Asking:
         if (before := self.answers.before(one)) is not None:
             return before
         last = seen_by().get(one.name)
-        sound = coming_to(self.tests.get(one.module, {}), one.line).difference(self.unsound)
+        sound = set(self.tests.get(one.module, {}).get(one.line, ())).difference(self.unsound)
         parts = [[last] if last in sound else [], self._some(number)]
         with taken(self.free) as worker:
             tests = (self._sees(worker, one, part) for part in parts if part)

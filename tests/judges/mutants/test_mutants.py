@@ -12,7 +12,20 @@ import pytest
 from judges.mutants import forgetting, line_coverage, running
 from judges.mutants.drawing import Mutant, modules, mutants
 from judges.mutants.line_coverage import Room
-from judges.mutants.running import JUDGES, LEAST, LONGEST, MOST, PART, SURVIVES, Answers, asked_of, others_of, survivors
+from judges.mutants.running import (
+    JUDGES,
+    LEAST,
+    LONGEST,
+    MOST,
+    PART,
+    SURVIVES,
+    Answers,
+    asked_of,
+    import_lines,
+    others_of,
+    survivors,
+    with_imports,
+)
 from rosorin_compile.frontend.annotations import sections
 from support.paths import COMPILER
 
@@ -65,10 +78,15 @@ def test_the_tests_that_are_asked_come_to_each_line_of_the_module() -> None:
 
 
 def test_of_what_the_import_of_a_module_runs_all_its_tests_are_asked() -> None:
-    lines = {1: ["first"], 3: ["first"], 7: ["t1", "t2"], 8: ["t2", "first"]}
-    assert set(asked_of(lines, 3, {}, {"t1"}, random.Random(1))) == {"first", "t2"}  # noqa: S311
-    assert set(asked_of(lines, 8, {}, (), random.Random(1))) == {"first", "t2"}  # noqa: S311
-    assert asked_of(lines, 7, {}, (), random.Random(1)) == ["t1", "t2"]  # noqa: S311
+    head = "A = 1\n@cache\ndef f(\n    a=2,\n):\n    return a\n"
+    text = f"{head}class C:\n    b: int = 3\n    def g(self):\n        return A\n"
+    assert import_lines(text) == {1, 2, 3, 4, 5, 7, 8, 9, 11}
+    module = "rosorin_compile/frontend/expand/mirroring.py"
+    lines = (COMPILER / module).read_text("utf-8").splitlines()
+    axes, inside = (next(n for n, line in enumerate(lines, 1) if line.startswith(begin)) for begin in ("AXES", "    "))
+    found = with_imports({module: {inside: ["t1"], inside + 1: ["t2"]}, "gone.py": {1: ["t3"]}})
+    assert found[module][axes] == ["t1", "t2"]
+    assert (found[module][inside], found["gone.py"]) == (["t1"], {1: ["t3"]})
 
 
 def test_the_quickest_tests_are_asked_and_no_more_than_take_their_time() -> None:

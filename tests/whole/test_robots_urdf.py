@@ -97,9 +97,7 @@ def _in_mujoco(plain: bytes, source: Path, brought: Brought) -> list[str]:
     if why is not None:
         return [] if any(words in why[1] for words, _ in WITHOUT_MJCF) else [why[0]]
     model = mujoco.MjModel.from_xml_path(str(brought.artifact(".xml")))
-    there = [(link, kind) for (link, kind, _), (_, file) in meshes(plain, source).items() if file is not None]
-    bare = {one.get("name") for one in ET.fromstring(plain).findall("link") if one.find("visual") is None}
-    count = sum(2 if link in bare else 1 for link, _ in there)  # what has no visual is seen by its collisions
+    count = sum(file is not None for _, file in meshes(plain, source).values())
     ours = int(np.sum(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH))
     return [f"{count} shapes have a mesh that is there, {ours} in the MJCF"] if count != ours else []
 

@@ -440,10 +440,10 @@ class Asking:
             return before
         last = seen_by().get(one.name)
         sound = set(self.tests.get(one.module, {}).get(one.line, ())).difference(self.unsound)
-        parts = [[last] if last in sound else [], self._some(number)]
         with taken(self.free) as worker:
-            tests = (self._sees(worker, one, part) for part in parts if part)
-            return self.answers.add(one, next(filter(None, tests), PASSES))
+            test = self._sees(worker, one, [last] if last in sound else [])
+            test = test or self._sees(worker, one, self._some(number))
+        return self.answers.add(one, test or PASSES)
 
     def second(self, number: int) -> str:
         """Return what a mutant that passes comes to with all other tests that run its line; print one that survives."""
@@ -461,7 +461,7 @@ class Asking:
     @staticmethod
     def _sees(worker: Worker, one: Mutant, part: Sequence[str]) -> str | None:
         """Return which test sees a mutant, the first one if they do not end; ``None`` if none does."""
-        return (worker.failing() or part[0]) if worker.sees(one.module, one.text, part) else None
+        return (worker.failing() or part[0]) if part and worker.sees(one.module, one.text, part) else None
 
     def _some(self, number: int) -> list[str]:
         one = self.chosen[number]

@@ -6,7 +6,7 @@ what they return (docs/python.md), and what a plug-in is made of (docs/extend.md
 nothing.
 """
 
-from typing import TYPE_CHECKING
+TYPE_CHECKING = False  # as typing has it, without the import: until __main__ runs, a Ctrl-C is answered by Python
 
 __version__ = "0.3.0"
 

@@ -97,7 +97,8 @@ def files(folder: Path) -> dict[str, bytes]:
 def tried(package: Path, fails: bool = False) -> str:
     """Run the test that was written as people run it; return what it says."""
     words = [sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", str(package / "test")]
-    environment = {**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}", "PYTHONDONTWRITEBYTECODE": "1"}
+    own = {"PYTHONDONTWRITEBYTECODE": "1", "PYTEST_DEBUG_TEMPROOT": str(package.parent)}
+    environment = {**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}", **own}
     done = subprocess.run(words, cwd=package, env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode != 0) == fails, done.stdout + done.stderr
     return done.stdout

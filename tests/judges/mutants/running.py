@@ -96,6 +96,8 @@ def covering(folder: Path, over: Sequence[str]) -> Tests:
                 module = Path(path).relative_to(ROOT / COMPILER).as_posix()
                 for line in (8 * at + bit for at, byte in enumerate(bits) for bit in range(8) if byte & (1 << bit)):
                     found.setdefault(module, {}).setdefault(line, set()).add(test)
+    if not found:
+        raise RuntimeError("no test runs a line of this tree: install it with pip install -e")
     return {module: {line: sorted(some) for line, some in by_line.items()} for module, by_line in found.items()}
 
 

@@ -53,6 +53,13 @@ FREE = {
 FREE |= {"PULSE", "VALUE", "PLACE", "TOPIC", "SPDX", "URL", "ADDRESS", "VIEW", "WxH", "X.Y.Z", "NOTE", "'NAME <MAIL>'"}
 
 
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the completion take its time, and forget what it took in other tests: a machine may be busy."""
+    monkeypatch.setattr(robot_names, "PATIENCE", 60)
+    robot_names._spent.clear()
+
+
 def words(line: str, *more: str) -> list[str]:
     """Return what may stand at the end of a line."""
     forget()  # a process answers once

@@ -6,7 +6,7 @@ what they return (docs/python.md), and what a plug-in is made of (docs/extend.md
 nothing.
 """
 
-TYPE_CHECKING = False  # as typing has it, without the import: until __main__ runs, a Ctrl-C is answered by Python
+TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C would end in a traceback
 
 __version__ = "0.3.0"
 

@@ -57,13 +57,12 @@ FREE |= {"PULSE", "VALUE", "PLACE", "TOPIC", "SPDX", "URL", "ADDRESS", "VIEW", "
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the completion take its time, and forget what it took in other tests: a machine may be busy."""
     monkeypatch.setattr(robot_names, "PATIENCE", 60)
-    robot_names._spent.clear()
+    monkeypatch.setattr(robot_names, "_spent", [])
 
 
 def words(line: str, *more: str) -> list[str]:
     """Return what may stand at the end of a line."""
     forget()  # a process answers once
-    robot_names._spent.clear()
     *before, current = [*line.split(" "), *more]
     return [one.word for one in candidates(before, current, OURS)]
 

@@ -1,6 +1,6 @@
 """Writes anew what is committed and made by a program; the difference is then read like any other change.
 
-python tests/renew.py docs | schema | surface | planted | goldens | from-xacro | findings | upgrade
+python tests/renew.py docs | schema | planted | goldens | from-xacro | findings
 python tests/renew.py imported | translated | pictures [NAME...]
 """
 
@@ -15,14 +15,12 @@ from support.paths import DOCS, TESTS
 WRITERS = {
     "docs": "docs/test_docs.py",
     "schema": "support/generated.py",
-    "surface": "surface/test_surface.py",
     "planted": "judges/planted/test_planted.py",
     "goldens": "judges/goldens/test_goldens.py",
     "from-xacro": "support/xacro_page.py",
     "imported": "importing/test_import_golden.py",
     "translated": "importing/test_translated.py",
     "findings": "verify/test_verify_faults.py",
-    "upgrade": "support/upgrade.py",
     "pictures": "view/picture/test_picture_committed.py",
 }
 

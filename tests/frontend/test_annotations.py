@@ -7,43 +7,12 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.frontend.accepting import names_at
-from rosorin_compile.frontend.annotations import Node, merged, of_parts, sections
+from rosorin_compile.frontend.annotations import merged, of_parts
 from rosorin_compile.frontend.expand.naming import names_of
 from rosorin_compile.frontend.expand.placing import placed
 from rosorin_compile.frontend.load import load_mapping
 from rosorin_compile.frontend.mentions import mentions
 from rosorin_compile.frontend.tree import Instance, Map
-from support.naming import ANY, EACH, KEY, Place, places, steps
-
-# Names that are told by the validator, and those that hardware brings itself.
-OTHERWISE = {"accept[].rule": "", "outputs.*.backend": "", "control.*.sensors.KEY": "hardware sensor"}
-CONDITIONS = "mode"  # stand in a text that is a condition
-
-
-def node_at(path: str) -> Node | None:
-    """Return what the schema says at a place that is written as the lists of names write it."""
-    first, *rest = steps(path)
-    node = sections().get(first)
-    for step in rest:
-        if node is None:
-            return None
-        node = {KEY: node.keys, ANY: node.others, EACH: node.items}.get(step, node.at(step))
-    return node
-
-
-@pytest.mark.parametrize("place", places(), ids=lambda place: place.path)
-def test_the_schema_says_what_is_named_at_each_place(place: Place) -> None:
-    node = node_at(place.path)
-    kind = OTHERWISE.get(place.path, place.kind)
-    if kind == CONDITIONS and not place.gives:
-        assert node is not None
-        assert node.inside == "condition"
-    elif kind:
-        assert node is not None
-        assert (node.gives or node.names) == kind
-        assert bool(node.gives) == (place.gives or place.path in OTHERWISE)
-    else:
-        assert node is None
 
 
 def tree(folder: Path, text: str) -> Map:

@@ -17,7 +17,6 @@ from pathlib import Path
 import pytest
 
 from support.paths import OUTPUTS, ROOT
-from support.upgrade import files
 
 VERSIONS = ("3.10", "3.11", "3.12", "3.13", "3.14")  # Humble and JetPack 6, Debian 12, Jazzy, and what comes
 ARTIFACTS = 16
@@ -67,6 +66,12 @@ def test_interpreters_and_bounds_are_found() -> None:
     assert interpreter("2.999") is None
     assert here not in VERSIONS or interpreter(here) is None or Path(interpreter(here) or "").exists()
     assert [one.partition("==")[0] for one in bounds("simulate")] == ["mujoco", "numpy"]
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """Return the bytes of all files below a folder by relative POSIX name."""
+    found = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
 
 
 @pytest.fixture(scope="module")

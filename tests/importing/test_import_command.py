@@ -364,7 +364,7 @@ def test_mjcf_keeps_how_its_base_stands(here: Path, capsys: pytest.CaptureFixtur
     assert "{name: tyre, cylinder: {radius: 0.1, length: 0.04}, rpy: [90 deg, 0, 0]}" in text
 
 
-@pytest.mark.landing("changes", "turtlebot3_burger")
+@pytest.mark.landing("fuzz", "turtlebot3_burger")
 @pytest.mark.parametrize("name", ["turtlebot3_burger", "unitree_a1", "ur5e"])
 def test_examples_come_in(here: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("xacro")

@@ -576,7 +576,7 @@ def test_colcon_installs_the_description_and_runs_the_test(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("each", [3, pytest.param(1, marks=pytest.mark.tier("kills"))], ids=["some", "all"])
+@pytest.mark.parametrize("each", [3, pytest.param(1, marks=pytest.mark.tier("builds"))], ids=["some", "all"])
 def test_a_package_is_as_it_was_or_whole_after_a_kill(package: Path, each: int) -> None:
     before = files(package)
     assert into(package) == 0

@@ -281,7 +281,7 @@ def changed(root: ElementTree.Element, chance: random.Random) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.landing("changes", str(AT_A_LANDING))
+@pytest.mark.landing("fuzz", str(AT_A_LANDING))
 @pytest.mark.parametrize("changes", [AT_A_LANDING, CHANGES])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_whatever_a_stranger_writes_comes_out_again(name: str, changes: int, tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def test_some_rows_of_the_table_are_translated_or_flattened_with_a_reason() -> N
     assert {outcome(case) for case in CASES[::6]} == {"kept", "in part", ""}
 
 
-@pytest.mark.tier("changes")
+@pytest.mark.tier("fuzz")
 def test_every_row_of_the_table_is_translated_or_flattened_with_a_reason() -> None:
     found = {case.name: outcome(case) for case in CASES}
     assert Counter(found.values()) == {"kept": 62, "in part": 11, "": 14}, found

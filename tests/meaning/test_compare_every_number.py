@@ -270,7 +270,7 @@ def test_a_change_of_any_number_is_seen_where_it_is_carried_and_only_there(
     check(leaf, small, copy, committed)
 
 
-@pytest.mark.tier("changes")
+@pytest.mark.tier("fuzz")
 @given(ANY_LEAF, st.booleans())
 @settings(max_examples=1_000, deadline=None)
 def test_a_change_of_many_numbers_is_seen_where_it_is_carried(

@@ -148,7 +148,7 @@ def test_what_is_planted_in_a_few_robots_is_told(seed: int, way: Callable[[Robot
     way(robot_of(chance), chance)
 
 
-@pytest.mark.tier("changes")
+@pytest.mark.tier("fuzz")
 @pytest.mark.parametrize("start", range(0, 8000, 500))
 def test_many_changes_of_any_robot_are_told(start: int) -> None:
     for seed in range(start, start + 500):
@@ -157,7 +157,7 @@ def test_many_changes_of_any_robot_are_told(start: int) -> None:
             way(robot_of(chance), chance)
 
 
-@pytest.mark.tier("changes")
+@pytest.mark.tier("fuzz")
 @pytest.mark.parametrize("start", range(0, 1000, 100))
 def test_many_changes_of_the_robots_of_the_repository_are_told(start: int) -> None:
     for seed in range(start, start + 100):

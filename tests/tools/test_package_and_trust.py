@@ -38,7 +38,7 @@ COMMANDS = (
 )
 
 
-@pytest.mark.landing("changes", "all", "diff cell cell", "tf cell gripper tip")
+@pytest.mark.landing("fuzz", "all", "diff cell cell", "tf cell gripper tip")
 @pytest.mark.slow
 @pytest.mark.usefixtures("project")
 @pytest.mark.parametrize("command", COMMANDS)

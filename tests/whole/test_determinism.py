@@ -22,7 +22,7 @@ ORDERED = ("joints", "sensors", "use")
 REPEATED = "for"
 
 
-@pytest.mark.landing("changes", "4711-tr_TR.UTF-8-UTC")
+@pytest.mark.landing("fuzz", "4711-tr_TR.UTF-8-UTC")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "locale", "zone"), [("0", "C", "UTC"), ("1", "de_DE.UTF-8", "Asia/Tokyo"), ("4711", "tr_TR.UTF-8", "UTC")]
@@ -61,7 +61,7 @@ def test_order_of_keys_that_carry_none_changes_nothing(tmp_path: Path, ordered: 
     check_order(tmp_path, ordered, seed)
 
 
-@pytest.mark.tier("changes")
+@pytest.mark.tier("fuzz")
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 2**32))
 def test_no_order_of_many_changes_anything(tmp_path: Path, ordered: dict[str, str], seed: int) -> None:

@@ -84,7 +84,7 @@ def test_any_numbers(tmp_path: Path, changes: dict[int, str]) -> None:
     told(tmp_path, changes)
 
 
-@pytest.mark.tier("numbers")
+@pytest.mark.tier("fuzz")
 @pytest.mark.parametrize("number", range(len(NUMBERS)))
 def test_each_number_at_each_extreme(tmp_path: Path, number: int) -> None:
     for value in EXTREME:

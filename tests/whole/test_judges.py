@@ -113,7 +113,7 @@ def answers(answer: dict[str, object], remark: Remark) -> bool:
     return same and fnmatch(remark.file, str(answer["file"])) and (of is None or remark.of <= set(of))  # type: ignore[call-overload]
 
 
-@pytest.mark.tier("judges")
+@pytest.mark.tier("engines")
 @needs_judges
 @pytest.mark.slow
 def test_each_remark_on_an_example_is_answered(tmp_path: Path) -> None:
@@ -123,13 +123,13 @@ def test_each_remark_on_an_example_is_answered(tmp_path: Path) -> None:
 
 
 @needs_judges
-@pytest.mark.tier("judges")
+@pytest.mark.tier("engines")
 def test_each_remark_is_answered(told: list[Remark]) -> None:
     assert unanswered(told) == []
 
 
 @needs_judges
-@pytest.mark.tier("judges")
+@pytest.mark.tier("engines")
 def test_each_answer_is_needed(told: list[Remark]) -> None:
     for answer in ANSWERS:
         met = [remark for remark in told if answers(answer, remark)]

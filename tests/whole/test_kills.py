@@ -205,12 +205,12 @@ def run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, only: str = ""
 # Of commands whose kills are alike one at a landing, the other with all of them.
 SOME = [
     ("deploy", "rename"),
-    pytest.param("sweep --prune", "rename", marks=pytest.mark.tier("kills")),
+    pytest.param("sweep --prune", "rename", marks=pytest.mark.tier("builds")),
     ("print -o", ""),
 ]
 
 
-@pytest.mark.landing("kills", "print -o-")
+@pytest.mark.landing("builds", "print -o-")
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "only"), SOME)
 def test_some_kills(name: str, only: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -218,7 +218,7 @@ def test_some_kills(name: str, only: str, tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.slow
-@pytest.mark.tier("kills")
+@pytest.mark.tier("builds")
 @pytest.mark.parametrize("name", CASES)
 def test_every_kill(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]

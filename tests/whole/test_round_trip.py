@@ -89,7 +89,7 @@ def star(count: int) -> str:
     return f'<robot name="star"><link name="hub"/>{links}{joints}</robot>'
 
 
-@pytest.mark.landing("changes", "100 children")
+@pytest.mark.landing("fuzz", "100 children")
 @pytest.mark.parametrize("text", [chain(300), star(100)], ids=["chain of 300", "100 children"])
 def test_large_robots(text: str) -> None:
     Path("robot.urdf").write_text(text, "utf-8")

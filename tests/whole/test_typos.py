@@ -51,7 +51,7 @@ def unheard(found: Sequence[Told]) -> list[str]:
     return [one.typo for one in found if not one.said and not one.exception and not legal(one.typo)]
 
 
-@pytest.mark.landing("typos", "rosorin", "porter")
+@pytest.mark.landing("fuzz", "rosorin", "porter")
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_some_typos(robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,7 +65,7 @@ def test_some_typos(robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert len([one for one in found if one.said and not one.is_right]) < 2
 
 
-@pytest.mark.tier("typos")
+@pytest.mark.tier("fuzz")
 def test_every_typo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     found = list(everything(tmp_path))

@@ -104,7 +104,7 @@ def _told(robot: Robot, artifact: Artifact, change: Planted) -> Told:
 
 
 LISTS = {"told": some, "each_kind": of_each_kind}
-BOTH = pytest.mark.parametrize("name", ["told", pytest.param("each_kind", marks=pytest.mark.tier("changes"))])
+BOTH = pytest.mark.parametrize("name", ["told", pytest.param("each_kind", marks=pytest.mark.tier("fuzz"))])
 
 
 def rows(told: Sequence[Told]) -> list[str]:

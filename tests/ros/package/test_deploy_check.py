@@ -61,7 +61,7 @@ def test_check_of_a_whole_project(base: Path) -> None:
     assert check(base) == 0
 
 
-@pytest.mark.landing("changes", "not xml")
+@pytest.mark.landing("fuzz", "not xml")
 @pytest.mark.parametrize("damage", ["", "not xml", "<robot name='x'/>", "\0"])
 def test_damaged_copies_are_said_and_mended(base: Path, damage: str, capsys: pytest.CaptureFixture[str]) -> None:
     (base / "urdf/rosorin.urdf").write_text(damage)

@@ -38,7 +38,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.landing("changes", "rosorin.xml")
+@pytest.mark.landing("fuzz", "rosorin.xml")
 @pytest.mark.slow
 @pytest.mark.parametrize("file", ["rosorin.urdf", "rosorin_sim.urdf", "rosorin.xml", "robot_model.json"])
 def test_the_artifacts_of_the_reference_robot_are_that_robot(file: str) -> None:

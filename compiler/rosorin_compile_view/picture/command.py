@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from rosorin_compile.diagnostics import Console, Progress, error, pip_install
 from rosorin_compile.extending import (
@@ -33,19 +32,6 @@ if TYPE_CHECKING:
 _USAGE = "rosorin-compile picture ROBOT -o FILE"
 _SIZE = re.compile(r"([0-9]{1,5})[xX]([0-9]{1,5})")
 _SMALLEST, _LARGEST = 16, 8192  # pixels
-
-
-class Options(NamedTuple):
-    """The contents and the look of a picture."""
-
-    visual: bool
-    collision: bool
-    frames: Sequence[str]
-    direction: Vector
-    width: int
-    height: int
-    transparent: bool
-    theme: str
 
 
 def options(command: Parser) -> None:
@@ -113,9 +99,7 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"{description.name}: a robot with errors is not drawn")
         return PROBLEMS
     robot = looked.shown.robot
-    frames, visual = _frames(robot, options), robot.has_looks
-    collision = options.collision or not visual
-    drawn = Options(visual, collision, frames, direction, *size, options.transparent, options.theme)
+    frames = _frames(robot, options)
     missing = _missing_package(robot)
     if missing:
         help = f"{pip_install('view')} installs the packages that draw pictures"
@@ -126,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
     if state is None:
         return PROBLEMS
     try:
-        file = picture(looked.shown, robot.poses_in_root(state), drawn, console, _progress)
+        file = _picture(looked.shown, robot.poses_in_root(state), frames, direction, size, options, console)
         write_file(target, file, looked.files, None if options.force else Holding.wrote)
     except MemoryError:
         console.warn(f"{robot.name} cannot be drawn: out of memory; --collision draws simpler shapes")
@@ -140,37 +124,36 @@ def run(options: argparse.Namespace) -> int:
     return FINE
 
 
-def _progress(done: int, total: int) -> None:
-    Progress.step("drawing", done, total, counted=False)
-
-
-def picture(
+def _picture(
     shown: Shown,
     poses: Mapping[str, Transform],
-    options: Options,
+    frames: Sequence[str],
+    direction: Vector,
+    size: tuple[int, int],
+    options: argparse.Namespace,
     console: Console,
-    progress: Callable[[int, int], None],
 ) -> bytes:
-    """Return the PNG file of a robot whose links have these poses in the root frame.
-
-    Meshes that cannot be read are reported and left out.
-    """
+    """Return the PNG file of a robot whose links have these poses in the root frame."""
     from .camera import Box, Camera
     from .labels import draw_frames
     from .png import png
     from .render import THEMES, Scene, render
     from .triangles import pieces
 
+    def progress(done: int, total: int) -> None:
+        Progress.step("drawing", done, total, counted=False)
+
     robot, theme = shown.robot, THEMES[options.theme]
-    found = pieces(robot, poses, _meshes(shown, console), options.visual, options.collision)
+    visual = robot.has_looks
+    found = pieces(robot, poses, _meshes(shown, console), visual, options.collision or not visual)
     corners = [corner for piece in found for corner in (piece.box.lower, piece.box.upper)]
     box = Box.around(corners or [pose.xyz for pose in poses.values()])
-    camera = Camera.fitted(box, options.direction, options.width, options.height)
+    camera = Camera.fitted(box, direction, *size)
     pixels = render(Scene.of(found, box, theme), camera, options.transparent, progress)
     has_shapes = any(piece.visible for piece in found)
-    frames = options.frames or ([] if has_shapes else list(poses))
-    size = max(box.diagonal, 0.05) * (1.0 if has_shapes else 2.0)
-    draw_frames(pixels, {name: poses[name] for name in frames}, camera, size, theme)
+    chosen = frames or ([] if has_shapes else list(poses))
+    axis_scale = max(box.diagonal, 0.05) * (1.0 if has_shapes else 2.0)
+    draw_frames(pixels, {name: poses[name] for name in chosen}, camera, axis_scale, theme)
     return png(pixels, f" picture: the robot {robot.name}")
 
 
@@ -243,14 +226,13 @@ def _check(target: Path, force: bool) -> None:
 
     if target.suffix.lower() != ".png":
         raise WrongUsage(f'{target}: unsupported picture format "{target.suffix}": use .png')
-    if not os.path.exists(target):
-        return
-    if not os.path.isfile(target):
-        raise WrongUsage(f"{target} cannot be written: it is not a regular file")
     try:
-        ours = force or Holding.wrote(target)
+        exists, is_file = target.exists(), target.is_file()
+        ours = force or not is_file or Holding.wrote(target)
     except OSError:
-        ours = False
+        return  # it is reported when the file is written
+    if exists and not is_file:
+        raise WrongUsage(f"{target} cannot be written: it is not a regular file")
     if not ours:
         raise WrongUsage(f"{target} exists and was not written by this tool: name another file, or add --force")
 

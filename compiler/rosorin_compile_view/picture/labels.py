@@ -77,9 +77,9 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
     """
     origins: list[tuple[float, float, str]] = []
     length = _AXIS_LENGTH * size
+    ends = ((0.0, 0.0, 0.0), (length, 0.0, 0.0), (0.0, length, 0.0), (0.0, 0.0, length))
     for name, pose in frames.items():
-        ends = [pose.apply(end) for end in ((0.0, 0.0, 0.0), (length, 0.0, 0.0), (0.0, length, 0.0), (0.0, 0.0, length))]
-        x, y, depth = camera.project(np.array(ends))
+        x, y, depth = camera.project(np.array([pose.apply(end) for end in ends]))
         if (depth > 0).all():
             origin, *tips = zip(x.round(2).tolist(), y.round(2).tolist(), strict=True)
             origins.append((*origin, name))

@@ -29,10 +29,11 @@ def png(pixels: NDArray[np.uint8], comment: str = "") -> bytes:
 
 def _filtered(pixels: NDArray[np.uint8], first: int) -> bytes:
     """Return rows from ``first`` on, each with the number of the filter that leaves the smallest differences."""
-    columns, channels = pixels.shape[1:]
+    channels = pixels.shape[2]
     block = np.pad(pixels[max(first - 1, 0) : first + _ROWS], ((0 if first else 1, 0), (1, 0), (0, 0)))
     block = block.reshape(len(block), -1).astype(np.int16)
-    here, left, up, corner = (block[1:, channels:], block[1:, :-channels], block[:-1, channels:], block[:-1, :-channels])
+    here, left = block[1:, channels:], block[1:, :-channels]
+    up, corner = block[:-1, channels:], block[:-1, :-channels]
     guess = left + up - corner
     a, b, c = abs(guess - left), abs(guess - up), abs(guess - corner)
     paeth = np.where((a <= b) & (a <= c), left, np.where(b <= c, up, corner))

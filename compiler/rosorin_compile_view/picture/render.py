@@ -56,11 +56,6 @@ _DISC = [(math.sqrt((i + 0.5) / 36), 2.399963 * i) for i in range(_FINE**2 * _TA
 _DISC_POINTS = np.array([(radius * math.cos(angle), radius * math.sin(angle)) for radius, angle in _DISC])
 
 
-def _rgb(text: str) -> Rgb:
-    red, green, blue = bytes.fromhex(text)
-    return red, green, blue
-
-
 class Theme(NamedTuple):
     """The colours around a robot, as on the page; ``shadow`` is the opacity of the shadow on the floor."""
 
@@ -73,9 +68,14 @@ class Theme(NamedTuple):
     shadow: float
 
 
+def _theme(colours: str, shadow: float) -> Theme:
+    horizon, zenith, floor, grid, label, halo = ((r, g, b) for r, g, b in map(bytes.fromhex, colours.split()))
+    return Theme(horizon, zenith, floor, grid, label, halo, shadow)
+
+
 THEMES = {
-    "light": Theme(*map(_rgb, ("f3f5f8", "fdfdfe", "e6eaef", "b9c2cd", "1f2933", "ffffff")), shadow=0.22),
-    "dark": Theme(*map(_rgb, ("171b21", "1d2229", "1f252d", "3a4450", "e6eaf0", "171b21")), shadow=0.45),
+    "light": _theme("f3f5f8 fdfdfe e6eaef b9c2cd 1f2933 ffffff", shadow=0.22),
+    "dark": _theme("171b21 1d2229 1f252d 3a4450 e6eaf0 171b21", shadow=0.45),
 }
 
 # Python's own powers in a table, because those of numpy differ between machines in the last digit.
@@ -106,7 +106,8 @@ class Grid(NamedTuple):
     """Triangles that are projected onto a grid of samples; the centre of a sample is at (column + 0.5, row + 0.5).
 
     ``x`` and ``y`` (n, 3) are in 1/16 of a sample, ``area`` (n,) is twice the signed area. The weight of corner k in
-    a point of a triangle is ``weights[:, k] @ (x, y, 1)``. ``near`` (n, 3) grows towards the camera.
+    a point of a triangle is ``weights[:, k] @ (x, y, 1)``. ``near`` (n, 3) grows towards the camera; between the
+    corners it is ``plane @ (x, y, 1)``, which is not rounded, so that triangles in one plane are equally near.
     """
 
     x: Ints
@@ -114,17 +115,16 @@ class Grid(NamedTuple):
     area: Ints
     weights: Floats
     near: Floats
+    plane: Floats
 
     @staticmethod
     def of(x: Floats, y: Floats, near: Floats) -> Grid:
         """Return triangles whose corners are at x and y (n, 3), in samples."""
-        whole_x, whole_y = (np.rint(values * _STEPS).astype(np.int64) for values in (x, y))
-        (ax, bx, cx), (ay, by, cy) = whole_x.T, whole_y.T
+        rounded_x, rounded_y = (np.rint(values * _STEPS).astype(np.int64) for values in (x, y))
+        (ax, bx, cx), (ay, by, cy) = rounded_x.T, rounded_y.T
         area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-        next_x, last_x, next_y, last_y = (np.roll(v, shift, 1) for v in (whole_x, whole_y) for shift in (-1, -2))
-        lines = ((next_y - last_y) * _STEPS, (last_x - next_x) * _STEPS, next_x * last_y - last_x * next_y)
-        weights = np.stack(lines, axis=-1) / np.where(area == 0, 1, area)[:, None, None]
-        return Grid(whole_x, whole_y, area, weights, near)
+        plane = (_weights(x, y) * near[..., None]).sum(axis=1)
+        return Grid(rounded_x, rounded_y, area, _weights(rounded_x / _STEPS, rounded_y / _STEPS), near, plane)
 
     def visible(self, chosen: Ints, columns: int, first: int, end: int) -> Ints:
         """Return the largest key of each sample in the rows from ``first`` to ``end``, or -1."""
@@ -144,14 +144,16 @@ class Grid(NamedTuple):
         chosen = chosen[(top <= end * _STEPS) & (bottom >= first * _STEPS) & (self.area[chosen] != 0)]
         for start in range(0, len(chosen), 20_000):
             triangle, row, left, length = self._spans(chosen[start : start + 20_000], columns, first, end)
-            a, b, c = ((self.weights[triangle, :, i] * self.near[triangle]).sum(axis=1) for i in range(3))
+            a, b, c = self.plane[triangle].T
+            lowest, highest = ((f(self.near[triangle], axis=1) - low) * scale for f in (np.min, np.max))
             nearness = (a * (left + 0.5) + b * (row + 0.5) + c - low) * scale
             slope, place, low_half = a * scale, (row - first) * columns + left, _LAST - triangle
             cuts = np.searchsorted(np.cumsum(length), np.arange(_CHUNK, int(length.sum()), _CHUNK))
             for part in np.split(np.arange(len(length)), cuts):
                 of, step = _repeated(length[part])
                 of = part[of]
-                depth = np.clip(np.rint(nearness[of] + slope[of] * step), 0, _DEPTHS).astype(np.int64)
+                depth = np.clip(nearness[of] + slope[of] * step, lowest[of], highest[of])
+                depth = np.rint(depth).astype(np.int64)
                 yield place[of] + step, (depth << 32) | low_half[of]
 
     def _spans(self, chosen: Ints, columns: int, first: int, end: int) -> tuple[Ints, Ints, Ints, Ints]:
@@ -176,6 +178,16 @@ class Grid(NamedTuple):
             right = np.where((slope == 0) & (value < 0), -1, right)
         covered = left <= right
         return chosen[of[covered]], row[covered], left[covered], (right - left + 1)[covered]
+
+
+def _weights(x: Floats, y: Floats) -> Floats:
+    """Return lines (n, 3, 3), of which line k is 1 at corner k of a triangle and 0 at the others."""
+    next_x, last_x, next_y, last_y = (np.roll(v, shift, 1) for v in (x, y) for shift in (-1, -2))
+    constant = next_x * last_y - last_x * next_y
+    area = constant.sum(axis=1, keepdims=True)
+    lines = np.stack([next_y - last_y, last_x - next_x, constant], axis=-1)
+    weights: Floats = lines / np.where(area == 0, 1.0, area)[..., None]
+    return weights
 
 
 def _repeated(counts: Ints) -> tuple[Ints, Ints]:
@@ -266,9 +278,7 @@ class Scene(NamedTuple):
         return max(self.box.diagonal, 0.05)
 
 
-def render(
-    scene: Scene, camera: Camera, transparent: bool, progress: Callable[[int, int], None] = lambda done, total: None
-) -> NDArray[np.uint8]:
+def render(scene: Scene, camera: Camera, transparent: bool, progress: Callable[[int, int], None]) -> NDArray[np.uint8]:
     """Return the pixels of a picture: (rows, columns, 3), or with an alpha channel where it is transparent.
 
     ``progress`` is called with the number of finished rows and of all rows.
@@ -291,9 +301,8 @@ def render(
             triangle = _LAST - (numbers & _LAST)
             opacity = scene.opacity[triangle, None]
             colour = _shade(scene, camera, grid, triangle, places % columns, places // columns + first * _FINE)
-            samples[places] = np.pad(colour, ((0, 0), (0, 1)), constant_values=1.0) * opacity + samples[places] * (
-                1.0 - opacity
-            )
+            colour = np.pad(colour, ((0, 0), (0, 1)), constant_values=1.0)
+            samples[places] = colour * opacity + samples[places] * (1.0 - opacity)
         band = samples.reshape(end - first, _FINE, camera.width, _FINE, 4).mean(axis=(1, 3))
         alpha = band[..., 3:]
         band[..., :3] /= np.where(alpha == 0.0, 1.0, alpha)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
+from itertools import chain, product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import (
+    MERGED,
     Capsule,
     Cylinder,
     Ellipsoid,
@@ -23,11 +23,13 @@ from rosorin_compile.model import (
     Sphere,
     Transform,
 )
+from rosorin_compile.model import Box as BoxShape
 
 from .camera import Box
 
 Floats = NDArray[np.float64]
 Colour = tuple[float, float, float]
+Solid = BoxShape | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap
 # A mesh in parts: triangles (n, 3, 3) in metres, and the colour that the mesh file gives them, or None.
 MeshParts = Sequence[tuple[Floats, Colour | None]]
 
@@ -74,20 +76,15 @@ def pieces(
     made: list[Piece] = []
     for link in robot.links:
         incomplete = any(isinstance(shape.geometry, Mesh) and shape.geometry not in meshes for shape in link.visual)
-        for shape in _drawn(link.visual):
+        for shape in chain.from_iterable(shape.drawn() for shape in link.visual):
             rgba = robot.colour(shape)
             made += _pieces(robot, link, shape, poses, meshes, rgba, rgba is None, visual)
-        for shape in _drawn(link.collision):
+        for shape in chain.from_iterable(shape.drawn() for shape in link.collision):
             rgba = None if robot.has_looks else robot.look_of(link)
             if visual and collision:
                 rgba = (*_COLLISION_COLOUR, _COLLISION_OPACITY)
             made += _pieces(robot, link, shape, poses, meshes, rgba, False, collision or (visual and incomplete))
     return made
-
-
-def _drawn(shapes: Sequence[Shape]) -> Iterator[Shape]:
-    for shape in shapes:
-        yield from shape.drawn()
 
 
 def _pieces(
@@ -101,40 +98,39 @@ def _pieces(
     visible: bool,
 ) -> Iterator[Piece]:
     """Yield the pieces of one shape, in the colour of its link where ``rgba`` is None."""
-    pose = poses[link.name].then(shape.origin().transform())
+    pose = poses[link.name].then(shape.pose.transform())
     red, green, blue, opacity = rgba or robot.own_colours[link.name]
     geometry = shape.geometry
-    is_mesh = isinstance(geometry, Mesh)
-    parts = meshes.get(geometry, ()) if isinstance(geometry, Mesh) else [(None, None)]
-    for triangles, mesh_colour in parts:
-        corners, normals = _solid(geometry) if triangles is None else (triangles, _mesh_normals(triangles))
-        if not len(corners):
-            continue
+    parts: list[tuple[Floats, Floats, Colour | None]] = []
+    if isinstance(geometry, Mesh):
+        parts = [(part, _mesh_normals(part), colour) for part, colour in meshes.get(geometry, ()) if len(part)]
+    elif len((solid := _solid(geometry))[0]):
+        parts = [(*solid, None)]
+    for corners, normals, mesh_colour in parts:
         sides = zip(corners.min(axis=(0, 1)).tolist(), corners.max(axis=(0, 1)).tolist(), strict=True)
         box = Box.around(pose.apply((x, y, z)) for x, y, z in product(*sides))
         corners, normals = _rotated(corners, pose) + np.array(pose.xyz), _rotated(normals, pose)
         colour = mesh_colour if mesh_colours and mesh_colour is not None else (red, green, blue)
-        outlined = isinstance(geometry, BoxShape)
-        yield Piece(corners, normals, colour, opacity, box, is_mesh and opacity >= 1.0, outlined, visible)
+        two_sided, outlined = isinstance(geometry, Mesh) and opacity >= 1.0, isinstance(geometry, BoxShape)
+        yield Piece(corners, normals, colour, opacity, box, two_sided, outlined, visible)
 
 
 def _rotated(vectors: Floats, pose: Transform) -> Floats:
     return np.stack([(vectors * np.array(row)).sum(axis=-1) for row in pose.rows], axis=-1)
 
 
-def _solid(geometry: object) -> tuple[Floats, Floats]:
+def _solid(geometry: Solid) -> tuple[Floats, Floats]:
     """Return corners and normals (n, 3, 3) of a solid in its own frame."""
-    if isinstance(geometry, BoxShape):
-        corners = np.array(list(product(*((-side / 2, side / 2) for side in geometry.size))))
-        return _flat(corners[_BOX_FACES])
-    if isinstance(geometry, HeightMap):
-        return _flat(np.array(list(_height_map_quads(geometry))).reshape(-1, 4, 3))
+    if isinstance(geometry, BoxShape | HeightMap):
+        boxes = geometry.boxes(MERGED) if isinstance(geometry, HeightMap) else [geometry]
+        quads = [np.array(list(product(*zip(box.lower, box.upper, strict=True))))[_BOX_FACES] for box in boxes]
+        corners = _triangulated(np.array(quads).reshape(-1, 4, 3))
+        return corners, np.repeat(_face_normals(corners)[:, None], 3, axis=1)
     if isinstance(geometry, Sphere):
         return _revolved([_arc(geometry.radius, 0.0)])
     if isinstance(geometry, Ellipsoid):
         corners, normals = _revolved([_arc(1.0, 0.0)])
         return corners * geometry.radii, _unit(normals / geometry.radii)
-    assert isinstance(geometry, Cylinder | Capsule)
     r, h = geometry.radius, geometry.length / 2
     if isinstance(geometry, Capsule):
         return _revolved([_arc(r, h)])
@@ -150,11 +146,6 @@ def _solid(geometry: object) -> tuple[Floats, Floats]:
 def _triangulated(quads: Floats) -> Floats:
     """Return two triangles (2 n, 3, 3) for each quad (n, 4, 3); the first two sides of each are sides of the quad."""
     return quads[:, [(0, 1, 2), (2, 3, 0)]].reshape(-1, 3, 3)
-
-
-def _flat(quads: Floats) -> tuple[Floats, Floats]:
-    corners = _triangulated(quads)
-    return corners, np.repeat(_face_normals(corners)[:, None], 3, axis=1)
 
 
 def _arc(radius: float, offset: float) -> list[tuple[float, float, float, float]]:
@@ -177,7 +168,8 @@ def _revolved(profiles: Sequence[Sequence[tuple[float, float, float, float]]]) -
     """
     turns = [2 * math.pi * (index % _SEGMENTS) / _SEGMENTS for index in range(_SEGMENTS + 1)]
     cos, sin, one = np.array([(math.cos(turn), math.sin(turn), 1.0) for turn in turns]).T
-    corners, normals = [], []
+    corners: list[Floats] = []
+    normals: list[Floats] = []
     for profile in profiles:
         r, z, normal_r, normal_z = np.array(profile).T
         for target, radius, height in ((corners, r, z), (normals, normal_r, normal_z)):
@@ -185,22 +177,6 @@ def _revolved(profiles: Sequence[Sequence[tuple[float, float, float, float]]]) -
             quads = np.stack([p[1:, :-1], p[1:, 1:], p[:-1, 1:], p[:-1, :-1]], axis=2)
             target.append(_triangulated(quads.reshape(-1, 4, 3)))
     return np.concatenate(corners), np.concatenate(normals)
-
-
-def _height_map_quads(shape: HeightMap) -> Iterator[list[tuple[float, float, float]]]:
-    """Yield top and bottom of each cell of a height map, and a wall beside each lower cell."""
-    heights = np.zeros((len(shape.heights) + 2, max(map(len, shape.heights), default=0) + 2))
-    for i, row in enumerate(shape.heights, 1):
-        heights[i, 1 : len(row) + 1] = np.maximum(row, 0.0)
-    for i, j in np.argwhere(heights > 0).tolist():
-        (a, b), (c, d) = ([start + shape.cell * (k + at) for k in (-1, 0)] for start, at in zip(shape.origin, (i, j)))
-        top, ring = float(heights[i, j]), [(a, c), (b, c), (b, d), (a, d)]
-        yield [(x, y, top) for x, y in ring]
-        yield [(x, y, 0.0) for x, y in reversed(ring)]
-        for side, neighbour in enumerate(((i, j - 1), (i + 1, j), (i, j + 1), (i - 1, j))):
-            low, (x, y), (u, v) = float(heights[neighbour]), ring[side], ring[(side + 1) % 4]
-            if low < top:
-                yield [(x, y, low), (u, v, low), (u, v, top), (x, y, top)]
 
 
 def _face_normals(corners: Floats) -> Floats:

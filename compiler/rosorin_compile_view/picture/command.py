@@ -38,7 +38,7 @@ def options(command: Parser) -> None:
     """Add the options of this command."""
     command.add_robot()
     command.add_argument("-o", "--output", type="path", required=True, metavar="FILE", help="the picture: FILE.png")
-    command.add_argument("--force", action="store_true", help="replace a file that picture did not make")
+    command.add_argument("--force", action="store_true", help="replace a file that this tool did not write")
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
     state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
     for option, dest, form, help in (
@@ -227,7 +227,7 @@ def _check(target: Path, force: bool) -> None:
     if target.suffix.lower() != ".png":
         raise WrongUsage(f'{target}: unsupported picture format "{target.suffix}": use .png')
     try:
-        exists, is_file = target.exists(), target.is_file()
+        exists, is_file = target.exists() or target.is_symlink(), target.is_file()
         ours = force or not is_file or Holding.wrote(target)
     except OSError:
         return  # it is reported when the file is written

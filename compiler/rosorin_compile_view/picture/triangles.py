@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rosorin_compile.model import (
-    MERGED,
     Capsule,
     Cylinder,
     Ellipsoid,
@@ -122,7 +121,7 @@ def _rotated(vectors: Floats, pose: Transform) -> Floats:
 def _solid(geometry: Solid) -> tuple[Floats, Floats]:
     """Return corners and normals (n, 3, 3) of a solid in its own frame."""
     if isinstance(geometry, BoxShape | HeightMap):
-        boxes = geometry.boxes(MERGED) if isinstance(geometry, HeightMap) else [geometry]
+        boxes = geometry.boxes() if isinstance(geometry, HeightMap) else [geometry]
         quads = [np.array(list(product(*zip(box.lower, box.upper, strict=True))))[_BOX_FACES] for box in boxes]
         corners = _triangulated(np.array(quads).reshape(-1, 4, 3))
         return corners, np.repeat(_face_normals(corners)[:, None], 3, axis=1)

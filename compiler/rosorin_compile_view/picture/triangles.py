@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import (
     Capsule,
     Cylinder,
@@ -22,7 +23,6 @@ from rosorin_compile.model import (
     Sphere,
     Transform,
 )
-from rosorin_compile.model import Box as BoxShape
 
 from .camera import Box
 

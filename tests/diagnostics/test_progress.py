@@ -207,7 +207,7 @@ LONG = {
 WITH_ENGINES = {
     "check physics arm.yaml": ("validating", "checking the physics"),
     "simulate arm.yaml": ("validating", "checking", "building the model", "simulating"),
-    "picture arm.yaml -o arm.svg": ("validating", "checking", "drawing"),
+    "picture arm.yaml -o arm.png": ("validating", "checking", "drawing"),
 }
 
 

@@ -68,7 +68,7 @@ def test_in_the_folder_of_a_robot_of_its_own_it_is_meant(
     if not around:
         shutil.rmtree(project / "descriptions")
     monkeypatch.chdir(folder / inside)
-    picture = project / "scout.svg"
+    picture = project / "scout.png"
     for words in (
         ["frames"],
         ["picture", "-o", str(picture)],

@@ -1,5 +1,5 @@
-"""Pictures of a robot without a browser: the same camera, colours and light as the page of ``view``, by numpy alone.
+"""Pictures of a robot without a browser: the camera, colours and light of the ``view`` page, by numpy alone.
 
-``soup`` is what is drawn, ``camera`` from where, ``raster`` which surface a sample sees, ``light`` how it looks;
-``painting`` makes pixels of that and ``png`` a file, ``svg`` a drawing of polygons.
+``triangles`` turns shapes into triangles, ``camera`` is the point of view, ``render`` computes the pixels, ``labels``
+draws frames and their names over them, and ``png`` writes the file.
 """

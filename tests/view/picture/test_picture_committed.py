@@ -29,10 +29,10 @@ PICTURES = {
     "ur5e.png": (str(EXAMPLES / "ur5e" / "robot.yaml"), "--pose", "home"),
     "porter.png": (str(EXAMPLES / "porter" / "robot.yaml"), "--pose", "ready"),
     "porter_dark.png": (str(EXAMPLES / "porter" / "robot.yaml"), "--pose", "ready", "--theme", "dark"),
-    "rosorin_frames.svg": (str(ROSORIN), "--pose", "tuck", "--frames"),
+    "rosorin_frames.png": (str(ROSORIN), "--pose", "tuck", "--frames"),
 }
 SCENES = {f"scene_{path.parent.name}.png": path for path in (ROSORIN, *EXAMPLES.glob("*/robot.yaml"))}
-LARGEST = 150_000  # bytes
+LARGEST = 200_000  # bytes
 
 
 def draw(name: str, target: Path) -> None:
@@ -64,7 +64,7 @@ def test_a_committed_scene_is_that_of_the_robot(name, tmp_path):
     assert (FOLDER / name).stat().st_size < LARGEST
 
 
-@pytest.mark.parametrize("name", [name for name in PICTURES if name.endswith(".png")])
+@pytest.mark.parametrize("name", PICTURES)
 def test_a_committed_picture_shows_the_robot(name, tmp_path):
     draw(name, tmp_path / name)
     shown, committed = (pixels((folder / name).read_bytes()).astype(int) for folder in (tmp_path, FOLDER))
@@ -73,16 +73,6 @@ def test_a_committed_picture_shows_the_robot(name, tmp_path):
     assert (off > 24).mean() < 0.002  # another numpy may move an edge, and no more
     assert off.mean() < 0.5
     assert (FOLDER / name).stat().st_size < LARGEST
-
-
-@pytest.mark.parametrize("name", [name for name in PICTURES if name.endswith(".svg")])
-def test_a_committed_drawing_names_the_frames_of_the_robot(name, tmp_path):
-    draw(name, tmp_path / name)
-    shown, committed = ((folder / name).read_text("utf-8").splitlines() for folder in (tmp_path, FOLDER))
-    assert [line.rpartition(">")[0].partition(">")[2] for line in shown if "<text" in line]
-    for tag in ("<text", "<title"):
-        assert [line for line in shown if tag in line] == [line for line in committed if tag in line]
-    assert abs(len(shown) - len(committed)) <= 0.05 * len(committed)
 
 
 def test_no_picture_is_there_that_nobody_draws():

@@ -1,4 +1,4 @@
-"""What pictures show, judged by rays through the exact shapes, and by a painter of ten lines for the SVG."""
+"""The pixels of pictures, compared with rays through the exact shapes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -16,27 +15,16 @@ import pytest
 from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import Robot, Shape, Transform
 from rosorin_compile_view.page.data import robot_data
-from rosorin_compile_view.picture import raster, soup
-from rosorin_compile_view.picture.camera import FIELD, ROOM, VIEWS, Box, Camera, fitted
-from rosorin_compile_view.picture.light import THEMES
-from rosorin_compile_view.picture.painting import in_view, modelled, painted
+from rosorin_compile_view.picture.camera import FIELD_OF_VIEW, MARGIN, VIEWS, Box, Camera
 from rosorin_compile_view.picture.png import png
-from rosorin_compile_view.picture.svg import svg
+from rosorin_compile_view.picture.render import THEMES, Grid, Scene, render
+from rosorin_compile_view.picture.triangles import pieces
 from support import drawings
 from support.drawings import HUES, first_hit, hue_name, rgba
 from support.paths import ROOT
 from support.robots import compiled, compiled_text
 
-SVG = "{http://www.w3.org/2000/svg}"
 SIZE = (320, 200)
-
-
-def silent(done: int, total: int) -> None:
-    """Take how far it is."""
-
-
-def no_meshes(_: object) -> None:
-    return None
 
 
 def robot_of(folder: Path, links: dict[str, str], joints: dict[str, str] | None = None) -> Robot:
@@ -51,11 +39,17 @@ def robot_of(folder: Path, links: dict[str, str], joints: dict[str, str] | None 
     return made.robot
 
 
-def camera_of(robot: Robot, direction: tuple[float, float, float], size: tuple[int, int] = SIZE) -> tuple:
-    places = robot.poses_in_root({})
-    pieces = soup.pieces(robot, places, no_meshes, visual=True, collision=False)
-    box = soup.bounds(pieces, places)
-    return places, pieces, box, fitted(box, direction, *size)
+def scene_of(
+    robot: Robot, direction: tuple[float, float, float], size: tuple[int, int] = SIZE
+) -> tuple[dict, Scene, Camera]:
+    poses = robot.poses_in_root({})
+    made = pieces(robot, poses, {}, visual=True, collision=False)
+    box = Box.around(corner for piece in made for corner in (piece.box.lower, piece.box.upper))
+    return poses, Scene.of(made, box, THEMES["light"]), Camera.fitted(box, direction, *size)
+
+
+def drawn(scene: Scene, camera: Camera, transparent: bool) -> np.ndarray:
+    return render(scene, camera, transparent, lambda *_: None)
 
 
 def random_robot(folder: Path, seed: int) -> Robot:
@@ -106,8 +100,8 @@ def clear_points(
 def test_a_pixel_has_the_colour_of_the_link_that_its_ray_meets_first(tmp_path, seed):
     robot = random_robot(tmp_path, seed)
     direction = random.Random(seed).choice([*VIEWS.values(), (-1.0, 0.4, 0.5), (0.3, 1.0, -0.4)])  # noqa: S311
-    places, pieces, box, camera = camera_of(robot, direction)
-    shown = painted(modelled(pieces, box), camera, True, silent)
+    places, scene, camera = scene_of(robot, direction)
+    shown = drawn(scene, camera, True)
     points = list(clear_points(robot, places, camera, seed))
     assert len({link for _, _, link in points if link}) >= 3
     for x, y, link in points:
@@ -116,51 +110,13 @@ def test_a_pixel_has_the_colour_of_the_link_that_its_ray_meets_first(tmp_path, s
             assert hue_name(shown[y, x]) == link, (x, y, shown[y, x])
 
 
-@pytest.mark.landing("fuzz", "0", "5")
-@pytest.mark.parametrize("seed", range(8))
-def test_an_svg_painted_in_its_order_shows_the_same(tmp_path, seed):
-    robot = random_robot(tmp_path, seed)
-    direction = random.Random(seed).choice([*VIEWS.values(), (-1.0, 0.4, 0.5)])  # noqa: S311
-    places, pieces, box, camera = camera_of(robot, direction, (640, 400))
-    text = svg(pieces, box, camera, [], [], False, THEMES["light"], robot.name, silent)
-    polygons = list(polygons_of(text))
-    points = [point for point in clear_points(robot, places, camera, seed) if point[2]]
-    wrong = [(x, y, link) for x, y, link in points if top_colour(polygons, x + 0.5, y + 0.5) != link]
-    assert len(points) >= 10
-    assert not wrong, wrong
-
-
-def polygons_of(text: str) -> Iterator[tuple[np.ndarray, str]]:
-    """Yield the polygons of the robot in a drawing, with the names of their hues."""
-    for path in ElementTree.fromstring(text).iterfind(f"{SVG}g/{SVG}path"):
-        colour = path.get("fill", "none")
-        if colour == "none":
-            continue
-        name = hue_name([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
-        for part in path.get("d", "").removesuffix("Z").split("Z"):
-            numbers = [float(number) for number in re.findall(r"-?[\d.]+", part)]
-            yield np.array(numbers).reshape(-1, 2), name
-
-
-def top_colour(polygons: list[tuple[np.ndarray, str]], x: float, y: float) -> str:
-    """Return the colour of the last polygon that has a point in it."""
-    for corners, name in reversed(polygons):
-        a, b = corners, np.roll(corners, -1, axis=0)
-        crosses = (a[:, 1] > y) != (b[:, 1] > y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            at = a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
-        if int((crosses & (at > x)).sum()) % 2:
-            return name
-    return ""
-
-
 def test_the_silhouette_of_a_ball_is_that_of_its_cone(tmp_path):
     robot = robot_of(tmp_path, {"ball": "{sphere: {radius: 0.3}}"})
-    _, pieces, box, camera = camera_of(robot, VIEWS["iso"], (300, 300))
-    shown = painted(modelled(pieces, box), camera, True, silent)[..., 3] > 128
+    _, scene, camera = scene_of(robot, VIEWS["iso"], (300, 300))
+    shown = drawn(scene, camera, True)[..., 3] > 128
     # A ball of radius r whose middle is d away fills a cone of the angle asin(r / d).
-    distance = math.dist(camera.eye, box.centre)
-    assert distance == pytest.approx(ROOM * 0.3 * math.sqrt(3) / math.sin(FIELD / 2))
+    distance = math.dist(camera.eye, scene.box.centre)
+    assert distance == pytest.approx(MARGIN * 0.3 * math.sqrt(3) / math.sin(FIELD_OF_VIEW / 2))
     radius = camera.focal * math.tan(math.asin(0.3 / distance))
     assert shown.sum() == pytest.approx(math.pi * radius**2, rel=0.015)
     rows, columns = np.nonzero(shown)
@@ -170,11 +126,13 @@ def test_the_silhouette_of_a_ball_is_that_of_its_cone(tmp_path):
 
 def test_the_silhouette_of_a_box_is_the_hull_of_its_corners(tmp_path):
     robot = robot_of(tmp_path, {"body": "{box: {size: [0.4, 0.2, 0.1]}}"})
-    _, pieces, box, camera = camera_of(robot, (1.0, 0.7, 0.9))
-    drawn, chosen = in_view(modelled(pieces, box), camera, 1)
-    seen = raster.first_seen(drawn, chosen, camera.width, 0, camera.height).triangle >= 0
+    _, scene, camera = scene_of(robot, (1.0, 0.7, 0.9))
+    x, y, depth = camera.project(scene.corners)
+    triangles = np.arange(len(scene.corners))
+    keys = Grid.of(x, y, 1 / depth).visible(triangles, camera.width, 0, camera.height)
+    seen = keys.reshape(camera.height, camera.width) >= 0
     corners = np.array([[x, y, z] for x in (0.2, -0.2) for y in (0.1, -0.1) for z in (0.05, -0.05)])
-    x, y, _ = camera.seen(corners)
+    x, y, _ = camera.project(corners)
     spatial = pytest.importorskip("scipy.spatial")
     hull = spatial.ConvexHull(np.column_stack([x, y]))
     assert seen.sum() == pytest.approx(hull.volume, rel=0.01)
@@ -195,28 +153,28 @@ def test_triangles_with_common_edges_share_no_sample_and_leave_none_out():
             a, b, c, d = ((x[p], y[p]) for p in ((i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)))
             corners += [(a, b, c), (a, c, d) if (i + j) % 2 else (d, c, a)]
     made = np.array(corners)
-    scene = raster.scene(made[..., 0], made[..., 1], np.zeros((len(made), 3)), 0.0, 1.0)
-    place, _, _ = raster.every(scene, np.arange(len(made)), 5 * count, 5 * count)
+    grid = Grid.of(made[..., 0], made[..., 1], np.zeros((len(made), 3)))
+    place = np.concatenate([place for place, _ in grid.samples(np.arange(len(made)), 5 * count, 0, 5 * count)])
     assert (np.bincount(place, minlength=(5 * count) ** 2) == 1).all()
 
 
-@pytest.mark.parametrize("chunk", [1, 7, 1000])
-def test_what_is_seen_does_not_depend_on_how_much_is_looked_at_together(tmp_path, monkeypatch, chunk):
-    robot = random_robot(tmp_path, 3)
-    _, pieces, box, camera = camera_of(robot, VIEWS["iso"], (60, 40))
-    model = modelled(pieces, box)
-    whole = painted(model, camera, False, silent)
-    monkeypatch.setattr("rosorin_compile_view.picture.raster._CHUNK", chunk)
-    monkeypatch.setattr("rosorin_compile_view.picture.painting._BAND", chunk)
-    assert (painted(model, camera, False, silent) == whole).all()
+@pytest.mark.parametrize("size", [7, 1000])
+def test_pixels_do_not_depend_on_the_size_of_bands(tmp_path, monkeypatch, size):
+    _, scene, camera = scene_of(random_robot(tmp_path, 3), VIEWS["iso"], (60, 40))
+    expected = drawn(scene, camera, False)
+    monkeypatch.setattr("rosorin_compile_view.picture.render._CHUNK", size)
+    monkeypatch.setattr("rosorin_compile_view.picture.render._BAND", size)
+    assert (drawn(scene, camera, False) == expected).all()
 
 
-def test_of_shapes_in_one_plane_the_first_is_seen(tmp_path):
+@pytest.mark.parametrize("view", ["top", "iso"])
+def test_of_shapes_in_one_plane_the_first_is_seen(tmp_path, view):
     flat = "{{box: {{size: [{0}, {0}, 0.1]}}, rgba: {1}}}"
     robot = robot_of(tmp_path, {"red": flat.format(0.3, rgba("red")), "blue": flat.format(0.4, rgba("blue"))})
-    _, pieces, box, camera = camera_of(robot, VIEWS["top"])
-    shown = painted(modelled(pieces, box), camera, True, silent)
-    middle = shown[90:110, 150:170].reshape(-1, 4)
+    _, scene, camera = scene_of(robot, VIEWS[view])
+    shown = drawn(scene, camera, True)
+    x, y, _ = camera.project(np.array([0.0, 0.0, 0.05]))
+    middle = shown[int(y) - 10 : int(y) + 10, int(x) - 20 : int(x) + 20].reshape(-1, 4)
     assert {hue_name(colour) for colour in middle} == {robot.links[0].name}
 
 
@@ -228,8 +186,8 @@ def test_translucent_shapes_show_what_is_behind_them(tmp_path):
     }
     joints = {"veil": "{type: fixed, parent: back, child: veil, xyz: [0.3, 0, 0]}"}
     robot = robot_of(tmp_path, links, joints)
-    _, pieces, box, camera = camera_of(robot, VIEWS["front"])
-    shown = painted(modelled(pieces, box), camera, False, silent).astype(int)
+    _, scene, camera = scene_of(robot, VIEWS["front"])
+    shown = drawn(scene, camera, False).astype(int)
     middle, beside = shown[100, 160], shown[100, 105]
     assert hue_name(beside) == "blue"
     assert middle[0] > beside[0] + 40  # red is added
@@ -239,13 +197,13 @@ def test_translucent_shapes_show_what_is_behind_them(tmp_path):
 @pytest.mark.parametrize("channels", [3, 4])
 def test_a_png_is_read_back_as_it_was(channels):
     chance = np.random.default_rng(1)
-    smooth = np.add.outer(np.arange(40), np.arange(30))[..., None] + np.arange(channels)
-    for values in (chance.integers(0, 256, (40, 30, channels)), smooth, np.full((1, 1, channels), 255)):
+    smooth = np.add.outer(np.arange(300), np.arange(30))[..., None] + np.arange(channels)
+    for values in (chance.integers(0, 256, (300, 30, channels)), smooth, np.full((1, 1, channels), 255)):
         given = values.astype(np.uint8)
         assert (drawings.pixels(png(given)) == given).all()
 
 
-# The page and the pictures are two programs that show one thing.
+# The page and the pictures show the same.
 
 
 def test_views_and_fit_are_those_of_the_page():
@@ -253,8 +211,8 @@ def test_views_and_fit_are_those_of_the_page():
     views = stage.partition("export const VIEWS = {")[2].partition("};")[0]
     found = {name: tuple(map(float, given.split(","))) for name, given in re.findall(r"(\w+): \[([^\]]+)\]", views)}
     assert found == dict(VIEWS)
-    assert f"PerspectiveCamera({math.degrees(FIELD):.0f}," in stage
-    assert f"distance * {ROOM}" in stage
+    assert f"PerspectiveCamera({math.degrees(FIELD_OF_VIEW):.0f}," in stage
+    assert f"distance * {MARGIN}" in stage
 
 
 def test_colours_of_links_are_those_of_the_page():
@@ -262,13 +220,14 @@ def test_colours_of_links_are_those_of_the_page():
     colours = {link["name"]: link["colour"] for link in robot_data(robot)["links"]}
     box = {link.name: Shape(BoxShape((0, 0, 0), (1, 1, 1))) for link in robot.links}
     bare = replace(robot, links=tuple(replace(link, visual=(), collision=(box[link.name],)) for link in robot.links))
-    for piece in soup.pieces(bare, {name: Transform() for name in box}, lambda _: None, False, True):
-        named = colours[bare.links[piece.link].name]
+    made = pieces(bare, {name: Transform() for name in box}, {}, visual=False, collision=True)
+    for link, piece in zip(bare.links, made, strict=True):
+        named = colours[link.name]
         assert [int(named[at : at + 2], 16) / 255 for at in (1, 3, 5)] == pytest.approx(piece.colour, abs=0.003)
 
 
 def test_a_box_around_nothing_is_fitted():
-    camera = fitted(Box((1.0, 2.0, 3.0), (1.0, 2.0, 3.0)), VIEWS["front"], 100, 100)
-    x, y, depth = camera.seen(np.array([1.0, 2.0, 3.0]))
+    camera = Camera.fitted(Box((1.0, 2.0, 3.0), (1.0, 2.0, 3.0)), VIEWS["front"], 100, 100)
+    x, y, depth = camera.project(np.array([1.0, 2.0, 3.0]))
     assert (float(x), float(y)) == pytest.approx((50, 50))
     assert float(depth) > 0

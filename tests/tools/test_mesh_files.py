@@ -242,9 +242,9 @@ def test_what_is_no_file_is_an_error_with_its_line(kind: str, capsys: pytest.Cap
     [
         ("part.stl", b"", "the file is empty"),
         ("part.stl", stl()[:-1], "the STL is damaged"),
-        ("part.stl", stl()[:80] + bytes(4), "it has 0 triangles, and MuJoCo takes 1 to 200,000 of an STL"),
+        ("part.stl", stl()[:80] + bytes(4), "it has 0 triangles, and MuJoCo reads 1 to 200,000 of an STL"),
         ("part.dae", b"<COLLADA", "is not a mesh that can be read as DAE"),
-        ("part.stl", b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "has no triangle"),
+        ("part.stl", b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "a vertex is not three numbers"),
     ],
     ids=["empty", "cut", "no triangle", "broken dae", "broken letters"],
 )

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.commands.mesh_soundness import NotSound, check
+from rosorin_compile.commands.mesh_copies import check_for_mujoco
+from rosorin_compile.formats.mesh_vertices import UnreadableMesh
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
@@ -108,8 +109,8 @@ def test_a_pointer_is_told_with_the_way_out(tmp_path, monkeypatch, capsys):
 
 def test_what_mujoco_takes_is_sound_at_each_bound():
     bound = 2.0**30
-    check(stl((bound, 0, 0, 1, 0, 0, 0, 1, 0)), ".stl")
-    check(stl((-bound, 0, 0, 1, 0, 0, 0, 1, 0)), ".stl")
+    check_for_mujoco(stl((bound, 0, 0, 1, 0, 0, 0, 1, 0)), ".stl")
+    check_for_mujoco(stl((-bound, 0, 0, 1, 0, 0, 0, 1, 0)), ".stl")
     for beyond in (bound * 1.001, -bound * 1.001):
-        with pytest.raises(NotSound, match="a coordinate of a corner is"):
-            check(stl((beyond, 0, 0, 1, 0, 0, 0, 1, 0)), ".stl")
+        with pytest.raises(UnreadableMesh, match="a coordinate of a vertex is"):
+            check_for_mujoco(stl((beyond, 0, 0, 1, 0, 0, 0, 1, 0)), ".stl")

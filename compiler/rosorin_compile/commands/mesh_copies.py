@@ -202,6 +202,7 @@ def _binary_stl(data: bytes, mark: str) -> bytes:
 def _obj(path: Path, mark: str, existing: bytes) -> bytes:
     """Convert a mesh to OBJ with trimesh; without trimesh return the existing copy if it was made of the same bytes."""
     try:
+        TriangleMesh.needed()
         return _converted(path, mark)
     except ExtractProblem as problem:
         reason = problem.diagnostic
@@ -216,7 +217,6 @@ def _obj(path: Path, mark: str, existing: bytes) -> bytes:
 @world.asked_again
 def _converted(path: Path, mark: str) -> bytes:
     """Return a mesh as OBJ: each vertex once, with as many digits as MuJoCo keeps."""
-    TriangleMesh.needed()
     import numpy as np
 
     with listening():  # trimesh opens what belongs to the file

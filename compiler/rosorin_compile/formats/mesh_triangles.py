@@ -106,6 +106,8 @@ class TriangleMesh:
                 return load_mesh(file, mesh.scale, coloured)
             except ExtractProblem as problem:
                 message, help = problem.diagnostic.message, "its shape is left out here"
+                if problem.diagnostic.rule == "extra-missing":
+                    help += f"; {problem.diagnostic.help}"
         path = (*case.link(link), purpose, number, "mesh", "file")
         return case.problem("mesh-unreadable", message, path, help, severity=WARNING)
 
@@ -253,7 +255,7 @@ def _parsed(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Fl
     except ExtractProblem:
         raise
     except ImportError as problem:
-        message = f"reading {path.suffix} files needs the package {problem.name}, which is not installed"
+        message = f"reading {path.suffix} files needs the package {problem.name or 'pycollada'}, which is not installed"
         raise ExtractProblem.of("extra-missing", message, _install()) from None
     except Exception as problem:  # whatever a reader stumbles over in a broken file
         reason = " ".join(str(problem).split())[:200] or type(problem).__name__

@@ -224,7 +224,7 @@ def _refuse_endless(path: Path, data: bytes) -> None:
         words = (source.findtext("{*}float_array") or "").split() if source.get("id") in named else []
         try:
             with np.errstate(over="ignore"):
-                is_finite = np.isfinite(np.array(words, np.float64).astype(np.float32)).all()
+                is_finite = bool(np.isfinite(np.array(words, np.float64).astype(np.float32)).all())
         except ValueError:
             is_finite = False
         if not is_finite:

@@ -72,7 +72,7 @@ def brought(searched: Searched, outputs: Path) -> Searched:
             files |= dict.fromkeys(found.beside, _read(found.file)) if found.beside else {}
             copies, is_new = _copies(found, outputs)
         except UnreadableMesh as problem:
-            cause = (problem.rule, str(problem), problem.help, found.named.kind)
+            cause = (problem.rule or "mesh-not-read", str(problem), problem.help, found.named.kind)
             failed.setdefault(cause, []).append(found.named)
             missing.add(found.named.name)
             continue
@@ -103,8 +103,12 @@ def check_for_mujoco(data: bytes, ending: str) -> None:
     farthest = max(map(abs, coordinates))
     if farthest > MAX_COORDINATE:
         raise UnreadableMesh(f"a coordinate of a vertex is {farthest:g}")
-    distinct = set(zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True))
-    if len(distinct) < MIN_VERTICES:
+    distinct: set[object] = set()
+    for vertex in zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True):
+        distinct.add(vertex)
+        if len(distinct) == MIN_VERTICES:
+            break
+    else:
         message = f"MuJoCo needs {MIN_VERTICES} different vertices, and it has {len(distinct)}"
         raise UnreadableMesh(message, "name a mesh that has a surface")
     count = len(coordinates) // 3

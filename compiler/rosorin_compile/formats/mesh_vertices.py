@@ -29,7 +29,7 @@ _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORE
 class UnreadableMesh(Exception):
     """A mesh file that is damaged or of another format; the message completes a sentence about the file."""
 
-    def __init__(self, message: str, help: str = "export it again", rule: str = "mesh-not-read") -> None:
+    def __init__(self, message: str, help: str = "export it again", rule: str = "") -> None:
         super().__init__(message)
         self.help, self.rule = help, rule
 

@@ -126,7 +126,7 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     from rosorin_compile.backend.model import Bounds, home_of, reach, stands_at
     from rosorin_compile.backend.sections import stands_free
 
-    home, clouds = home_of(robot), clouds_of(robot)
+    home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
     at: Pose = stands_at(robot, home, clouds) if stands_free(robot, of) else robot.root_in_world.pose
     solid = reach(robot, home.positions, "collision", at, clouds)
     seen = reach(robot, home.positions, "visual", at)

@@ -254,6 +254,27 @@ def test_an_artifact_is_the_same_whether_others_are_made_or_not(
     assert text == (FOLDER / "outputs" / "fetcher" / "nav2.yaml").read_text("utf-8")
 
 
+def test_a_mesh_of_another_format_is_not_measured_whatever_else_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("trimesh")
+    pytest.importorskip("collada")
+    shutil.copytree(FOLDER / "fetcher", tmp_path / "fetcher")
+    shutil.copy(DATA / "factory_package" / "meshes" / "link2.dae", tmp_path / "fetcher")
+    robot = tmp_path / "fetcher" / "robot.yaml"
+    text = robot.read_text("utf-8").replace("shell.stl", "link2.dae")
+    robot.write_text(f"{text}  mjcf: {{file: fetcher.xml}}\n", "utf-8")
+    monkeypatch.chdir(tmp_path)
+    made = []
+    for more in ([], ["--only", "nav2"]):
+        assert main(["all", "fetcher/robot.yaml", *more]) == 0
+        said = capsys.readouterr().err
+        assert "warning[nav2-footprint]: nobody knows how large link2.dae is (base_link): footprint" in said
+        made.append(next((tmp_path / "outputs").glob("*/nav2.yaml")).read_text("utf-8"))
+    assert made[0] == made[1]
+    assert "footprint:" not in made[0]
+
+
 def test_without_a_table_of_its_own_a_later_distribution_is_as_jazzy() -> None:
     robot = known(FOLDER / "mule" / "robot.yaml").robot
     texts = [written(robot, Output("nav2", "nav2", "a.yaml", {"distribution": one})) for one in ("jazzy", "rolling")]

@@ -43,10 +43,11 @@ def said(capsys: Shown, code: int) -> list[str]:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("v 0 0 zero", "MuJoCo takes 4 corners or more, and of this one only 1 differ"),
-        ("f 1 2 3", "it is no OBJ: it has no corner"),
+        ("v 0 0 0", "MuJoCo needs 4 different vertices, and it has 1"),
+        ("v 0 0 zero", "a vertex is not three numbers"),
+        ("f 1 2 3", "it has no vertices"),
     ],
-    ids=["too few corners", "no corners"],
+    ids=["too few vertices", "no number", "no vertices"],
 )
 def test_a_mesh_that_is_left_out_is_told_at_its_line_and_mujoco_loads_the_rest(
     project: Path, capsys: Shown, text: str, reason: str

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,7 @@ import pytest
 from rosorin_compile.cli import main, parse
 from rosorin_compile.commands import watch
 from rosorin_compile.commands.run import Run
+from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.project import Description
 
 ROBOT = """robot: r
@@ -242,9 +245,9 @@ def test_what_is_no_file_is_an_error_with_its_line(kind: str, capsys: pytest.Cap
     [
         ("part.stl", b"", "the file is empty"),
         ("part.stl", stl()[:-1], "the STL is damaged"),
-        ("part.stl", stl()[:80] + bytes(4), "it has 0 triangles, and MuJoCo takes 1 to 200,000 of an STL"),
+        ("part.stl", stl()[:80] + bytes(4), "it has 0 triangles, and MuJoCo reads 1 to 200,000 of an STL"),
         ("part.dae", b"<COLLADA", "is not a mesh that can be read as DAE"),
-        ("part.stl", b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "has no triangle"),
+        ("part.stl", b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "a vertex is not three numbers"),
     ],
     ids=["empty", "cut", "no triangle", "broken dae", "broken letters"],
 )
@@ -276,9 +279,8 @@ def test_a_dae_becomes_an_obj_of_metres(name: str, made: str, capsys: pytest.Cap
     assert "mesh-converted" not in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_an_stl_of_letters_becomes_one_of_bytes() -> None:
-    pytest.importorskip("trimesh")
+def test_an_ascii_stl_becomes_a_binary_one_without_trimesh(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "trimesh", None)
     put(describe("part.stl") / "part.stl", letters())
     assert main(["all"]) == 0
     loads()
@@ -286,6 +288,37 @@ def test_an_stl_of_letters_becomes_one_of_bytes() -> None:
     assert main(["all"]) == 0
     assert Path("outputs/r/part.stl").read_bytes() == first
     assert main(["check"]) == 0
+
+
+def artifacts() -> dict[str, bytes]:
+    return {str(path): path.read_bytes() for path in Path("outputs").rglob("*") if path.is_file()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "data"), [("a.stl", stl()), ("b.stl", letters()), ("c.dae", dae())])
+def test_artifacts_do_not_depend_on_trimesh(
+    name: str, data: bytes | str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("trimesh")
+    put(describe(name, f"{MJCF}, scene: {{file: scene.xml}}") / name, data)
+    assert main(["all"]) == 0
+    made = artifacts()
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    assert main(["all"]) == 0
+    assert main(["check"]) == 0
+    assert artifacts() == made
+    shutil.rmtree("outputs")
+    capsys.readouterr()
+    if name.endswith(".dae"):
+        assert main(["all"]) == 1
+        said = capsys.readouterr().err
+        assert f"robot.yaml:4:31: error[extra-missing]: mesh {name} is not converted for the MJCF: " in said
+        assert pip_install("import") in said
+        assert not Path("outputs").exists()
+        assert main(["all", "--only", "urdf"]) == 0
+    else:
+        assert main(["all"]) == 0
+        assert artifacts() == made
 
 
 def test_what_is_only_seen_may_be_flat() -> None:

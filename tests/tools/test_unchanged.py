@@ -272,6 +272,7 @@ def test_a_nearer_file_than_the_one_beside_the_artifacts(home: Path, capsys: pyt
 
 def test_a_mesh_that_cannot_be_read_is_tried_anew(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Not as long as it is what it was, on a machine where the same is installed."""
+    pytest.importorskip("trimesh")
     describe(home, MESHED % ("m.dae", MJCF))
     put(home / "descriptions/mine/m.dae", b"<COLLADA")
     assert not again(capsys)

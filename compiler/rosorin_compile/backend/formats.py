@@ -25,7 +25,7 @@ from ..formats.launching import (
     mode_arguments,
     substitutions,
 )
-from ..formats.mesh_vertices import clouds_of
+from ..formats.mesh_vertices import clouds_of, why_unread
 from ..formats.static_tf import describe
 from ..formats.templating import attribute, attributes, comment
 from ..formats.urdf.masses import joints_of, links_of
@@ -95,4 +95,5 @@ __all__ = [
     "sensor_lines",
     "substitutions",
     "title",
+    "why_unread",
 ]

@@ -38,7 +38,7 @@ from ..model.simulation import (
     Root,
     Values,
 )
-from ..model.standing import HOME, Cloud, Clouds, home_of, reach, stands_at
+from ..model.standing import HOME, home_of, reach, stands_at
 from ..model.touching import NEAR, Solid, Touching, around
 from ..model.tucked import left_out
 
@@ -67,8 +67,6 @@ __all__ = [
     "Actuator",
     "Attribute",
     "Bounds",
-    "Cloud",
-    "Clouds",
     "Contact",
     "Dynamics",
     "Footprint",

@@ -97,13 +97,6 @@ def tell_build(
     return FINE
 
 
-def lacks_meshes(compiled: Compiled) -> bool:
-    """Say whether a mesh that is there could not be read; what can be, depends on what is installed, too."""
-    return compiled.meshes is not None and any(
-        one.named.name in compiled.meshes.missing for one in compiled.meshes.found
-    )
-
-
 def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
     """Say how many problems keep a robot from being compiled; a robot without outputs has none."""
     errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)

@@ -47,9 +47,6 @@ _MOST_MATERIALS = 1_000_000  # bytes
 _MAP, _WHITE = re.compile(rb"(?mi)^[ \t]*map_Kd\b[^\r\n]*"), re.compile(rb"(?mi)^[ \t]*Kd\b[^\r\n]*")
 _NAMELESS = "material_0"  # what trimesh calls a material that it made up
 _ENDLESS = "has corners that are not finite numbers"
-# Where it stands in a DAE, a number may be none, or be too large; such as nan, INF, -1.#IND and 1e+39.
-_DOUBTFUL = re.compile(rb"[nN][aA][nN]|[iI][nN][fF]|\d\.#|[eE]\+?0*[1-9]\d|\d{39}")
-_LARGEST = 3.4028234663852886e38  # of 32 bits
 
 
 Colour = tuple[float, float, float]
@@ -109,6 +106,8 @@ class TriangleMesh:
                 return load_mesh(file, mesh.scale, coloured)
             except ExtractProblem as problem:
                 message, help = problem.diagnostic.message, "its shape is left out here"
+                if problem.diagnostic.rule == "extra-missing":
+                    help += f"; {problem.diagnostic.help}"
         path = (*case.link(link), purpose, number, "mesh", "file")
         return case.problem("mesh-unreadable", message, path, help, severity=WARNING)
 
@@ -120,7 +119,7 @@ class TriangleMesh:
             import scipy  # type: ignore[import-untyped,unused-ignore]  # noqa: F401
             import trimesh  # noqa: F401
         except ImportError as problem:
-            message = f"numbers out of meshes need the package {problem.name}, which is not installed"
+            message = f"reading meshes needs the package {problem.name}, which is not installed"
             raise ExtractProblem.of("extra-missing", message, _install()) from None
 
     @staticmethod
@@ -207,14 +206,14 @@ def _refuse_dtd(path: Path, data: bytes) -> None:
 
 
 def _refuse_endless(path: Path, data: bytes) -> None:
-    """Raise ExtractProblem for a DAE with a corner that is no finite number (of 32 bits).
+    """Raise ExtractProblem for a DAE with a corner that is not a finite number of 32 bits.
 
-    What reads it would not tell: pycollada 0.9 makes zeros of NaN, and trimesh leaves out triangles without end.
+    pycollada 0.9 silently turns NaN into zero, and trimesh leaves out triangles with infinite corners.
     """
     from xml.etree import ElementTree
 
-    if not _DOUBTFUL.search(data.replace(b"\0", b"")):
-        return
+    import numpy as np
+
     try:
         root = ElementTree.fromstring(data)  # noqa: S314 - it has no DTD, so no entities
     except (ElementTree.ParseError, ValueError, LookupError):
@@ -222,16 +221,14 @@ def _refuse_endless(path: Path, data: bytes) -> None:
     inputs = (one for one in root.iterfind(".//{*}vertices/{*}input") if one.get("semantic") == "POSITION")
     named = {one.get("source", "").removeprefix("#") for one in inputs}
     for source in root.iterfind(".//{*}source[@id]"):
-        words = (source.findtext("{*}float_array") or "").split() if source.get("id") in named else ()
-        if not all(map(_is_finite, words)):
+        words = (source.findtext("{*}float_array") or "").split() if source.get("id") in named else []
+        try:
+            with np.errstate(over="ignore"):
+                is_finite = bool(np.isfinite(np.array(words, np.float64).astype(np.float32)).all())
+        except ValueError:
+            is_finite = False
+        if not is_finite:
             raise ExtractProblem.of("mesh-unreadable", f"{path} {_ENDLESS}", "export it anew")
-
-
-def _is_finite(word: str) -> bool:
-    try:
-        return abs(float(word)) <= _LARGEST
-    except ValueError:
-        return False
 
 
 def _unit(data: bytes) -> float:
@@ -258,7 +255,7 @@ def _parsed(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Fl
     except ExtractProblem:
         raise
     except ImportError as problem:
-        message = f"{path} needs the package {problem.name}, which is not installed"
+        message = f"reading {path.suffix} files needs the package {problem.name or 'pycollada'}, which is not installed"
         raise ExtractProblem.of("extra-missing", message, _install()) from None
     except Exception as problem:  # whatever a reader stumbles over in a broken file
         reason = " ".join(str(problem).split())[:200] or type(problem).__name__

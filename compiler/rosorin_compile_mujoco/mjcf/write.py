@@ -227,7 +227,7 @@ class _Printer:
         self.top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless)
         stands = robot.root_in_world.placed or not free
-        self.stands = partial(stands_at, robot, clouds=clouds_of(robot))
+        self.stands = partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
         self.root = robot.root_in_world.pose if stands else self.stands(home_of(robot))
 
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:

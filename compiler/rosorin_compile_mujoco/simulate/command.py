@@ -17,6 +17,7 @@ from rosorin_compile.diagnostics import (
     arrange,
     counted,
     error,
+    has_errors,
     listed,
     pip_install,
 )
@@ -138,13 +139,15 @@ def _world(mujoco: object, case: Case, description: Description, given: Given, b
     from rosorin_compile import Templates
     from rosorin_compile.extending import FORMATS
 
-    from .world import World, simulated
+    from .world import Refused, World, simulated
 
     Progress.step("building the model")
     robot = case.robot
     formats = [one.name for one in FORMATS.values() if one.proving.refusal is not None and one.write is not None]
     output = next((one for one in robot.outputs if one.backend in formats), None)
     meshes = given.search_meshes(description, case.tree, robot.outputs)
+    if has_errors(meshes.diagnostics):
+        raise Refused("a mesh cannot be used", meshes.diagnostics)
     robot = meshes.told_to(robot)
     text = simulated(robot, output, Templates(description.path.parent), base)
     folder = (description.outputs / (output.file if output else "")).parent if output else description.outputs

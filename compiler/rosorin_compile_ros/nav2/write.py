@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile import Case, Diagnostic, Robot, Rule, Templates
-from rosorin_compile.backend.formats import HUMBLE, JAZZY, clouds_of, title
-from rosorin_compile.backend.model import CORNERS, Cloud, Clouds, Footprint, footprint, left_out, padded, solids
+from rosorin_compile.backend.formats import HUMBLE, JAZZY, clouds_of, title, why_unread
+from rosorin_compile.backend.model import CORNERS, Footprint, footprint, left_out, padded, solids
 from rosorin_compile.backend.model import outside as reaching_out
 from rosorin_compile.backend.sections import DRIVE
 from rosorin_compile.diagnostics import WARNING, Heading, did_you_mean, error, listed
@@ -120,7 +120,7 @@ def basics(robot: Robot, output: Output) -> tuple[Basics | None, list[Found]]:
 
 
 def _left_out(robot: Robot, base: str, pose: str, positions: Mapping[str, float]) -> Iterator[Found]:
-    for one in left_out(robot, base, positions, _clouds(robot)):
+    for one in left_out(robot, base, positions, clouds_of(robot)):
         reaches = f'"{one.link}" reaches {one.reach:.3g} m from "{base}", as far as it can: {one.least:.3g} m elsewhere'
         message = f'pose "{pose}" does not name joint "{one.joint}", which stays at zero, where {reaches}'
         yield Found("nav2-pose-left-out", message, ("pose",), "name it in the pose", WARNING)
@@ -157,19 +157,9 @@ def _unheard(robot: Robot, output: Output) -> Iterator[Found]:
             yield Found("nav2-command", message, path, way_out, WARNING, absolute=True, key=True)
 
 
-def _clouds(robot: Robot) -> Clouds:
-    """Return what says where the vertices of meshes are; of those that were looked for in vain nobody does."""
-    read = clouds_of(robot)
-
-    def cloud(mesh: Mesh) -> Cloud | None:
-        return None if mesh.file in robot.missing_meshes else read(mesh)
-
-    return cloud
-
-
 def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | None, list[Diagnostic]]:
     """Return the robot in numbers, and what is unusual; None where nobody knows how large it is."""
-    corners, clouds = int(output.options.get("corners", CORNERS)), _clouds(robot)
+    corners, clouds = int(output.options.get("corners", CORNERS)), clouds_of(robot)
     try:
         outline = footprint(robot, made.base, made.positions, corners, clouds)
     except ValueError as problem:
@@ -206,9 +196,10 @@ def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
         message = f"no link of the robot has a collision shape: {left}"
         return Diagnostic("nav2-footprint", WARNING, message, help="give its links collision shapes")
     shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
-    files = list(dict.fromkeys(one.file for one in shapes if isinstance(one, Mesh)))
+    reasons = {mesh.file: why_unread(robot, mesh.file) for mesh in shapes if isinstance(mesh, Mesh)}
+    files = [file for file, reason in reasons.items() if reason]
     message = f"nobody knows how large {listed(files, 3)} is ({listed(unknown, 3)}): {left}"
-    way_out = "give the link a box or a cylinder, or a mesh that is there: a binary STL, or an OBJ"
+    way_out = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
     return Diagnostic("nav2-footprint", WARNING, message, help=way_out)
 
 
@@ -405,7 +396,7 @@ def disagreements(robot: Robot, output: Output, written: str) -> Iterator[str]:
         said = str(values["footprint"])
         if (base, said) not in seen:
             points = value_of(said)
-            placed, _ = solids(robot, base, positions, _clouds(robot)) if points else ([], [])
+            placed, _ = solids(robot, base, positions, clouds_of(robot)) if points else ([], [])
             seen[base, said] = reaching_out(placed, [(x, y) for x, y in points]) if points else (0.0, "")
         beyond, link = seen[base, said]
         if beyond:

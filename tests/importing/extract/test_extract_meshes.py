@@ -199,7 +199,7 @@ def test_without_trimesh_the_way_out_is_said(
     assert main(["extract", "boxes", str(tmp_path / "a.stl")]) == 1
     said = capsys.readouterr().err
     assert said.splitlines() == [
-        "error[extra-missing]: numbers out of meshes need the package trimesh, which is not installed",
+        "error[extra-missing]: reading meshes needs the package trimesh, which is not installed",
         f"    {pip_install('import')} brings what reads meshes",
     ]
 

@@ -12,7 +12,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 import numpy as np  # noqa: E402
 
 from rosorin_compile.cli import main  # noqa: E402
-from rosorin_compile.formats.mesh_vertices import vertices  # noqa: E402
+from rosorin_compile.formats.mesh_vertices import UnreadableMesh, read_vertices  # noqa: E402
 
 # A foot that is lowest at a corner, whatever way it is turned; in millimetres.
 CORNERS = ((-30.0, -20.0, 0.0), (60.0, -10.0, 5.0), (10.0, 40.0, 2.5), (5.0, 0.0, 90.0), (40.0, 30.0, -7.0))
@@ -138,15 +138,24 @@ def test_the_picture_of_a_robot_of_meshes_is_as_large_as_the_robot(home: Path) -
 @pytest.mark.parametrize(
     ("data", "ending"),
     [
-        *[(stl()[:-1], ".stl"), (b"", ".stl"), (b"v 1 2\nf 1 1 1\n", ".obj"), (b"v 0 0 x\nf 1 2 3\n", ".obj")],
-        *[(b"f 1 2 3\n", ".obj"), (msh()[:20], ".msh"), (b"abc", ".msh"), (b"ply", ".ply")],
+        (stl()[:-1], ".stl"),
+        (b"", ".stl"),
+        (letters()[:-60], ".stl"),
+        (b"v 1 2\nf 1 1 1\n", ".obj"),
+        (b"v 0 0 x\nf 1 2 3\n", ".obj"),
+        (b"f 1 2 3\n", ".obj"),
+        (msh()[:20], ".msh"),
+        (b"abc", ".msh"),
+        (b"ply", ".ply"),
     ],
 )
 def test_what_is_damaged_has_no_vertices(data: bytes, ending: str) -> None:
-    assert list(vertices(data, ending)) == []
+    with pytest.raises(UnreadableMesh):
+        read_vertices(data, ending)
 
 
-def test_each_corner_is_read_once() -> None:
-    for data, ending in ((stl(), ".stl"), (obj(), ".obj"), (msh(), ".msh")):
+def test_every_vertex_is_read() -> None:
+    for data, ending in ((stl(), ".stl"), (letters(), ".stl"), (obj(), ".obj"), (msh(), ".msh")):
         stray = [(0.0, 0.0, -90.0)] if ending == ".obj" else []
-        assert sorted(vertices(data, ending)) == sorted([*CORNERS, *stray])
+        numbers = read_vertices(data, ending)
+        assert set(zip(numbers[::3], numbers[1::3], numbers[2::3], strict=True)) == {*CORNERS, *stray}

@@ -104,11 +104,6 @@ def sizes(name: str) -> list[tuple[int, int]]:
     return list(zip(size(ours), size([*xacro, *shared]), strict=True))
 
 
-def test_there_are_examples() -> None:
-    assert sorted(MASSES) == NAMES
-    assert PUBLISHED == ["turtlebot3_burger", "unitree_a1", "ur5e"]
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_compiles_with_notes_at_most(name: str) -> None:
     made = example(name)
@@ -145,7 +140,6 @@ def test_is_the_robot_of_its_xacro(name: str) -> None:
     both = (facts(text) for text in (artifact(name, ".urdf"), expanded_xacro(name)))
     ours, theirs = ({key: value for key, value in one.items() if not key.startswith("kept ")} for one in both)
     assert differences(theirs, ours) == []
-    assert len(ours) > 200
 
 
 @pytest.mark.parametrize("name", PUBLISHED)

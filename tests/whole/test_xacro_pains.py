@@ -119,10 +119,6 @@ def test_typo_is_an_error(make: Make, name: str) -> None:
     assert word in found.message + found.help
 
 
-def test_there_are_typos() -> None:
-    assert len(TYPOS) > 40
-
-
 # 3. Values have types, from the command line too (ros/xacro#22, #128, #176, #321).
 
 

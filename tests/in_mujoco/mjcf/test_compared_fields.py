@@ -41,7 +41,6 @@ def test_every_field_of_the_model_is_compared_or_excused_once() -> None:
     listed = Counter(fields())
     published = structs.STRUCTS["mjModel"].fields
     known = [field.name for field in published]
-    assert len(known) > 590
     assert [field.name for field in published if field.name not in listed and not follows(field)] == []
     assert [name for name in listed if name not in known] == []
     assert [name for name, count in listed.items() if count > 1] == []

@@ -106,14 +106,6 @@ def test_reading_a_robot_loads_no_numpy() -> None:
     assert ran.stdout == "set()\n"
 
 
-def test_names_are_listed_and_others_are_not_there() -> None:
-    public = {"compile", "read", "diff", "Robot", "Diagnostic", "Format", "rule", "function", "__version__"}
-    assert public <= set(rosorin_compile.__all__) <= set(dir(rosorin_compile))
-    assert rosorin_compile.Robot is Robot
-    with pytest.raises(AttributeError, match="no attribute 'compiler'"):
-        _ = rosorin_compile.compiler  # type: ignore[attr-defined]
-
-
 # ---- compile ----
 
 

@@ -123,8 +123,3 @@ def test_files_that_include_files_have_an_end(tmp_path: Path) -> None:
     assert [(d.rule, d.message) for d in made.diagnostics] == [
         ("include-too-many", "files include each other 20 levels deep")
     ]
-
-
-def test_a_missing_mesh_tells_where_to_put_it() -> None:
-    (found,) = read_mjcf(MJCF / "bad" / "no_mesh.xml", ReadOptions()).diagnostics
-    assert found.help == "put the file where the MJCF looks for it: MuJoCo wants to see every mesh and texture"

@@ -19,7 +19,6 @@ import pytest
 from rosorin_compile.diagnostics import ERROR, Diagnostic
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.pipeline import Compiled, compile_robot
-from support.cases import told
 from support.paths import XACRO
 from support.xacro_table import read, ready
 
@@ -73,14 +72,17 @@ parts:
 """
         },
     )
-    assert told(errors(made), "robot.yaml") == [
-        '# expect: parts/joints.yaml:6:85: error[expression]: there is no value named "lenght"',
-        '#   help: did you mean "length"?',
-        '#   related: parts/joints.yaml:9:87: "length" comes from here',
-        '#   related: parts/joints.yaml:9:7: part "segment" used here as "s0"',
-        "#   related: parts/joints.yaml:9:26: i = 0",
-        '#   related: arm.yaml:3:3: part "arm" used here as "arm"',
-        "#   related: 4:11: included here",
+    (found,) = errors(made)
+    spans = [one.span for one in (found, *found.related)]
+    assert found.rule == "expression"
+    assert '"length"' in found.help
+    assert [span and f"{span.source.path}:{span.line}:{span.column}" for span in spans] == [
+        "parts/joints.yaml:6:85",
+        "parts/joints.yaml:9:87",
+        "parts/joints.yaml:9:7",
+        "parts/joints.yaml:9:26",
+        "arm.yaml:3:3",
+        "robot.yaml:4:11",
     ]
 
 
@@ -98,7 +100,7 @@ links: {base: {}}
     )
     axis, used = "robot.yaml:10:50: ", "robot.yaml:8:74: used here"
     said = report(made.diagnostics)
-    assert f'{axis}error[axis-not-unit]: the axis of joint "left_axle" has length 2, not 1' in said
+    assert f"{axis}error[axis-not-unit]: " in said
     assert used in said
 
 
@@ -127,11 +129,11 @@ links:
         ({"legs": "6", "reach": "30 cm", "name": "007"}, '<link name="007_12"> 0.15'),
         ({"reach": "1e-1"}, '<link name="a7_8"> 0.05'),
         ({"lidar": "false"}, '<link name="other"/>'),
-        ({"legs": "four"}, '"legs" of the description is an integer, not the text "four"'),
-        ({"legs": "4.5"}, '"legs" of the description is an integer, not a number'),
-        ({"reach": "2 kg"}, '"reach" of the description is a length, not a mass (kg)'),
-        ({"lidar": "yes"}, '"lidar" of the description is a boolean, not the text "yes"'),
-        ({"legz": "4"}, 'the description has no argument "legz"'),
+        ({"legs": "four"}, "bad-argument"),
+        ({"legs": "4.5"}, "bad-argument"),
+        ({"reach": "2 kg"}, "bad-argument"),
+        ({"lidar": "yes"}, "bad-argument"),
+        ({"legz": "4"}, "unknown-argument"),
     ],
 )
 def test_argument_has_its_type(make: Make, arguments: dict[str, str], said: str) -> None:
@@ -143,7 +145,7 @@ def test_argument_has_its_type(make: Make, arguments: dict[str, str], said: str)
         size = f"> {radius.get('radius')}" if radius is not None else "/>"
         assert said == f'<link name="{name}"{size}'
     else:
-        assert said in errors(made)[0].message
+        assert said == errors(made)[0].rule
 
 
 # 4. Time grows with the robot, no faster (ros/xacro#57, #292); the benchmarks have the seconds.

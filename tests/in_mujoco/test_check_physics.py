@@ -22,7 +22,7 @@ from rosorin_compile.formats.mesh_triangles import load_mesh
 from rosorin_compile.project import Description
 from rosorin_compile_mujoco.physics import checking
 from rosorin_compile_mujoco.physics.scene import winding
-from support.cases import check, told
+from support.cases import as_comment, check
 from support.commands import Shown
 from support.paths import DATA, ROOT
 from support.robots import copy_of_rosorin
@@ -47,7 +47,7 @@ def looked_at(path: Path) -> list[Diagnostic]:
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
 def test_message(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(case.parent)
-    found = told(looked_at(Path(case.name)), case.name)
+    found = as_comment(looked_at(Path(case.name)), case.name)
     check(case, found)
     assert found or "robot: good\n" in case.read_text("utf-8")
 

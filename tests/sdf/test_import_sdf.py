@@ -20,7 +20,7 @@ from rosorin_compile.frontend.lower import lower
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.sections import NO_SECTIONS
 from rosorin_compile_sdf.sdf.bodies import bodies_of
-from support.cases import check, read, told_in_xml
+from support.cases import as_xml_comment, check, read
 from support.comparing import different
 from support.machines import as_in_sdf, robot_of
 from support.paths import DATA, ROOT, ROSORIN
@@ -62,7 +62,7 @@ def written(robot: Robot, **options) -> str:
 def test_message(case, monkeypatch):
     monkeypatch.chdir(case.parent)
     imported = read(Path(case.name))
-    found = told_in_xml(imported.diagnostics, case.name)
+    found = as_xml_comment(imported.diagnostics, case.name)
     assert found
     check(case, found)
     assert (imported.tree is None) == has_errors(imported.diagnostics) == (case.parent.name == "bad")

@@ -5,7 +5,7 @@
     #   related: LINE:COLUMN: MESSAGE
 
 In XML the lines are without "# ", between "<!--" and "-->". File, line, column, severity and rule are written by hand.
-The texts are written by
+The message, and the help and related lines, are written by
 
     python tests/renew.py messages [PATH...]
 
@@ -84,13 +84,13 @@ def read(path: Path) -> Imported:
     return read_robot(path, ReadOptions(arguments=arguments, lenient="lenient" in words, environment={}))
 
 
-def told(diagnostics: list[Diagnostic], main: str) -> list[str]:
-    """Return diagnostics as the comments of a description whose first file is ``main``; all letters are visible."""
+def as_comment(diagnostics: list[Diagnostic], main: str) -> list[str]:
+    """Return diagnostics as comment lines of the description ``main``, with unprintable characters escaped."""
     return [f"# {_visible(line)}" for line in _lines(diagnostics, main)]
 
 
-def told_in_xml(diagnostics: list[Diagnostic], main: str) -> list[str]:
-    """Return diagnostics, in order, as the lines of an XML comment, which holds no two dashes: they stand as =="""
+def as_xml_comment(diagnostics: list[Diagnostic], main: str) -> list[str]:
+    """Return diagnostics, in order, as the lines of an XML comment, which must not contain "--": it becomes "==" """
     return [line.replace("--", "==").replace("\0", "\\0") for line in _lines(arrange(diagnostics), main)]
 
 

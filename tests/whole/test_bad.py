@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.diagnostics import ERROR, NOTE, Diagnostic
 from rosorin_compile.pipeline import compile_robot
-from support.cases import check, told
+from support.cases import as_comment, check
 from support.paths import BAD
 
 CASES = sorted([*BAD.glob("*.yaml"), *BAD.glob("*/robot.yaml")])
@@ -31,7 +31,7 @@ def test_message(case, monkeypatch):
     with_notes = any(f" {NOTE}[" in line for line in comment)
     found = [one for one in made.diagnostics if with_notes or one.severity != NOTE]
     assert found
-    check(case, told(found, case.name))
+    check(case, as_comment(found, case.name))
     assert not made.artifacts or all(one.severity != ERROR for one in made.diagnostics)
 
 

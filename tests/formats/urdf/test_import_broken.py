@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.diagnostics import ERROR, has_errors
-from support.cases import check, read, told_in_xml
+from support.cases import as_xml_comment, check, read
 from support.paths import BROKEN_SOURCES, DOCS
 
 CASES = sorted([*BROKEN_SOURCES.glob("*.urdf"), *BROKEN_SOURCES.glob("*.xacro")])
@@ -23,7 +23,7 @@ def test_message(case, monkeypatch):
     monkeypatch.chdir(BROKEN_SOURCES)
     imported = read(Path(case.name))
     assert imported.diagnostics
-    check(case, told_in_xml(imported.diagnostics, case.name))
+    check(case, as_xml_comment(imported.diagnostics, case.name))
     assert (imported.tree is None) == has_errors(imported.diagnostics)
     for one in imported.diagnostics:
         assert f"`{one.rule}` |" in DOCUMENTED, f"docs/rules.md has no row for {one.rule}"

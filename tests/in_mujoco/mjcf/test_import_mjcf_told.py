@@ -17,7 +17,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile_mujoco.mjcf import process
 from rosorin_compile_mujoco.mjcf.robot import read_mjcf
-from support.cases import check, told_in_xml
+from support.cases import as_xml_comment, check
 from support.paths import DATA
 
 pytestmark = pytest.mark.slow
@@ -31,7 +31,7 @@ BAD = sorted(MJCF.glob("bad/*.xml"))
 def test_message(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(path.parent)
     made = read_mjcf(Path(path.name), ReadOptions())
-    check(path, told_in_xml(made.diagnostics, path.name))
+    check(path, as_xml_comment(made.diagnostics, path.name))
     assert (made.tree is None) == (path in BAD)
     assert all(one.span and one.help for one in made.diagnostics if one.severity == "error")
     carried_not = [one for one in made.diagnostics if one.rule == "import-cannot-carry"]

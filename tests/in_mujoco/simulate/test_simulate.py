@@ -23,7 +23,7 @@ from rosorin_compile_mujoco.simulate import command
 from rosorin_compile_mujoco.simulate.judging import LIMITS, Judge
 from rosorin_compile_mujoco.simulate.trials import all_trials
 from rosorin_compile_mujoco.simulate.world import FIXED, FREE, quiet
-from support.cases import check, told
+from support.cases import as_comment, check
 from support.commands import Shown
 from support.paths import DATA, ROOT
 
@@ -57,7 +57,7 @@ def test_message(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(case.parent)
     text = case.read_text("utf-8")
     diagnostics = simulated(Path(case.name))
-    check(case, told(diagnostics, case.name))
+    check(case, as_comment(diagnostics, case.name))
     assert ("robot: good" in text) == all(one.severity == "note" for one in diagnostics)
 
 

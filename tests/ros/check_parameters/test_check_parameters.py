@@ -19,7 +19,7 @@ from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.project import Description
 from rosorin_compile_ros.check_parameters.checking import asked, look
-from support.cases import check, told
+from support.cases import as_comment, check
 from support.paths import DATA
 
 FOLDER = DATA / "parameters"
@@ -44,7 +44,7 @@ def looked_at(case: Path) -> list[Diagnostic]:
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.parent.name}-{case.stem}")
 def test_message(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(case.parent)
-    found = told(looked_at(case), case.name)
+    found = as_comment(looked_at(case), case.name)
     check(case, found)
     assert (case.stem == "sound") == (not found)
 

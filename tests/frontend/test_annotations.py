@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.frontend.accepting import names_at
-from rosorin_compile.frontend.annotations import merged, of_parts
+from rosorin_compile.frontend.annotations import of_parts
 from rosorin_compile.frontend.expand.naming import names_of
 from rosorin_compile.frontend.expand.placing import placed
 from rosorin_compile.frontend.load import load_mapping
@@ -229,14 +229,6 @@ servos: {quad: {joints: [hinge]}}
 """,
     )
     assert list(names_at(said, tuple(int(step) if step.isdigit() else step for step in path.split(".")))) == names
-
-
-def test_every_section_says_how_files_are_joined() -> None:
-    alone = {"rosorin_compile", "robot", "source", "let", "include", "root", "drive", "contact_layers"}
-    said = {*merged("entries"), *merged("items"), *merged("within"), *alone}
-    from rosorin_compile.frontend.schema import schema
-
-    assert said == set(schema()["properties"])
 
 
 def test_what_may_stand_in_a_part_is_what_editors_are_told() -> None:

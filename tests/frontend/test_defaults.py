@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.lower import lower
-from rosorin_compile.frontend.schema import fragment_at, schema
+from rosorin_compile.frontend.schema import fragment_at
 from rosorin_compile.model import Robot
 
 # A robot that says none of them, with everything that has one.
@@ -77,9 +77,3 @@ def test_a_default_that_is_said_changes_nothing(path: tuple[Any, ...], tmp_path:
         node = node[step]
     node[path[-1]] = fragment_at(path)["default"]
     assert robot_of(tmp_path, said) == robot_of(tmp_path, ROBOT)
-
-
-def test_each_default_of_the_schema_is_tried() -> None:
-    entries = (one.get("properties", {}) for one in schema()["$defs"].values())
-    said = {key for properties in entries for key, one in properties.items() if "default" in one}
-    assert {path[-1] for path in defaults()} == said

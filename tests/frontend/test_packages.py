@@ -110,8 +110,8 @@ def test_a_package_that_an_expression_does_not_find(tmp_path):
     assert [one.answer for one in made.resolved] == [""]
     path.write_text(FINDS.replace("OTHER", ""))
     (problem,) = compile_robot(path).diagnostics
-    assert problem.message == 'the package "tool" is not found'
-    assert problem.help == "say where it is, --package tool=FOLDER, or source its workspace"
+    assert '"tool"' in problem.message
+    assert "--package tool=FOLDER" in problem.help
     assert problem.span is not None
     assert problem.span.line == 4
     told = compile_robot(path, packages={"tool": tmp_path})

@@ -123,71 +123,54 @@ USED = 'sensor type "{}" of "probe" used here'
 
 
 @pytest.mark.parametrize(
-    ("kind", "given", "message", "at"),
+    ("kind", "given", "rule", "at"),
     [
-        ("lidar_2d", "rais: 3", 'sensor type "lidar_2d" has no argument "rais"', "rais"),
-        ("lidar_2d", "rays: many", '"rays" of sensor type "lidar_2d" is an integer, not the text "many"', "many"),
-        ("lidar_2d", "rays: 0", '"rays" of sensor type "lidar_2d" is from 1 to 100000, not 0', "0}"),
-        (
-            "lidar_2d",
-            "fov: 361 deg",
-            '"fov" of sensor type "lidar_2d" is from 0 deg to 360 deg, not 361 deg',
-            "361 deg",
-        ),
-        ("lidar_2d", "max_range: 3 kg", '"max_range" of sensor type "lidar_2d" is a length, not a mass (kg)', "3 kg"),
-        ("lidar_2d", "rate: -1 Hz", '"rate" of sensor type "lidar_2d" is at least 0 Hz, not -1 Hz', "-1 Hz"),
-        ("camera", "hfov: 60", '"hfov" of sensor type "camera" is from 1 deg to 170 deg, not 60', "60}"),
-        ("camera", 'hfov: "${1/0}"', "division by zero", "1/0}"),
-        ("contact", "surface: floor", '"floor" is not a value of the argument "surface"', "floor"),
+        ("lidar_2d", "rais: 3", "unknown-argument", "rais"),
+        ("lidar_2d", "rays: many", "bad-argument", "many"),
+        ("lidar_2d", "rays: 0", "bad-argument", "0}"),
+        ("lidar_2d", "fov: 361 deg", "bad-argument", "361 deg"),
+        ("lidar_2d", "max_range: 3 kg", "bad-argument", "3 kg"),
+        ("lidar_2d", "rate: -1 Hz", "bad-argument", "-1 Hz"),
+        ("camera", "hfov: 60", "bad-argument", "60}"),
+        ("camera", 'hfov: "${1/0}"', "expression", "1/0}"),
+        ("contact", "surface: floor", "bad-argument", "floor"),
     ],
 )
-def test_a_mistake_in_with_is_told_where_it_stands(tmp_path, kind, given, message, at):
+def test_a_mistake_in_with_is_told_where_it_stands(tmp_path, kind, given, rule, at):
     path = written(tmp_path, sensor(kind, more=f", with: {{{given}}}"))
-    (found, *more) = compile_robot(path).diagnostics
-    assert message in found.message
-    assert not more
+    (found,) = compile_robot(path).diagnostics
+    assert found.rule == rule
     line = path.read_text("utf-8").splitlines()[3]
     assert (found.span.source.path.endswith("robot.yaml"), found.span.line) == (True, 4)
     assert found.span.column == line.rindex(at) + 1
-    if "1/0" not in given:
-        near = ["what may be meant stands here"] if "did you mean" in found.help else []
-        assert [related.message for related in found.related] == [*near, USED.format(kind)]
 
 
 @pytest.mark.parametrize(
-    ("element", "words"),
+    ("element", "rule"),
     [
-        ("{}", "an element of mjcf has one of sensor, body, template; this one has none"),
-        ("{sensor: gyro, body: site}", "this one has sensor and body"),
-        ("{sensor: gyro, section: x}", "only a template has a section"),
-        ("{sensor: gyro, frame: optical}", "the sensor has no optical frame"),
-        ("{sensor: gyro, frame: mount}", 'mjcf[0] frame cannot be "mount"'),
-        ("{sensor: gyro, rpy: [0, 0, 0], replicate: {count: 0}}", "a count is 1 to 100,000, not 0"),
-        ("{sensor: gyro, replicate: {count: 2, rpy: [1, 0, 1]}}", "copies turn about one axis"),
-        ("{sensor: gy ro}", 'mjcf[0] sensor cannot be "gy ro"'),
-        ('{sensor: gyro, attributes: {"a b": 1}}', '"a b" cannot be a name'),
-        (
-            "{sensor: gyro, attributes: {a: {}}}",
-            "attributes a is true or false or a number or text or a list, not a mapping",
-        ),
-        ("{sensor: gyro, attribute: {}}", 'has no key "attribute"'),
-        ("{sensor: gyro, xyz: [1 kg, 0, 0]}", "is a length (m), but 1 kg is a mass (kg)"),
-        ("{sensor: gyro, name: a b}", 'name cannot be "a b"'),
-        ("{sensor: gyro}\n      - {sensor: gyro}", 'the MuJoCo gyro "it" is defined twice'),
-        (
-            "{sensor: gyro, rpy: [1, 0, 0]}\n      - {body: site, name: site}",
-            'the MuJoCo site "it_site" is defined twice',
-        ),
+        ("{}", "missing-key"),
+        ("{sensor: gyro, body: site}", "missing-key"),
+        ("{sensor: gyro, section: x}", "ignored-key"),
+        ("{sensor: gyro, frame: optical}", "missing-key"),
+        ("{sensor: gyro, frame: mount}", "wrong-value"),
+        ("{sensor: gyro, rpy: [0, 0, 0], replicate: {count: 0}}", "wrong-value"),
+        ("{sensor: gyro, replicate: {count: 2, rpy: [1, 0, 1]}}", "wrong-value"),
+        ("{sensor: gy ro}", "bad-name"),
+        ('{sensor: gyro, attributes: {"a b": 1}}', "bad-name"),
+        ("{sensor: gyro, attributes: {a: {}}}", "wrong-type"),
+        ("{sensor: gyro, attribute: {}}", "unknown-key"),
+        ("{sensor: gyro, xyz: [1 kg, 0, 0]}", "wrong-unit"),
+        ("{sensor: gyro, name: a b}", "bad-name"),
+        ("{sensor: gyro}\n      - {sensor: gyro}", "duplicate-name"),
+        ("{sensor: gyro, rpy: [1, 0, 0]}\n      - {body: site, name: site}", "duplicate-name"),
     ],
 )
-def test_a_mistake_in_a_type_is_told_where_it_stands(tmp_path, element, words):
+def test_a_mistake_in_a_type_is_told_where_it_stands(tmp_path, element, rule):
     path = written(tmp_path, own_type(element))
-    made = compile_robot(path)
-    (found, *more) = made.diagnostics
-    assert words in found.message
-    assert not more
+    (found,) = compile_robot(path).diagnostics
+    assert found.rule == rule
     assert found.span.line in (6, 7)
-    assert any('sensor type "own" of "it" used here' in related.message for related in found.related)
+    assert found.related
 
 
 def test_what_mujoco_does_not_know_is_left_to_mujoco(tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,12 +16,11 @@ from jsonschema import Draft7Validator
 
 from rosorin_compile.diagnostics import Source, Span
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.annotations import ANNOTATIONS
 from rosorin_compile.frontend.expand import expand
 from rosorin_compile.frontend.schema import schema, with_formats, with_outputs
 from rosorin_compile.frontend.tree import Map, Seq, Text
 from rosorin_compile.frontend.validate import validate
-from rosorin_compile.frontend.validator import inlined, misfits, misfits_of, validator, validator_of, words
+from rosorin_compile.frontend.validator import inlined, misfits, misfits_of, validator, validator_of
 from rosorin_compile.pipeline import Readers
 from rosorin_compile.units import ANGLE, LENGTH, MASS, NUMBER, Quantity
 from support.paths import OUTPUTS, ROOT, SCHEMAS
@@ -35,42 +33,6 @@ MADE = {
     "options of all formats": with_formats(FORMATS.values()),
 }
 ALL = pytest.mark.parametrize("whole", [*SHIPPED.values(), *MADE.values()], ids=[*SHIPPED, *MADE])
-DRAFT = {
-    *(
-        "$schema",
-        "$ref",
-        "$defs",
-        "definitions",
-        "title",
-        "description",
-        "default",
-        "examples",
-        "type",
-        "enum",
-        "const",
-    ),
-    *("properties", "additionalProperties", "propertyNames", "required", "dependencies", "minProperties"),
-    *("maxProperties", "items", "minItems", "maxItems", "uniqueItems", "pattern", "minLength", "minimum", "maximum"),
-    *("exclusiveMinimum", "if", "then", "not", "anyOf", "oneOf", "allOf", "patternProperties", "contentEncoding"),
-}
-EDITORS = {"patternErrorMessage", "deprecationMessage", "markdownDescription", "defaultSnippets", "errorMessage"}
-SAYING = {"$ref", "title", "description", "default", "examples"}
-
-
-def parts(schema: Any) -> Iterator[dict[str, Any]]:
-    """Yield each part of a schema that is one itself."""
-    if not isinstance(schema, dict):
-        return
-    yield schema
-    for word, inner in schema.items():
-        if word in ("properties", "patternProperties", "$defs", "definitions", "dependencies"):
-            for one in inner.values():
-                yield from parts(one)
-        elif word in ("anyOf", "oneOf", "allOf", "items") and isinstance(inner, list):
-            for one in inner:
-                yield from parts(one)
-        elif word in ("additionalProperties", "propertyNames", "items", "if", "then", "not"):
-            yield from parts(inner)
 
 
 @ALL
@@ -78,29 +40,6 @@ def test_schemas_are_of_draft_7(whole: dict[str, Any]) -> None:
     assert whole["$schema"] == "http://json-schema.org/draft-07/schema#"
     for part in [whole, *whole.get("$defs", {}).values()]:  # which draft 7 calls definitions
         Draft7Validator.check_schema(part)
-    for part in parts(whole):
-        words = {word for word in part if not word.startswith("x-")}
-        assert words <= DRAFT | EDITORS | ({"$id"} if part is whole else set())
-        assert False not in part.get("properties", {}).values()  # versions differ in the place that they name
-
-
-@ALL
-def test_references_stay_in_the_schema_and_nothing_that_counts_stands_beside_them(whole: dict[str, Any]) -> None:
-    references = [part for part in parts(whole) if "$ref" in part]
-    for part in references:
-        assert part["$ref"].startswith(("#/$defs/", "#/definitions/"))
-        assert part.keys() - ANNOTATIONS <= SAYING
-    if "definitions" not in whole:  # that of editors holds itself, and nothing is validated with it here
-        assert not any("$ref" in part for part in parts(inlined(whole)))
-
-
-@ALL
-def test_patterns_are_of_those_that_python_is_told_of(whole: dict[str, Any]) -> None:
-    for part in parts(whole):
-        pattern = part.get("pattern", "")
-        if pattern and "definitions" not in whole:  # that of editors is not asked here
-            assert not re.search(r"\\[DwWbBS]", pattern), pattern
-            assert pattern.index("$") == len(pattern) - 1, pattern
 
 
 # Spaces, digits, and what nobody sees.
@@ -131,41 +70,6 @@ def test_the_size_of_a_description_decides_on_no_letter(many: int, tmp_path: Pat
     (found,) = validate(tree, FORMATS)
     assert (found.rule, found.span and found.span.line) == ("bad-name", many + 4)
     assert "U+FEFF" in found.help
-
-
-SAID = (
-    ({"type": "number"}, "1", '"1" is not of type "number"'),
-    ({"type": ["object", "null", "boolean"]}, 1, '1 is not of types "null", "boolean", "object"'),
-    ({"enum": ["a", "b", "c"]}, "d", '"d" is not one of "a", "b" or "c"'),
-    ({"enum": [1, "b", None, True]}, "d", '"d" is not one of 1, "b" or 2 other candidates'),
-    ({"const": "--x"}, "--y", '"--x" was expected'),
-    ({"pattern": "^a"}, "b", '"b" does not match "^a"'),
-    ({"required": ["a", "b"]}, {}, '"a" is a required property', '"b" is a required property'),
-    ({"dependencies": {"a": ["b"], "b": ["a"]}}, {"a": 1}, '"b" is a required property'),
-    (
-        {"properties": {"a": {}}, "additionalProperties": False},
-        {"a": 1, "c": 1, "b": 1},
-        "Additional properties are not allowed ('c', 'b' were unexpected)",
-    ),
-    ({"minItems": 1}, [], "[] has less than 1 item"),
-    ({"maxItems": 1}, [1, 2], "[1,2] has more than 1 item"),
-    ({"uniqueItems": True}, [1, 1], "[1,1] has non-unique elements"),
-    ({"minProperties": 1}, {}, "{} has less than 1 property"),
-    ({"maxProperties": 1}, {"a": 1, "b": 2}, '{"a":1,"b":2} has more than 1 property'),
-    ({"minLength": 1}, "", '"" is shorter than 1 character'),
-    ({"minimum": 3}, 2, "2 is less than the minimum of 3"),
-    ({"maximum": 1}, 2.5, "2.5 is greater than the maximum of 1"),
-    ({"exclusiveMinimum": 0}, 0, "0 is less than or equal to the minimum of 0"),
-    ({"oneOf": [{"type": "null"}]}, 1, "1 is not valid under any of the schemas listed in the 'oneOf' keyword"),
-    ({"oneOf": [{}, {}]}, 1, "1 is valid under more than one of the schemas listed in the 'oneOf' keyword"),
-    ({"propertyNames": {"minLength": 2}}, {"a": 1}, '"a" is shorter than 2 characters'),
-    ({"not": {}}, 1, "1 does not fit the schema: not"),
-)
-
-
-@pytest.mark.parametrize(("part", "value", "said"), [(part, value, said) for part, value, *said in SAID])
-def test_what_does_not_fit_is_told_in_words_of_ours(part: dict[str, Any], value: Any, said: list[str]) -> None:
-    assert [words(one) for one in misfits_of(validator_of(part), value)] == said
 
 
 def test_the_first_place_comes_first_whatever_the_validator_finds_first() -> None:

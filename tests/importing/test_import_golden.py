@@ -37,10 +37,6 @@ def imported(name: str, folder: str = EXPECTED) -> dict[str, str]:
     return trip.files
 
 
-def test_there_are_robots() -> None:
-    assert len(ROBOTS) >= 2
-
-
 @pytest.mark.parametrize(("name", "folder"), FOLDERS)
 def test_files_are_those_that_are_committed(name: str, folder: str) -> None:
     expected = {path.name: path.read_text("utf-8") for path in (FOLDER / name / folder).iterdir()}

@@ -71,10 +71,6 @@ def test_words_are_those_that_are_committed(name: str, tmp_path: Path) -> None:
     assert said(CASES / f"{name}.urdf", tmp_path / "made") == (CASES / f"{name}.yaml").read_text("utf-8")
 
 
-def test_there_are_robots() -> None:
-    assert len(ROBOTS) >= 5
-
-
 SDF = """<sdf version="1.9"><model name="m">
   <link name="base">
     <inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>

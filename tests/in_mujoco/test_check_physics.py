@@ -1,6 +1,6 @@
-"""check physics: each case in tests/data/physics says at its top what has to be said about it, word for word.
+"""check physics: the comment of each case in tests/data/physics lists the diagnostics that it gets.
 
-The comments are those of tests/bad; a robot without any is sound, and nothing is said of it.
+See support/cases.py; a robot without comment is sound and gets none.
 """
 
 from __future__ import annotations
@@ -17,13 +17,12 @@ from rosorin_compile.commands.given import Given
 from rosorin_compile.commands.understanding import understood
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
-from rosorin_compile.diagnostics.registry import PHYSICS, every_rule
 from rosorin_compile.extending import world
 from rosorin_compile.formats.mesh_triangles import load_mesh
 from rosorin_compile.project import Description
 from rosorin_compile_mujoco.physics import checking
 from rosorin_compile_mujoco.physics.scene import winding
-from support.cases import told
+from support.cases import as_comment, check
 from support.commands import Shown
 from support.paths import DATA, ROOT
 from support.robots import copy_of_rosorin
@@ -46,21 +45,11 @@ def looked_at(path: Path) -> list[Diagnostic]:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
-def test_what_is_said_of_a_robot(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_message(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(case.parent)
-    lines = case.read_text("utf-8").splitlines()
-    expected = [line for line in lines if line.startswith(("# expect: ", "#   "))]
-    found = told(looked_at(Path(case.name)), case.name)
-    assert found == expected, "\n".join(["", *found])
-    assert "robot: good" in lines or expected
-
-
-def test_each_rule_of_physics_has_a_case() -> None:
-    said = {
-        line.split("[")[1].split("]")[0] for case in CASES for line in case.read_text().splitlines() if "expect" in line
-    }
-    declared = {rule.id for rule in every_rule().values() if rule.topic == PHYSICS}
-    assert said == declared | {"mesh-unreadable", "accept-unused"}
+    found = as_comment(looked_at(Path(case.name)), case.name)
+    check(case, found)
+    assert found or "robot: good\n" in case.read_text("utf-8")
 
 
 @pytest.mark.tier("engines")

@@ -271,4 +271,4 @@ def test_blanks_within_names_are_kept_by_every_format(tmp_path: Path) -> None:
     outputs = "".join(f"  {name}: {{file: every_{file}}}\n" for name, file in left.items())
     robot, _, made = sound(compiled_text(tmp_path, BLANKS + outputs))
     assert robot.joint["j  j"].child == "a  b"
-    assert len(made.artifacts) >= 14
+    assert len(made.artifacts) >= len(left)

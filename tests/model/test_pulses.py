@@ -116,15 +116,14 @@ def test_pulses_that_do_not_exist(rosorin: Robot) -> None:
     for pulse, why in ((1001, "outside the range"), (-1, "outside the range"), (5.0, "a pulse is a whole number")):
         with pytest.raises(NoPulse) as refused:
             to_radians(rosorin, {"joint1": pulse})  # type: ignore[dict-item]
-        assert str(refused.value) == f'there is no pulse {pulse} of joint "joint1": {why}; 0 to 1000 exist'
+        assert why in str(refused.value)
 
 
 @pytest.mark.parametrize("position", [2.2, -2.2, math.inf, -math.inf, math.nan, 1e300])
 def test_positions_that_no_pulse_gives(rosorin: Robot, position: float) -> None:
     with pytest.raises(NoPulse) as refused:
         to_pulses(rosorin, {"joint1": position})
-    told = "the pulses 0 to 1000 give -2.0944 to 2.0944"
-    assert str(refused.value) == f'no pulse gives the position {position:.6g} of joint "joint1": {told}'
+    assert "-2.0944 to 2.0944" in str(refused.value)
 
 
 def test_joints_without_a_servo(rosorin: Robot) -> None:

@@ -70,7 +70,7 @@ def test_a_mistake_in_a_part_is_told_of_each_use(tmp_path: Path) -> None:
     """A rule that asks one of a kind first names each use of the part that has the mistake."""
     (tmp_path / "robot.yaml").write_text(ROBOT.replace("axis: [0, 0, 1]", "axis: [0, 0, 2]"))
     (told,) = [one for one in understand(tmp_path / "robot.yaml").diagnostics if one.rule == "axis-not-unit"]
-    assert told.message == 'the axis of joint "a_joint" has length 2, not 1'
+    assert '"a_joint"' in told.message
     first, _, *others = [one.message for one in told.related]  # the second is the round of the loop
     assert [first, *others] == [f'part "segment" used here as "{use}"' for use in "abc"]
 

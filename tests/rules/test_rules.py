@@ -17,7 +17,7 @@ from rosorin_compile.frontend.schema import schema, with_formats
 from rosorin_compile.model import Inertial
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.mass import principal_moments
-from rosorin_compile.rules import check, checks
+from rosorin_compile.rules import check
 from support.paths import ROSORIN
 from support.robots import compiled, found, robot, rules
 
@@ -38,22 +38,11 @@ def test_reference_robot_names_its_stand_ins_once():
     assert any("(joint1 limit, joint2 limit, joint3 limit, joint4 limit, joint5 limit)" in note for note in notes)
 
 
-def test_every_rule_says_what_it_is_about():
-    assert all(one.function.__doc__ for one in checks())
-    assert len(set(checks())) == len(checks())
-
-
 def test_options_are_those_of_the_schema():
     options = {option for format in FORMATS.values() for option in format.options}
     whole = with_formats(FORMATS.values())["$defs"]["output"]
     assert options | {"file", "backend"} == set(whole["properties"])
     assert options.isdisjoint(schema()["$defs"]["output"]["properties"])
-
-
-def test_a_format_has_the_name_of_its_module_and_a_place_of_its_own():
-    assert [FORMATS[name].name for name in FORMATS] == list(FORMATS)
-    ranks = [format.rank for format in FORMATS.values()]
-    assert sorted(set(ranks)) == ranks
 
 
 def orthogonal(seed: int) -> np.ndarray:

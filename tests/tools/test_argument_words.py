@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
 import pytest
 
-from rosorin_compile.cli import main, parser
+from rosorin_compile.cli import main
 from rosorin_compile.commands import watch
-from rosorin_compile.commands.parser import Parser
-from rosorin_compile.commands.registry import commands
 from support.commands import Shown, write_files
 from support.paths import DATA
 
@@ -53,21 +50,6 @@ WORDS = {
 XACRO = (
     '<robot xmlns:xacro="http://ros.org/wiki/xacro" name="r"><xacro:arg name="x" default="1"/><link name="a"/></robot>'
 )
-
-
-def taking() -> Iterator[str]:
-    """Yield the commands that have ``-a``, those within a command too."""
-    for name in commands():
-        waiting: list[tuple[str, Parser]] = [(name, parser([name]).within[name])]
-        while waiting:
-            called, command = waiting.pop()
-            waiting += [(f"{called} {inner}", one) for inner, one in command.within.items()]
-            if any("-a" in option.option_strings for option in command.options):
-                yield called
-
-
-def test_each_command_that_takes_arguments_is_tried_here() -> None:
-    assert set(taking()) == set(WORDS)
 
 
 @pytest.mark.parametrize("name", WORDS)

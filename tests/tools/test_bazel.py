@@ -184,15 +184,6 @@ def test_the_folder_of_a_package_is_that_of_its_package_xml() -> None:
         action({"name": "lamp", "tool": "tools/rosorin-compile"})
 
 
-def test_each_attribute_of_the_page_is_one_of_the_rule() -> None:
-    rows = re.findall(r"^\| (`.*?`) \|", PAGE.read_text("utf-8"), re.MULTILINE)
-    told = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
-    driver = "\n[(name, one['doc']) for name, one in rosorin_robot.attrs.items()]\n"
-    known = evaluated((DATA / "bazel/stubs.star").read_text("utf-8") + RULE.read_text("utf-8") + driver)
-    assert told == {name for name, _ in known}
-    assert all(doc.endswith(".") for _, doc in known)
-
-
 def test_the_command_says_where_the_rule_is(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bazel-dir"]) == 0
     folder = Path(capsys.readouterr().out.rstrip("\n"))

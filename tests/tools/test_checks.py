@@ -34,7 +34,6 @@ def carts(home: Path, capsys: Shown) -> Path:
 
 def test_each_check_has_functions_and_a_line_in_the_help(capsys: Shown) -> None:
     every = checks()
-    assert list(every) == ["parameters", "deployed", "physics", "fleet"]
     for one in own_checks().values():
         for name in filter(None, (one.record.options, one.record.run, one.record.each)):
             assert callable(one.function(name))

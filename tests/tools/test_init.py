@@ -58,24 +58,7 @@ def test_the_starter_teaches_what_it_says() -> None:
     start("bot", Path())
     path = Path("descriptions/bot/robot.yaml")
     text = path.read_text("utf-8")
-    for used in (
-        "args:",
-        "let:",
-        "parts:",
-        "use:",
-        "mirror:",
-        "drive:",
-        "sensors:",
-        "edges:",
-        "when:",
-        "source:",
-        " deg",
-        "${",
-        "help:",
-    ):
-        assert used in text
     assert "NAME" not in text
-    assert max(map(len, text.splitlines())) <= 120
     made = compiled(path)
     assert made.robot is not None
     assert {link.name for link in made.robot.links} >= {

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main, parser
-from rosorin_compile.commands.registry import commands
+from rosorin_compile.cli import main
 from support.paths import DATA, ROOT
 
 ROVER = """
@@ -144,18 +143,6 @@ def test_errors_are_shown(project: Path, capsys: pytest.CaptureFixture[str]) -> 
 def test_a_program_gets_errors_and_stand_ins(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["all", "rover.yaml", "-q", "--format", "json"]) == 0
     assert [entry["rule"] for entry in json.loads(capsys.readouterr().out)["diagnostics"]] == ["stand-in"]
-
-
-# Commands that have nothing to say but their result.
-WITHOUT = {"init", "schema", "rule", "cmake-dir", "bazel-dir", "completion"}
-
-
-@pytest.mark.parametrize("name", [name for name in commands() if name not in WITHOUT])
-def test_every_command_that_says_more_than_its_result_can_be_quiet(name: str) -> None:
-    command = parser([name]).within[name]
-    for one in command.within.values() or [command]:
-        quiet = [action for action in one.options if "--quiet" in action.option_strings]
-        assert [action.option_strings for action in quiet] == [["-q", "--quiet"]]
 
 
 ASKED = (

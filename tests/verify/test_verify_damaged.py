@@ -29,9 +29,6 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {name: bags.write(folder / "bag" / name, said, *kind) for name, kind in KINDS.items()}
 
 
-QOS = "      offered_qos_profiles: []"
-
-
 def outcome(folder: Path) -> list[str]:
     """Return the rules of the findings; where the recording cannot be read, the folder that the error names."""
     try:

@@ -33,7 +33,6 @@ KEYS = {"name", "author", "description", "inputs", "outputs", "runs", "branding"
 INPUT_KEYS = {"description", "required", "default", "deprecationMessage"}
 OUTPUT_KEYS = {"description", "value"}
 STEP_KEYS = {"name", "id", "if", "run", "shell", "env", "working-directory", "continue-on-error"}
-CONTEXTS = {"inputs", "github.action_path", "steps"}
 
 
 class Job(NamedTuple):

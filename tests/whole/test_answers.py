@@ -14,9 +14,6 @@ import pytest
 from rosorin_compile import __version__
 from rosorin_compile.cli import main
 from rosorin_compile.commands import run as running
-from rosorin_compile.commands.answer import name_of, schema_of
-from rosorin_compile.commands.parser import Parser
-from rosorin_compile.commands.registry import command, commands, own_checks
 from rosorin_compile.commands.schema import names
 from support.answers import hold, validator
 from support.commands import HANDY, Shown
@@ -181,25 +178,6 @@ def test_each_schema_of_an_answer_is_one_and_can_be_printed_by_its_id(capsys: Sh
         assert main(["schema", schema["$id"]]) == 0
         assert capsys.readouterr().out == file.read_text("utf-8")
         assert schema["$id"] in names()
-
-
-def test_each_command_that_answers_has_a_schema_of_its_own() -> None:
-    every = {**{name: command(name) for name in commands(of_plugins=False)}}
-    every |= {f"check {name}": check for name, check in own_checks().items()}
-    answering = []
-    for name, found in every.items():
-        parser = Parser(add_help=False)
-        assert found is not None
-        found.add_options(parser)
-        within = {f"{name} {sub}": one for sub, one in parser.within.items()} or {name: parser}
-        answering += [each for each, one in within.items() if "--format" in one.long_options()]
-    assert len(answering) > 20
-    assert [name for name in answering if schema_of(name) != name_of(name)] == []
-
-
-def test_the_other_schemas_of_documents_have_their_names_for_ids_too() -> None:
-    for name in ("authoring", "description", "robot_model", "static_tf", "recording", "robot_diff", "page"):
-        assert json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))["$id"] == name
 
 
 def test_the_answer_of_a_run_is_no_part_of_what_a_robot_is_remembered_by(monkeypatch: pytest.MonkeyPatch) -> None:

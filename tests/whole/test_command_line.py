@@ -9,8 +9,6 @@ import os
 import re
 import subprocess
 import sys
-from collections import defaultdict
-from collections.abc import Iterator
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -18,36 +16,13 @@ import pytest
 
 from rosorin_compile import __version__
 from rosorin_compile.cli import main, parse, parser
-from rosorin_compile.commands import registry
-from rosorin_compile.commands.older import INSTEAD
-from rosorin_compile.commands.parser import Parser
 from rosorin_compile.commands.registry import GROUPS, commands
 from rosorin_compile.commands.schema import names
 from rosorin_compile.frontend.schema import own_schema
-from support.paths import COMPILER, DATA, DOCS, IMPORTED, PACKAGE, PACKAGES, ROOT, ROSORIN, SCHEMAS
+from support.paths import DATA, IMPORTED, ROOT, ROSORIN, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
-FOLDERS = (PACKAGE / "commands", PACKAGE / "tools", *(one for one in PACKAGES if one != PACKAGE))
 COMMANDS = commands()
-# Options whose value is another one in another command, and why.
-OTHER_VALUES = {
-    "-o": "a file or a folder, as the command writes one or several",
-    "--output": "the same",
-    "--format": "messages have more forms than results",
-    "--frame": "a frame; extract says that it is a link",
-    "--link": "one, or several",
-    "--into": "a file of the description; of import the folder of a package",
-    "--robot": "of extract factory the file in the package",
-    "--from": "the shapes that extract reads; where the camera of picture stands",
-    "--frames": "the two that verify is told of; whether picture shows them",
-    "--size": "two lengths of extract; pixels of picture",
-}
-
-
-def parsers(name: str) -> Iterator[Parser]:
-    """Yield the parsers of a command: of extract those of its three ways."""
-    command = parser([name]).within[name]
-    yield from command.within.values() or [command]
 
 
 def help_of(capsys: Shown, *words: str) -> str:
@@ -66,36 +41,6 @@ def test_help_lists_every_command_in_its_group(capsys: Shown) -> None:
         assert (f"\n  {one.name} " in shown) is not one.hidden
         assert shown.count(one.help) == (0 if one.hidden else 1)
     assert max(map(len, shown.splitlines())) <= 100
-
-
-def test_a_word_that_is_no_command_is_told_each_command_once(capsys: Shown) -> None:
-    with pytest.raises(SystemExit):
-        main(["xyzzy"])
-    _, _, known = capsys.readouterr().err.partition("known: ")
-    told = known.strip().split(" and ")[0].split(", ")
-    assert len(told) == len(set(told)) > 20
-    assert {"all", "compile"} <= set(told)
-
-
-def test_every_module_of_a_command_has_a_record() -> None:
-    """And the functions that a record names are there."""
-    every = [path for folder in FOLDERS for path in folder.rglob("*.py")]
-    sources = (path for path in every if "\ndef options(" in path.read_text("utf-8"))
-    found = [*filter(None, map(registry.command, COMMANDS)), *registry.own_checks().values()]
-    functions = [one.function(name) for one in found for name in (one.record.options, one.record.run)]
-    modules = {function.__module__ for function in functions}
-    assert modules == {".".join(path.relative_to(COMPILER).with_suffix("").parts) for path in sources}
-    assert len(functions) == 2 * (len(COMMANDS) + len(registry.checks()))
-
-
-def test_a_command_has_an_order_of_its_own_in_its_group() -> None:
-    places = [(one.group, one.order) for one in COMMANDS.values()]
-    assert len(set(places)) == len(places)
-
-
-def test_no_two_commands_are_called_the_same() -> None:
-    called = [name for one in COMMANDS.values() for name in (one.name, *one.also)]
-    assert len(set(called)) == len(called)
 
 
 IMPORTED_BY = """
@@ -164,16 +109,6 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
     assert main(["init", "a/b"]) == main(["schema", "x"]) == main(["all", "nobody"]) == main([]) == 2
 
 
-def test_an_option_has_one_name_for_its_value() -> None:
-    forms: dict[str, set[str]] = defaultdict(set)
-    for name in COMMANDS:
-        for command in parsers(name):
-            for action in command.options:
-                for option in action.option_strings:
-                    forms[option].add(f"{action.metavar or action.choices} {action.nargs} {type(action).__name__}")
-    assert {option: form for option, form in forms.items() if len(form) > 1 and option not in OTHER_VALUES} == {}
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -228,16 +163,6 @@ def test_every_schema_is_printed(capsys: Shown) -> None:
     assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
 
 
-def test_the_pages_tell_of_every_command_and_schema() -> None:
-    pages = {path.name: path.read_text("utf-8") for path in (DOCS).glob("*.md")}
-    for name in COMMANDS:
-        shown = any(f"$ rosorin-compile {name} " in page for page in pages.values())
-        assert shown or name in ("cmake-dir", "bazel-dir", "schema", "watch"), name
-    assert all(f"`rosorin-compile {name}" in "".join(pages.values()) for name in ("watch", "schema"))
-    listed = pages["README.md"].partition("## Schemas")[2]
-    assert all(f"`{name}`" in (pages["json.md"] if name.startswith("answer") else listed) for name in names())
-
-
 def test_a_mode_is_said_in_the_same_ways_everywhere(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     session = str(DATA / "recordings" / "session.txt")
@@ -272,14 +197,6 @@ def test_without_a_word_it_shows_its_help(capsys: Shown) -> None:
     shown = capsys.readouterr()
     assert shown.out == ""
     assert shown.err.startswith("usage: rosorin-compile [-h] [--version] COMMAND ...\n")
-    hidden = {name for name, one in COMMANDS.items() if one.hidden}
-    assert hidden == {"pulses", "cmake-dir", "bazel-dir"}
-    assert {name for name in COMMANDS if f"\n  {name} " in shown.err} == set(COMMANDS) - hidden
-
-
-def test_a_word_that_people_type_is_no_command_and_leads_to_one() -> None:
-    assert not set(INSTEAD) & {name for one in COMMANDS.values() for name in (one.name, *one.also)}
-    assert set(INSTEAD.values()) <= set(COMMANDS)
 
 
 AS_INSTALLED = """

@@ -72,11 +72,6 @@ def world_of(folder: Path) -> World:
     return World(mujoco, robot, simulated(robot, output, Templates(), FREE), FREE, ROOT)
 
 
-def test_every_robot_here_with_a_drive_is_driven() -> None:
-    here = [ROSORIN, *(path.parent for path in EXAMPLES.glob("*/robot.yaml"))]
-    assert {folder for folder in here if robot_of(folder).drive is not None} == set(BASES)
-
-
 @pytest.mark.landing("engines", "robot.yaml", "ackermann_car")
 @pytest.mark.parametrize("folder", BASES, ids=name_of)
 def test_its_own_actuators_turn_the_wheels_that_carry_it(folder: Path) -> None:

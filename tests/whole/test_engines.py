@@ -196,8 +196,3 @@ def test_pybullet_throws_away_what_the_rule_warns_of(tmp_path: Path) -> None:
     urdf = robots.files["urdf"]
     urdf.write_text(urdf.read_text("utf-8").replace('damping="0" friction', 'damping="1" friction'), "utf-8")
     assert not stepped(robots, "pybullet")["urdf in pybullet"]["finite"]
-
-
-def test_every_robot_of_this_project_is_stepped() -> None:
-    folders = [ROSORIN.parent, *(path.parent for path in (ROOT / "examples").glob("*/robot.yaml"))]
-    assert {folder.name for folder in folders} == {*FREE, *FIXED}

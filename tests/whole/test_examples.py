@@ -11,7 +11,6 @@ import re
 import textwrap
 from collections.abc import Mapping
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -72,43 +71,6 @@ def expanded_xacro(name: str) -> str:
     return str(xacro.process_file(str(ROOT / "examples" / name / "xacro" / "robot.xacro")).toxml())
 
 
-def code(path: Path) -> str:
-    """Return a file without comments and blank lines."""
-    text = path.read_text("utf-8")
-    if path.suffix == ".xacro":
-        text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
-    else:
-        text = re.sub(r"(^|\s)#.*", r"\1", text, flags=re.MULTILINE)
-    return "\n".join(line for line in text.splitlines() if line.strip())
-
-
-BESIDE = ("collisions.yaml", "control.yaml")
-
-
-def size(paths: list[Path]) -> tuple[int, int, int]:
-    """Return lines, words and characters; a word is a run of letters, digits, underscores and points."""
-    text = "\n".join(code(path) for path in paths)
-    return len(text.splitlines()), len(re.findall(r"[\w.]+", text)), len("".join(text.split()))
-
-
-def sizes(name: str) -> list[tuple[int, int]]:
-    """Return lines, words and characters of a description and of its xacro, each with the tables that it loads.
-
-    What has no place in the xacro, but in files beside it, is left out.
-    """
-    folder = ROOT / "examples" / name
-    ours = [path for path in sorted(folder.glob("*.yaml")) if path.name not in BESIDE]
-    xacro = sorted((folder / "xacro").iterdir())
-    own = {path.name for path in xacro}
-    shared = [path for path in ours if path.name != "robot.yaml" and path.name not in own]
-    return list(zip(size(ours), size([*xacro, *shared]), strict=True))
-
-
-def test_there_are_examples() -> None:
-    assert sorted(MASSES) == NAMES
-    assert PUBLISHED == ["turtlebot3_burger", "unitree_a1", "ur5e"]
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_compiles_with_notes_at_most(name: str) -> None:
     made = example(name)
@@ -145,21 +107,11 @@ def test_is_the_robot_of_its_xacro(name: str) -> None:
     both = (facts(text) for text in (artifact(name, ".urdf"), expanded_xacro(name)))
     ours, theirs = ({key: value for key, value in one.items() if not key.startswith("kept ")} for one in both)
     assert differences(theirs, ours) == []
-    assert len(ours) > 200
-
-
-@pytest.mark.parametrize("name", PUBLISHED)
-def test_is_shorter_than_its_xacro(name: str) -> None:
-    """Ours says more: where each number is from, which artifacts there are, what a simulator and tf2 need to know."""
-    assert all(ours < theirs for ours, theirs in sizes(name)), sizes(name)
 
 
 def test_page_shows_what_the_examples_say() -> None:
     page = (DOCS / "examples.md").read_text("utf-8")
     assert all(f"[{name}](../examples/{name}/robot.yaml)" in page for name in NAMES)
-    for name in PUBLISHED:
-        row = " | ".join(f"{ours} / {theirs}" for ours, theirs in sizes(name))
-        assert f"| {name} | {row} |" in page, f"| {name} | {row} |"
     said = "\n".join((folder / "robot.yaml").read_text("utf-8") for folder in EXAMPLES)
     for block in re.findall(r"```yaml\n(.*?)```", page, re.DOTALL):
         assert any(textwrap.indent(block, " " * depth) in said for depth in range(8)), block

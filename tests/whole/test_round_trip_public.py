@@ -69,7 +69,6 @@ def here(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: 
 def test_there_are_files() -> None:
     if not REQUIRED and not NAMES:
         pytest.skip("pybullet is not installed")
-    assert len(NAMES) >= 100
     assert set(REFUSED) <= set(NAMES)
 
 

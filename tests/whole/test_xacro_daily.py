@@ -10,7 +10,6 @@ import shlex
 import shutil
 import sys
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Iterator
 from itertools import product
 from pathlib import Path
 from types import ModuleType
@@ -24,27 +23,6 @@ from support.xacro_life import PAGE, CommandFailed, Machine, package
 
 pytest.importorskip("xacro")
 pytestmark = pytest.mark.slow  # each call is a process
-
-PROVEN: dict[str, str] = {}
-
-
-def row(*titles: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Say which rows of the page a test proves."""
-
-    def noted(test: Callable[..., None]) -> Callable[..., None]:
-        PROVEN.update(dict.fromkeys(titles, test.__name__))
-        return test
-
-    return noted
-
-
-def rows() -> Iterator[tuple[str, str, str, str]]:
-    """Yield the rows of daily life: the title, what is done with xacro, what is done here, whether it is the same."""
-    section = PAGE.read_text("utf-8").partition("\n## Daily life\n")[2].partition("\n## ")[0]
-    for line in section.splitlines():
-        if line.startswith("| ") and not line.startswith(("| row", "|---")):
-            title, there, here, outcome = (cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1])
-            yield title, there, here, outcome
 
 
 @pytest.fixture
@@ -93,17 +71,6 @@ def quoted(path: Path) -> str:
     return shlex.quote(str(path))
 
 
-def test_every_row_is_proven() -> None:
-    """A row has a test here that carries its title, or a link to the cases that the real xacro expands."""
-    found = list(rows())
-    assert len(found) >= 20
-    titles = [title for title, _, _, _ in found]
-    linked = {title for title, _, _, outcome in found if "](from-xacro-reference.md#" in outcome}
-    assert set(PROVEN) <= set(titles), set(PROVEN) - set(titles)
-    assert linked | set(PROVEN) == set(titles), set(titles) - linked - set(PROVEN)
-    assert len(set(titles)) == len(titles)
-
-
 @pytest.mark.landing("outside", "true-false")
 @pytest.mark.parametrize(("lidar", "sim"), list(product(("true", "false"), repeat=2)))
 def test_the_package_of_the_page_is_the_same_robot(machine: Machine, rover: Path, lidar: str, sim: str) -> None:
@@ -116,14 +83,12 @@ def test_the_package_of_the_page_is_the_same_robot(machine: Machine, rover: Path
     assert ("gz_ros2_control" in ours.stdout) == (sim == "true")
 
 
-@row("a xacro file, as it is")
 def test_a_xacro_is_printed_as_it_is(machine: Machine, rover: Path) -> None:
     theirs = machine.command("xacro ", quoted(rover / XACRO), " lidar:=false")
     ours = machine.command("rosorin-compile print --trust ", quoted(rover / XACRO), " urdf", " lidar:=false")
     same(theirs, ours)
 
 
-@row("`Command` in a launch file")
 def test_command_in_a_launch_file(machine: Machine, rover: Path) -> None:
     spaced = rover.parent.parent / "a folder" / "rover description"
     shutil.copytree(rover, spaced)
@@ -183,7 +148,6 @@ def label(urdf: str) -> str | None:
 
 
 @pytest.mark.landing("outside", 'say "here"', "007", "a;b|c*d?~$HOME")
-@row("arguments from a launch file")
 @pytest.mark.parametrize("value", VALUES)
 def test_arguments_from_a_launch_file(machine: Machine, value: str) -> None:
     theirs, ours = labelled(machine.folder)
@@ -194,7 +158,6 @@ def test_arguments_from_a_launch_file(machine: Machine, value: str) -> None:
     assert label(here) == value
 
 
-@row("an argument that is empty")
 def test_an_argument_that_is_empty(machine: Machine) -> None:
     theirs, ours = labelled(machine.folder)
     same(
@@ -205,7 +168,6 @@ def test_an_argument_that_is_empty(machine: Machine) -> None:
     assert label(machine.command("rosorin-compile print ", quoted(ours), " urdf", " label:=")) is None
 
 
-@row("an argument that there is not")
 def test_an_argument_that_there_is_not(machine: Machine) -> None:
     theirs, ours = labelled(machine.folder)
     machine.command("xacro ", quoted(theirs), " hight:=3")
@@ -213,7 +175,6 @@ def test_an_argument_that_there_is_not(machine: Machine) -> None:
         machine.command("rosorin-compile print ", quoted(ours), " urdf", " hight:=3")
 
 
-@row("`$(find PACKAGE)` with ROS")
 def test_find_with_ros(machine: Machine, rover: Path) -> None:
     """The package is found by the prefix alone: its files stand somewhere else, and nothing there names it."""
     elsewhere = machine.folder / "elsewhere"
@@ -233,7 +194,6 @@ def test_find_with_ros(machine: Machine, rover: Path) -> None:
         assert "rover_description" in ran.stderr
 
 
-@row("`$(find PACKAGE)` without ROS")
 def test_find_without_ros(machine: Machine, rover: Path) -> None:
     theirs = machine.command("xacro ", quoted(rover / XACRO))
     machine.environment["AMENT_PREFIX_PATH"] = ""
@@ -246,7 +206,6 @@ def test_find_without_ros(machine: Machine, rover: Path) -> None:
     same(theirs, machine.command("rosorin-compile print ", quoted(moved / YAML), " urdf", option))
 
 
-@row("one macro file, robots of two packages")
 @pytest.mark.usefixtures("rover")
 def test_one_macro_file_for_robots_of_two_packages(machine: Machine) -> None:
     """A second package includes the wheel of the first."""
@@ -276,7 +235,6 @@ def test_one_macro_file_for_robots_of_two_packages(machine: Machine) -> None:
     same(theirs, machine.command("rosorin-compile print ", quoted(other / "descriptions/tug"), " urdf"))
 
 
-@row("`xacro FILE \\| check_urdf /dev/stdin`")
 @pytest.mark.skipif(shutil.which("check_urdf") is None, reason="liburdfdom-tools")
 def test_check_urdf_from_a_pipe(machine: Machine, rover: Path) -> None:
     theirs = machine.shell(f"xacro {quoted(rover / XACRO)} | check_urdf /dev/stdin")
@@ -291,7 +249,6 @@ def tree(said: str) -> list[str]:
     return sorted(re.sub(r"\(\d+\)", "", line) for line in said.splitlines() if "child" in line or "root Link" in line)
 
 
-@row("`xacro -o FILE`")
 def test_a_file_is_written(machine: Machine, rover: Path) -> None:
     for call in (f"xacro {rover / XACRO} -o theirs.urdf", f"rosorin-compile print {rover / YAML} urdf -o ours.urdf"):
         ran = machine.run(*call.split())
@@ -299,7 +256,6 @@ def test_a_file_is_written(machine: Machine, rover: Path) -> None:
     same(*((machine.folder / name).read_text("utf-8") for name in ("theirs.urdf", "ours.urdf")))
 
 
-@row("`xacro --inorder`")
 def test_inorder_is_gone(machine: Machine, rover: Path) -> None:
     """xacro takes it and says on standard error that it may be dropped; Command takes that for a failure."""
     assert "You can drop the option" in machine.run("xacro", "--inorder", str(rover / XACRO)).stderr
@@ -313,7 +269,6 @@ def test_inorder_is_gone(machine: Machine, rover: Path) -> None:
     same(before, machine.command("rosorin-compile print ", quoted(robot), " urdf"))
 
 
-@row("`xacro --deps`")
 def test_dependencies(machine: Machine, rover: Path) -> None:
     """Each file that xacro names has its counterpart; the robot's own file is named, too."""
     theirs = machine.run("xacro", "--deps", str(rover / XACRO)).stdout.split()
@@ -326,7 +281,6 @@ def test_dependencies(machine: Machine, rover: Path) -> None:
     assert sorted(Path(name).stem for name in files.split()) == ["control", "materials", "robot", "rover", "wheel"]
 
 
-@row("an environment variable")
 def test_an_environment_variable(machine: Machine) -> None:
     theirs, ours = labelled(machine.folder)
     theirs.write_text(LABELLED.replace("$(arg label)", "$(env LABEL)"), "utf-8")
@@ -337,7 +291,6 @@ def test_an_environment_variable(machine: Machine) -> None:
     assert label(here.stdout) == "bench 3"
 
 
-@row("an error")
 def test_an_error_has_a_line(machine: Machine, rover: Path) -> None:
     for name in (XACRO, YAML):
         text = (rover / name).read_text("utf-8")
@@ -437,7 +390,6 @@ rosorin_compile_add_robot(DESCRIPTION descriptions/rover OUTPUTS urdf REMAP sim:
 
 
 @pytest.mark.tier("builds")
-@row("`xacro_add_files`")
 @pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("ninja") is None, reason="cmake and ninja")
 def test_a_build_with_cmake(machine: Machine, rover: Path) -> None:
     """What xacro_add_files does stands here in its words (ros/xacro, cmake/xacro-extras.cmake): no package of pip or

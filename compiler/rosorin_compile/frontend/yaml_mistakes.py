@@ -61,7 +61,7 @@ def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
     if isinstance(problem, yaml.reader.ReaderError):
         before = source.text[: problem.position]
         span = Span(source, before.count("\n") + 1, len(before) - before.rfind("\n"))
-        return error("yaml-syntax", "a control character may not stand in YAML", span, "remove it")
+        return error("yaml-syntax", "control characters are not allowed in YAML", span, "remove it")
     begun = getattr(problem, "context_mark", None)
     mark = getattr(problem, "problem_mark", None) or begun
     line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)

@@ -100,7 +100,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
             help = f"swap parent and child of one, or remove it: {quoted(left)} have no parent"
         ends = [case.end(joint, "child") for joint in joints]
         if any(end[0] == "sensors" for end in ends):
-            message = f'the frame "{child}" is said {"twice" if len(ends) == 2 else f"{count} times"}: by '
+            message = f'frame "{child}" is defined {"twice" if len(ends) == 2 else f"{count} times"}: by '
             message += listed(map(owner_of_frame, ends))
             alone = len(ends) == 2 and ends[0][0] != "sensors"
             help = _own_frame(case, path) if alone else "give each a frame of its own"

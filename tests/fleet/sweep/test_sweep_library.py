@@ -61,14 +61,8 @@ def test_variants_of_a_file() -> None:
 
 def test_what_is_wrong_with_one_is_its_own() -> None:
     made = list(rosorin_compile.sweep("handy", {"a/b": {}, "": {}, "one": {"skale": 1}, "two": 5, "good": {}}))
-    told = [str(one.diagnostics[0]) if one.robot is None else "fine" for one in made]
-    assert told == [
-        'error[variant-name]: no folder is made for the variant "a/b": its name has "/"',
-        "error[variant-name]: this variant has no name",
-        'error[unknown-argument]: the description has no argument "skale"',
-        "error[bad-argument]: arguments map names to values; this is of the type int",
-        "fine",
-    ]
+    rules = [one.diagnostics[0].rule if one.robot is None else "fine" for one in made]
+    assert rules == ["variant-name", "variant-name", "unknown-argument", "bad-argument", "fine"]
 
 
 @pytest.mark.parametrize(

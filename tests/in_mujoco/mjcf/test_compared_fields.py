@@ -19,7 +19,6 @@ from rosorin_compile_mujoco.mjcf import (  # noqa: E402
     compared_values,
     matched,
     moves,
-    proof,
 )
 
 
@@ -41,15 +40,9 @@ def test_every_field_of_the_model_is_compared_or_excused_once() -> None:
     listed = Counter(fields())
     published = structs.STRUCTS["mjModel"].fields
     known = [field.name for field in published]
-    assert len(known) > 590
     assert [field.name for field in published if field.name not in listed and not follows(field)] == []
     assert [name for name in listed if name not in known] == []
     assert [name for name, count in listed.items() if count > 1] == []
-
-
-def test_what_is_excused_has_a_reason() -> None:
-    assert all(len(reason.split()) >= 4 for reason in EXCUSED)
-    assert all(CARED_FOR.values())
 
 
 @pytest.mark.parametrize(("name", "of"), [("mjOption", "opt"), ("mjStatistic", "stat"), ("mjVisual", "vis")])
@@ -89,20 +82,3 @@ def test_numbers_of_mujoco_are_its_own() -> None:
         int(wraps.mjWRAP_CYLINDER): "geom",
     } == compared.WRAPPED
     assert (wraps.mjWRAP_SPHERE, wraps.mjWRAP_CYLINDER) == compared_drives.SOLIDS_OF_TENDONS
-
-
-def test_every_feature_says_how_the_import_lists_it_or_is_never_listed() -> None:
-    never = {"bodies", "masses", "colours", "masks", "looks of sites", "tuning of equalities", "numbers and texts"}
-    never |= {"contact pairs", "flexible bodies", "skins", "plugins"}
-    features = {feature for kind in compared_fields.KINDS.values() for feature in kind.fields} | set(
-        compared_fields.OF_DOFS
-    )
-    features |= (
-        {feature for _, feature in compared_fields.REFERENCES.values()}
-        | set(compared_fields.WHOLE)
-        | set(compared.LOST.values())
-    )
-    listed = {feature for one in proof.LISTED for feature in one.features}
-    assert features - never == listed & features
-    assert listed <= features | {"motion", "motion capture", "names", "options", "order", "sleep", "touching"}
-    assert set(proof.STILL) <= features | {"settings of the viewer", "names", "sizes"}

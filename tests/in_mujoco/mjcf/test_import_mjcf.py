@@ -67,12 +67,6 @@ def tree(name: str) -> Any:
     return made.tree
 
 
-def test_there_are_cases() -> None:
-    assert len(CORNERS) >= 13
-    assert len(PUBLIC) >= 5
-    assert len(EXAMPLES) >= 3
-
-
 @pytest.mark.parametrize("name", [*CORNERS, *PUBLIC])
 def test_the_robot_is_the_same(name: str) -> None:
     path = {**CORNERS, **PUBLIC}[name]

@@ -29,10 +29,3 @@ def test_every_file_is_of_a_robot_whose_artifacts_are_kept() -> None:
     assert [name for name in robots if f"tests/judges/goldens/every_word/{name}: " not in digests] == []
     included = {name for written in robots.values() for name in written.get("include", ())}
     assert set(WRITTEN) - set(robots) == included
-
-
-def test_only_what_stands_there_is_used() -> None:
-    robot = {"robot": "r", "links": {"a": {"collision": [{"sphere": {"radius": 1}}], "colour": "red"}}}
-    assert used(SCHEMA, robot) == {
-        *("description.robot", "description.links", "link.collision", "collision.sphere", "sphere.radius"),
-    }

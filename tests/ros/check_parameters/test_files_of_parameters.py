@@ -109,71 +109,34 @@ def test_patterns(pattern: str, name: str, fits: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "place", "message"),
+    ("text", "place"),
     [
-        ("ros__parameters: {a: 1}\n", (1, 1), "ros__parameters stands at the top: no node is named"),
-        ("node: {ros__parameters: {}, a: 1}\n", (1, 29), '"a" has a value, and no ros__parameters stands above it'),
-        (
-            "n: {ros__parameters: {a: {}, b: 1}}\n",
-            (1, 30),
-            '"b" stands behind "a", which is empty: ROS 2 refuses the whole file',
-        ),
-        ("n: {ros__parameters: {'': 1}}\n", (1, 23), "a parameter has no name: ROS 2 refuses the whole file"),
-        ("'': {m: {ros__parameters: {a: 1}}}\n", (1, 1), "a node has no name: ROS 2 refuses the whole file"),
-        (
-            "n: {ros__parameters: {a: 1}, ros__parameters: {b: 1}}\n",
-            (1, 30),
-            "ros__parameters stands twice for one node, which ROS 2 refuses",
-        ),
-        *(
-            (text, (1, column), f'"{name}" is no name of a node or a namespace: ROS 2 refuses the whole file')
-            for text, column, name in (
-                ("n: {/m: {ros__parameters: {a: 1}}}\n", 5, "/n//m"),
-                ("/n/: {ros__parameters: {a: 1}}\n", 1, "/n/"),
-                ("~: {ros__parameters: {a: 1}}\n", 1, "~"),
-            )
-        ),
-        ("node: {ros__parameters: 3}\n", (1, 25), "ros__parameters is a mapping of keys to values"),
-        ("node: {ros__parameters: {a: [[1]]}}\n", (1, 30), '"a" holds a list in a list, which ROS 2 refuses'),
-        (
-            "node: {ros__parameters: {a: [{b: 1, c: 2}]}}\n",
-            (1, 37),
-            '"a.b" mixes int and string: ROS 2 refuses the whole file, and no node starts',
-        ),
-        (
-            "n: {ros__parameters: {a: 1}, m: {ros__parameters: {a: 1}}}\n",
-            (1, 30),
-            '"m" stands behind the ros__parameters of "n", which ROS 2 refuses',
-        ),
-        (
-            "my node: {ros__parameters: {a: 1}}\n",
-            (1, 1),
-            '"my node" is no name of a node or a namespace: ROS 2 refuses the whole file',
-        ),
-        (
-            "node: {ros__parameters: {a: [0, 0.5]}}\n",
-            (1, 33),
-            '"a" mixes int and double: ROS 2 refuses the whole file, and no node starts',
-        ),
-        (
-            "node: {ros__parameters: {a: }}\n",
-            (1, 29),
-            "this key has no value: ROS 2 refuses the whole file",
-        ),
-        (
-            "node: {ros__parameters: {a: &x 1, b: *x}}\n",
-            (1, 38),
-            "ROS 2 takes no aliases in a parameter file",
-        ),
-        ("- 1\n", (1, 1), "this is no parameter file: its top is no mapping"),
+        ("ros__parameters: {a: 1}\n", (1, 1)),
+        ("node: {ros__parameters: {}, a: 1}\n", (1, 29)),
+        ("n: {ros__parameters: {a: {}, b: 1}}\n", (1, 30)),
+        ("n: {ros__parameters: {'': 1}}\n", (1, 23)),
+        ("'': {m: {ros__parameters: {a: 1}}}\n", (1, 1)),
+        ("n: {ros__parameters: {a: 1}, ros__parameters: {b: 1}}\n", (1, 30)),
+        ("n: {/m: {ros__parameters: {a: 1}}}\n", (1, 5)),
+        ("/n/: {ros__parameters: {a: 1}}\n", (1, 1)),
+        ("~: {ros__parameters: {a: 1}}\n", (1, 1)),
+        ("node: {ros__parameters: 3}\n", (1, 25)),
+        ("node: {ros__parameters: {a: [[1]]}}\n", (1, 30)),
+        ("node: {ros__parameters: {a: [{b: 1, c: 2}]}}\n", (1, 37)),
+        ("n: {ros__parameters: {a: 1}, m: {ros__parameters: {a: 1}}}\n", (1, 30)),
+        ("my node: {ros__parameters: {a: 1}}\n", (1, 1)),
+        ("node: {ros__parameters: {a: [0, 0.5]}}\n", (1, 33)),
+        ("node: {ros__parameters: {a: }}\n", (1, 29)),
+        ("node: {ros__parameters: {a: &x 1, b: *x}}\n", (1, 38)),
+        ("- 1\n", (1, 1)),
     ],
 )
-def test_what_rcl_refuses(text: str, place: tuple[int, int], message: str) -> None:
+def test_what_rcl_refuses(text: str, place: tuple[int, int]) -> None:
     with pytest.raises(NoParameters) as raised:
         parsed(text)
-    told = raised.value.diagnostic
-    assert told.span is not None
-    assert ((told.span.line, told.span.column), told.rule, told.message) == (place, "parameters-syntax", message)
+    found = raised.value.diagnostic
+    assert found.span is not None
+    assert ((found.span.line, found.span.column), found.rule) == (place, "parameters-syntax")
 
 
 def test_what_is_no_yaml_has_a_place() -> None:

@@ -21,9 +21,8 @@ from rosorin_compile.pipeline import Compiled, compile_robot
 from rosorin_compile.project import Description
 from rosorin_compile_ros.check_parameters.checking import asked, look
 from rosorin_compile_ros.check_parameters.files import read_file
-from rosorin_compile_ros.controllers.types import SHORT
-from rosorin_compile_ros.parameters.tables import DISTRIBUTIONS, plugins
-from support.paths import DATA, DOCS
+from rosorin_compile_ros.parameters.tables import DISTRIBUTIONS
+from support.paths import DATA
 
 FOLDER = DATA / "controllers"
 ROBOTS = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -88,12 +87,6 @@ def test_rcl_reads_what_was_meant(name: str, distribution: str) -> None:
             for word in key.split("."):
                 value = value[word]
             assert (value, type(value)) == (parameter.value, type(parameter.value)), key
-
-
-def test_each_short_word_is_a_type_and_stands_on_the_page() -> None:
-    assert set(SHORT.values()) <= set(plugins(""))
-    page = (DOCS / "controllers.md").read_text("utf-8")
-    assert [word for word, kind in SHORT.items() if f"| `{word}` | `{kind}` |" not in page] == []
 
 
 @pytest.mark.parametrize(

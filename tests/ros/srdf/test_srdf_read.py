@@ -1,12 +1,10 @@
 """SRDFs that people have, read beside the URDF in tests/data/srdf: what is kept, what is told, what is refused.
 
-A file in tests/data/srdf/told or tests/data/srdf/bad carries, in comments, all that has to be said about it:
-``SEVERITY[RULE]: LINE:COLUMN: MESSAGE (HELP)``; an option is without its dashes, which no comment of XML may have.
+The comment of each file in tests/data/srdf/told and tests/data/srdf/bad lists its diagnostics (see support/cases.py).
 """
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +17,13 @@ from rosorin_compile.frontend.lower import lower
 from rosorin_compile.model import Robot
 from rosorin_compile_ros.sections.moveit import MOVEIT
 from rosorin_compile_ros.sections.moveit.value import Ball, DisabledCollision, Moveit, VirtualJoint
+from support.cases import as_xml_comment, check
 from support.commands import Shown
 from support.paths import DATA
 
 FILES = DATA / "srdf"
 TOLD = sorted(FILES.glob("told/*.srdf"))
 BAD = sorted(FILES.glob("bad/*.srdf"))
-_TOLD = re.compile(r"<!-- ((?:error|warning|note)\[.*) -->")
 
 
 def joined(file: Path, **options: Any) -> Imported:
@@ -43,26 +41,12 @@ def robot_of(imported: Imported) -> tuple[Robot, Moveit]:
     return robot, robot.sections[MOVEIT]
 
 
-def said_of(imported: Imported) -> list[str]:
-    """Return what was said, as the comments of the cases have it."""
-    lines = []
-    for one in imported.diagnostics:
-        assert one.span is not None
-        help = f" ({one.help})" if one.help else ""
-        lines.append(f"{one.severity}[{one.rule}]: {one.span.line}:{one.span.column}: {one.message}{help}")
-    return [line.replace("--lenient", "lenient") for line in lines]
-
-
-def test_there_are_cases() -> None:
-    assert len(TOLD) >= 4
-    assert len(BAD) >= 5
-
-
 @pytest.mark.parametrize("file", [*TOLD, *BAD], ids=lambda file: file.stem)
-def test_all_is_told(file: Path) -> None:
-    made = joined(file)
+def test_message(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(file.parent)
+    made = joined(Path(file.name))
     assert (made.tree is None) == (file in BAD)
-    assert said_of(made) == _TOLD.findall(file.read_text("utf-8"))
+    check(file, as_xml_comment(made.diagnostics, file.name))
     carried_not = [one for one in made.diagnostics if one.rule == "import-cannot-carry"]
     assert len(made.left_out) == len(carried_not)
 

@@ -55,7 +55,7 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
             from ..misnamed import word_meant
 
             help = word_meant(kind, [*types, *(shared or {})], "sensor type")
-            scope.report("unknown-sensor-type", f'sensor "{name}" is of no known type: "{kind}"', place, help)
+            scope.report("unknown-sensor-type", f'sensor "{name}": unknown sensor type "{kind}"', place, help)
             continue
         try:
             full = _full(name, kind, sensor, definition, Scope(scope.ledger, home, _via(kind, name, sensor)))

@@ -151,7 +151,7 @@ class _Lowering:
             return
         first = taken[1]
         related = (Related("first said here", locate(self.tree, first).span),)
-        message = f'the frame "{frame}" is said twice: by {owner_of_frame(first)} and {owner_of_frame(said)}'
+        message = f'frame "{frame}" is defined twice: by {owner_of_frame(first)} and by {owner_of_frame(said)}'
         help = "give each a frame of its own"
         if first[0] == "joints":
             help = f'a sensor brings the joint to its frame along: remove joint "{name}", or name another frame'

@@ -149,6 +149,8 @@ def main() -> int:
     options = parser.parse_args()
     environments = options.environments.resolve()
     failures = {one.name: install(one.requirement, environments / one.name) for one in CONVERTERS if one.requirement}
+    if failures[MUJOCO.name]:
+        sys.exit(f"MuJoCo, which measures the results, is not installed: {failures[MUJOCO.name]}")
     share = robot_data(options.robots, environments / "example-robot-data")
     with tempfile.TemporaryDirectory() as work:
         tables = [_versions(failures)]

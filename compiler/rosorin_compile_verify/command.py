@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "recording-unreadable",
-        "The source is no recording, or not a line of it can be read.",
-        "The message says why; `ros2 bag reindex` or `mcap recover` may help.",
+        "The source is no recording, or it is damaged, or its end is missing because the recorder was killed.",
+        "The message says why; `ros2 bag reindex` or `mcap recover` may help. End a recording with Ctrl-C.",
         Heading.RECORDINGS,
     ),
 )
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"{description.name}: a description with errors is nothing to compare with")
         return PROBLEMS
     try:
-        from .metadata import Unreadable
+        from .bags import Unreadable
         from .sources import verify
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":

@@ -91,23 +91,25 @@ def _open(path: Path, recording: Recording, stack: ExitStack) -> Part:
         raise Unreadable("reading a recording needs the package rosbags, which is not installed", help) from None
     world.spoil(f"rosbags reads {path}")
     try:
-        reader = stack.enter_context(Reader(path))
-        _check_topics(reader)
-        count, start, end = int(reader.message_count), int(reader.start_time), int(reader.end_time)
-        if count and not (-FAR < start < FAR and -FAR < end < FAR):
+        reader: Any = stack.enter_context(Reader(path))
+        files = getattr(reader.storage, "storages", None) or [reader.storage]
+        _check_topics(reader, files)
+        contents = [file.metadata for file in files]  # not that of the folder, which may be of other files
+        count = sum(one.message_count for one in contents)
+        start, end = min(one.start_time for one in contents), max(one.end_time for one in contents)
+        if count and not -FAR < start <= end < FAR:
             raise ValueError("its first or its last time is beyond all clocks")
         return Part(reader, path, count, start, end, topics_of(reader, recording))
     except Exception as wrong:
         raise _damaged(path, wrong) from None
 
 
-def _check_topics(reader: Any) -> None:
+def _check_topics(reader: Any, files: Sequence[Any]) -> None:
     """Raise ValueError if a file has topics that metadata.yaml does not have: rosbags skips their messages."""
     listed = [(one.topic, one.msgtype, one.ext, digest) for one in reader.connections for digest in ("", one.digest)]
-    for file in getattr(reader.storage, "storages", ()):
-        for one in file.connections:
-            if (one.topic, one.msgtype, one.ext, one.digest) not in listed:
-                raise ValueError(f"metadata.yaml contradicts the files about {one.topic}")
+    for one in (connection for file in files for connection in file.connections):
+        if (one.topic, one.msgtype, one.ext, one.digest) not in listed:
+            raise ValueError(f"metadata.yaml contradicts the files about {one.topic}")
 
 
 def _read_all(parts: Sequence[Part], recording: Recording, progress: Progress) -> None:

@@ -66,7 +66,7 @@ class Part(NamedTuple):
 
     reader: Any
     path: Path
-    count: int
+    messages: int
     start: int
     end: int
     topics: dict[int, Topic]
@@ -75,14 +75,14 @@ class Part(NamedTuple):
 def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> None:
     """Read a rosbag2 folder, or the files of one that has no metadata.yaml, into a recording. Raises Unreadable."""
     with ExitStack() as stack:
-        parts = [_open(path, recording, stack) for path in paths]
-        parts = sorted((part for part in parts if part.count), key=lambda part: part.start)
+        parts = [part for path in paths for part in _open(path, recording, stack)]
+        parts = sorted((part for part in parts if part.messages), key=lambda part: part.start)
         if parts:
             _read_all(parts, recording, progress)
     recording.finish()
 
 
-def _open(path: Path, recording: Recording, stack: ExitStack) -> Part:
+def _open(path: Path, recording: Recording, stack: ExitStack) -> list[Part]:
     """Open a rosbag2 folder or file. Raises Unreadable."""
     try:
         from rosbags.rosbag2 import Reader
@@ -93,15 +93,21 @@ def _open(path: Path, recording: Recording, stack: ExitStack) -> Part:
     try:
         reader: Any = stack.enter_context(Reader(path))
         files = getattr(reader.storage, "storages", None) or [reader.storage]
-        _check_topics(reader, files)
-        contents = [file.metadata for file in files]  # not that of the folder, which may be of other files
-        count = sum(one.message_count for one in contents)
-        start, end = min(one.start_time for one in contents), max(one.end_time for one in contents)
-        if count and not -FAR < start <= end < FAR:
-            raise ValueError("its first or its last time is beyond all clocks")
-        return Part(reader, path, count, start, end, topics_of(reader, recording))
+        if reader.compression_mode == "message":  # which the folder alone decompresses
+            _check_topics(reader, files)
+            files = [reader.storage]
+        # Otherwise file by file: of a folder rosbags skips the topics about which metadata.yaml contradicts the files.
+        return [_part(file, path, recording) for file in files]
     except Exception as wrong:
         raise _damaged(path, wrong) from None
+
+
+def _part(reader: Any, path: Path, recording: Recording) -> Part:
+    """Return a part with the number and the times of its messages. Raises ValueError for impossible ones."""
+    messages, start, end = reader.metadata.message_count, reader.metadata.start_time, reader.metadata.end_time
+    if messages and not -FAR < start <= end < FAR:
+        raise ValueError("its first or its last time is beyond all clocks")
+    return Part(reader, path, messages, start, end, topics_of(reader, recording))
 
 
 def _check_topics(reader: Any, files: Sequence[Any]) -> None:
@@ -122,7 +128,7 @@ def _read_all(parts: Sequence[Part], recording: Recording, progress: Progress) -
         long = f"{(end - first) / SECOND:.1f} s long"
         raise Unreadable(f"--since {options.since:g} is behind the end of the recording, which is {long}")
     recording.span(start, start)
-    reading = _Reading(recording, progress, sum(part.count for part in parts))
+    reading = _Reading(recording, progress, sum(part.messages for part in parts))
     if start > first:
         for part in parts:
             latched = {key: topic for key, topic in part.topics.items() if topic.kind in (TF_STATIC, ROBOT)}
@@ -215,7 +221,6 @@ class _Reading:
 
 
 def _ns(stamp: Any) -> int:
-    """Return a builtin_interfaces/Time in ns."""
     return int(stamp.sec * SECOND + stamp.nanosec)
 
 

@@ -26,12 +26,14 @@ from rosorin_compile.extending import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rosorin_compile import Compiled
     from rosorin_compile.diagnostics import Diagnostic
     from rosorin_compile.extending import Parser
     from rosorin_compile.model import Robot
 
-    from .expected import Choice, Options
+    from .expected import Options
     from .judge import Verdict
 
 RULES = (
@@ -178,7 +180,6 @@ def _is_robot(source: str) -> bool:
 
 
 def _options(options: argparse.Namespace, robot: Robot) -> Options:
-    """Return what the command line says about the recording. Raises WrongUsage."""
     from rosorin_compile.diagnostics import did_you_mean
 
     from .expected import Options
@@ -208,10 +209,8 @@ def _options(options: argparse.Namespace, robot: Robot) -> Options:
     )
 
 
-def _pose(name: str, robot: Robot) -> Choice | None:
+def _pose(name: str, robot: Robot) -> Mapping[str, float] | None:
     from rosorin_compile.diagnostics import did_you_mean
-
-    from .expected import Choice
 
     if not name:
         return None
@@ -219,7 +218,7 @@ def _pose(name: str, robot: Robot) -> Choice | None:
     if pose is None:
         known = [pose.name for pose in robot.poses]
         raise WrongUsage(f'{robot.name} has no pose "{name}"; {did_you_mean(name, known) or "it has none"}')
-    return Choice(pose.positions, name)
+    return pose.positions
 
 
 def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Diagnostic]:
@@ -275,7 +274,6 @@ def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str,
 
 
 def _write(verdict: Verdict, options: argparse.Namespace) -> None:
-    """Write the files that are asked for. Raises WrongUsage."""
     if options.junit:
         from .machine import as_junit
 

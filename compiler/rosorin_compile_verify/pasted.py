@@ -57,8 +57,6 @@ def read_text(text: str, recording: Recording) -> None:
 
 
 class _TextReader:
-    """Goes through the lines of a text once."""
-
     def __init__(self, text: str, recording: Recording) -> None:
         self.lines = plain_lines(text)
         self.recording = recording
@@ -170,7 +168,7 @@ class _TextReader:
         if pose is None:
             return self.topics.positions
         still = {joint.name: 0.0 for joint in self.recording.description.robot.joints if joint.moves}
-        return {**still, **pose.positions}
+        return {**still, **pose}
 
     def _rows(self, at: int, behind: int) -> int:
         """Take the frames of view_frames between two lines."""
@@ -351,7 +349,6 @@ def _three(values: Sequence[float]) -> Vector:
 
 
 def _orthonormal(rows: Rows) -> Rows:
-    """Return the rotation nearest to a printed matrix, through its quaternion."""
     w, x, y, z = Transform(rows).quaternion()
     return Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rows
 
@@ -382,7 +379,6 @@ def dot_rows(text: str, name: Name) -> list[FrameRow] | None:
 
 
 def _leading(text: str) -> float:
-    """Return the number that a text begins with; a unit may follow."""
     match = _TREE_NUMBER.match(text)
     return _number(match[0]) if match else math.nan
 
@@ -501,7 +497,6 @@ class TopicText:
 
 
 def _stamp(header: dict[str, Any]) -> int:
-    """Return the stamp of a header in ns."""
     stamp = header["stamp"]
     value = int(stamp["sec"]) * SECOND + int(stamp["nanosec"])
     if not -(2**62) < value < 2**62:

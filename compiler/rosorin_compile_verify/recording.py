@@ -25,6 +25,7 @@ Rows = tuple[Vector, Vector, Vector]
 
 MAX_EDGES = 4000
 MAX_SENSORS = 500
+MAX_FRAMES = 32  # that the messages of one topic name
 MAX_DROPPED = 20
 MAX_DESCRIPTIONS = 4
 
@@ -230,8 +231,7 @@ class Recording:
             series.compare(self.joints, last=False)
         for (topic, kind, frame), rows in batch.headers.items():
             if not self.of_another(frame):
-                headers = Headers(received[rows.messages], np.array(rows.stamps, np.int64))
-                self._headers(topic, kind, frame, headers)
+                self._headers(topic, kind, frame, Headers(received[rows.messages], np.array(rows.stamps, np.int64)))
         for (topic, frame), count in batch.slashed.items():
             if topic in self.sensors and frame in self.sensors[topic].frames:
                 self.sensors[topic].frames[frame].slashed += count
@@ -272,30 +272,25 @@ class Recording:
     def _headers(self, topic: str, kind: str, frame: str, headers: Headers) -> None:
         if topic not in self.sensors and len(self.sensors) >= MAX_SENSORS:
             return
-        log = self.sensors.setdefault(topic, SensorLog(topic, kind))
-        use = log.add(frame, headers, self.start or 0)
-        if use is None or not self.timed:
+        frames = self.sensors.setdefault(topic, SensorLog(topic, kind)).frames
+        if frame not in frames and len(frames) >= MAX_FRAMES:
+            return
+        use = frames.setdefault(frame, FrameUse(frame))
+        use.pace.add(headers.received, headers.stamp, self.start or 0)
+        if not self.timed:
             return
         base = self.description.top(frame)
-        world = self.parents.get(base, "")
-        self._look_up(use, headers, base, first=True)
-        if world:
-            self._look_up(use, headers, world, first=False)
-
-    def _look_up(self, use: FrameUse, headers: Headers, target: str, first: bool) -> None:
-        chain = self.chain(use.frame, target)
+        chain = self.chain(frame, base)
         if chain is None:
-            if first:
-                use.early += len(headers.received)
-                use.last_early = int(headers.received[-1])
-            return
-        if first:
+            use.early += len(headers.received)
+        else:
             use.ready, use.waited_for = ready_at(chain, self.start or 0)
-            early = headers.received < use.ready
-            use.early += int(np.count_nonzero(early))
-            use.last_early = int(headers.received[early][-1]) if early.any() else use.last_early
-        if chain or use.frame == target:
-            look_up(use, headers, chain, target)
+            use.early += int(np.count_nonzero(headers.received < use.ready))
+            if chain or frame == base:
+                look_up(use, headers, chain, base)
+        above = self.chain(frame, self.parents[base]) if base in self.parents else None
+        if above:
+            look_up(use, headers, above, self.parents[base])
 
     def chain(self, frame: str, target: str) -> list[Series] | None:
         """Return the recorded edges from a frame up to another; None if they do not lead there."""
@@ -318,9 +313,6 @@ class Recording:
         for series in self.series.values():
             by_child.setdefault(series.child, []).append(series)
         return by_child
-
-
-MAX_FRAMES = 32
 
 
 class Headers(NamedTuple):
@@ -359,26 +351,18 @@ class FrameUse:
     pace: Pace = field(default_factory=Pace)
     slashed: int = 0  # messages that name it with "/" before it
     early: int = 0  # messages that came before the frame was in the tree
-    last_early: int = 0
     ready: int | None = None  # when it was in the tree
     waited_for: str = ""  # the edge that came last
     lookups: dict[str, Lookups] = field(default_factory=dict)
 
 
+@dataclass
 class SensorLog:
-    """The stamped messages of one topic."""
+    """The stamped messages of one topic, by the frames that they name."""
 
-    def __init__(self, topic: str, kind: str) -> None:
-        self.topic, self.kind = topic, kind
-        self.frames: dict[str, FrameUse] = {}
-
-    def add(self, frame: str, headers: Headers, start: int) -> FrameUse | None:
-        """Take the headers of one batch that name one frame."""
-        if frame not in self.frames and len(self.frames) >= MAX_FRAMES:
-            return None
-        use = self.frames.setdefault(frame, FrameUse(frame))
-        use.pace.add(headers.received, headers.stamp, start)
-        return use
+    topic: str
+    kind: str
+    frames: dict[str, FrameUse] = field(default_factory=dict)
 
 
 def ready_at(chain: Sequence[Series], start: int) -> tuple[int, str]:

@@ -177,23 +177,28 @@ def test_a_message_that_ends_too_early(tmp_path: Path, monkeypatch: pytest.Monke
         judged(bag)
 
 
-def test_metadata_that_contradicts_the_files(clean: dict[str, Path], packed: Path, tmp_path: Path) -> None:
-    """Counts and times of metadata.yaml do not matter; a topic that it lacks would be left out."""
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_metadata_that_contradicts_the_files(clean: dict[str, Path], tmp_path: Path, storage: str) -> None:
+    """The files decide; of compressed messages, which rosbags takes from the folder alone, it is an error."""
+    compressed = bags.write(tmp_path / "compressed", bags.messages(Scene(seconds=2.0)), storage, "MESSAGE")
     for number, (was, now) in enumerate(
-        {"message_count: ": "message_count: 1", "nanoseconds: ": "nanoseconds: 1"}.items()
+        {
+            "  message_count: ": "  message_count: 1",
+            "nanoseconds: ": "nanoseconds: 1",
+            "name: /tf\n": "name: /fts\n",
+            "msg/TFMessage": "msg/Other",
+        }.items()
     ):
-        folder = shutil.copytree(packed, tmp_path / str(number))
-        text = (folder / "metadata.yaml").read_text("utf-8")
-        assert was in text
-        (folder / "metadata.yaml").write_text(text.replace(was, now), "utf-8")
-        assert judged(folder).findings == []
-    text = (clean["mcap"] / "metadata.yaml").read_text("utf-8")
-    for name, now in {"topic": "name: /fts\n", "type": ""}.items():
-        folder = shutil.copytree(clean["mcap"], tmp_path / name)
-        changed = text.replace("name: /tf\n", now) if now else text.replace("msg/TFMessage", "msg/Other")
-        (folder / "metadata.yaml").write_text(changed, "utf-8")
-        with pytest.raises(Unreadable, match=r"metadata\.yaml contradicts the files about /tf"):
-            judged(folder)
+        for source in (clean[storage], compressed):
+            folder = shutil.copytree(source, tmp_path / f"{source.name} {number}")
+            text = (folder / "metadata.yaml").read_text("utf-8")
+            assert was in text
+            (folder / "metadata.yaml").write_text(text.replace(was, now), "utf-8")
+            if source == compressed and number > 1:
+                with pytest.raises(Unreadable, match=r"metadata\.yaml contradicts the files about /tf"):
+                    judged(folder)
+            elif source != compressed:
+                assert judged(folder).findings == []
 
 
 def test_files_without_metadata_follow_each_other_in_time(tmp_path: Path) -> None:

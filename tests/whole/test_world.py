@@ -29,7 +29,6 @@ LISTED = {
     "rosorin_compile_import.translating.proving": "sets variables of the environment for what it compares",
     "rosorin_compile_fleet.sweep.folder": "writes the folder of a sweep, and keeps what several processes write apart",
     "rosorin_compile_fleet.sweep.remote": "writes into a store by fsspec, whose methods are called as those of paths",
-    "rosorin_compile_verify.bags": "rosbags opens recordings, which are read in pieces: such a run is spoiled",
     "rosorin_compile_verify.sources": "reads what is pasted by a pipe, once: such a run is spoiled",
 }
 

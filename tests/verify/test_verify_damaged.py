@@ -48,19 +48,19 @@ def test_a_recording_without_its_end_is_one_error(
     """The recorder was killed, or a copy broke off: with and without metadata.yaml, folder and file."""
     data = part(clean[storage]).read_bytes()
     way_out = "mcap recover" if storage == "mcap" else "ros2 bag reindex"
-    for number, share in enumerate((0.0, 0.3, 0.9, 0.99)):
+    for number, share in enumerate((0.0, 0.5, 0.99)):
         folder = with_data(clean[storage], tmp_path / str(number), data[: int(len(data) * share)])
         for source in (folder, part(folder)):
             with pytest.raises(Unreadable, match="cannot be read: ") as problem:
                 judged(source)
             assert str(problem.value).startswith(str(source))
             assert way_out in problem.value.help
-        (folder / "metadata.yaml").unlink()
-        assert main(["verify", ROBOT, str(folder)]) == 1
-        said = capsys.readouterr().err
-        assert said.startswith(f"error[recording-unreadable]: {part(folder)} cannot be read: ")
-        assert way_out in said
-        assert "Traceback" not in said
+    (folder / "metadata.yaml").unlink()
+    assert main(["verify", ROBOT, str(folder)]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"error[recording-unreadable]: {part(folder)} cannot be read: ")
+    assert way_out in said
+    assert "Traceback" not in said
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
@@ -68,7 +68,7 @@ def test_bytes_that_are_turned_over_end_in_an_error(clean: dict[str, Path], tmp_
     """What comes out is an error or a comparison that fails, never a traceback."""
     chance = random.Random(7)  # noqa: S311
     data = part(clean[storage]).read_bytes()
-    for number in range(15):
+    for number in range(8):
         flipped = bytearray(data)
         for _ in range(200):
             flipped[chance.randrange(len(flipped))] ^= 1 << chance.randrange(8)
@@ -84,7 +84,7 @@ def test_bytes_that_are_turned_over_end_in_an_error(clean: dict[str, Path], tmp_
         "rosbag2_bagfile_information: {version: 99}\n",
         "[]",
         "\0",
-        "[" * 2000,
+        "[" * 500,
     ],
 )
 def test_a_damaged_metadata_file(clean: dict[str, Path], tmp_path: Path, metadata: str) -> None:
@@ -104,7 +104,7 @@ def test_any_line_of_metadata_may_be_anything(clean: dict[str, Path], packed: Pa
     values += ["\x07", "[["]
     folder = shutil.copytree(clean.get(kind, packed), tmp_path / "bag")
     lines = (folder / "metadata.yaml").read_text("utf-8").splitlines()
-    for _ in range(60):
+    for _ in range(25):
         changed = list(lines)
         at = chance.randrange(len(lines))
         changed[at : at + 1] = [f"{lines[at].partition(':')[0]}: {chance.choice(values)}"] * chance.randrange(2)

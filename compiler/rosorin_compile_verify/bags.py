@@ -38,6 +38,7 @@ RULES = (
 )
 
 
+BAGS = (".mcap", ".db3")
 BATCH = 16_384
 FAR = 2**62  # ns; no clock shows that
 
@@ -97,15 +98,19 @@ def _open(path: Path, recording: Recording, stack: ExitStack) -> list[Part]:
             _check_topics(reader, files)
             files = [reader.storage]
         # Otherwise file by file: of a folder rosbags skips the topics about which metadata.yaml contradicts the files.
-        return [_part(file, path, recording) for file in files]
+        return [_part(file, path if reader.compression_mode else file.path, recording) for file in files]
     except Exception as wrong:
+        if world.kind(path) == world.FOLDER:  # rosbags does not name the file of a folder that it cannot read
+            for name in sorted(world.names(path)):
+                if Path(name).suffix in BAGS and world.kind(path / name) == world.FILE:
+                    _open(path / name, recording, stack)
         raise _damaged(path, wrong) from None
 
 
 def _part(reader: Any, path: Path, recording: Recording) -> Part:
     """Return a part with the number and the times of its messages. Raises ValueError for impossible ones."""
     messages, start, end = reader.metadata.message_count, reader.metadata.start_time, reader.metadata.end_time
-    if messages and not -FAR < start <= end < FAR:
+    if messages and not -FAR < start <= end <= FAR:
         raise ValueError("its first or its last time is beyond all clocks")
     return Part(reader, path, messages, start, end, topics_of(reader, recording))
 

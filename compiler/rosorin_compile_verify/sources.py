@@ -12,7 +12,7 @@ from rosorin_compile import Artifact
 from rosorin_compile.extending import world
 from rosorin_compile.model import Robot
 
-from .bags import Progress, Unreadable, read
+from .bags import BAGS, Progress, Unreadable, read
 from .expected import Description, Options
 from .judge import Verdict, judge
 from .pasted import read_text
@@ -20,7 +20,6 @@ from .recording import Recording
 
 STANDARD_INPUT = "-"
 MAX_TEXT = 64 << 20
-BAGS = (".mcap", ".db3")
 
 
 def verify(

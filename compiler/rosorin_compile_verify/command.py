@@ -26,19 +26,21 @@ from rosorin_compile.extending import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rosorin_compile import Compiled
     from rosorin_compile.diagnostics import Diagnostic
     from rosorin_compile.extending import Parser
     from rosorin_compile.model import Robot
 
-    from .expected import Choice, Options
+    from .expected import Options
     from .judge import Verdict
 
 RULES = (
     Rule(
         "recording-unreadable",
-        "The source is no recording, or not a line of it can be read.",
-        "The message says why; `ros2 bag reindex` or `mcap recover` may help.",
+        "The source is no recording, or it is damaged, or its end is missing because the recorder was killed.",
+        "The message says why; `ros2 bag reindex` or `mcap recover` may help. End a recording with Ctrl-C.",
         Heading.RECORDINGS,
     ),
 )
@@ -90,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"{description.name}: a description with errors is nothing to compare with")
         return PROBLEMS
     try:
-        from .metadata import Unreadable
+        from .bags import Unreadable
         from .sources import verify
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":
@@ -178,7 +180,6 @@ def _is_robot(source: str) -> bool:
 
 
 def _options(options: argparse.Namespace, robot: Robot) -> Options:
-    """Return what the command line says about the recording. Raises WrongUsage."""
     from rosorin_compile.diagnostics import did_you_mean
 
     from .expected import Options
@@ -208,10 +209,8 @@ def _options(options: argparse.Namespace, robot: Robot) -> Options:
     )
 
 
-def _pose(name: str, robot: Robot) -> Choice | None:
+def _pose(name: str, robot: Robot) -> Mapping[str, float] | None:
     from rosorin_compile.diagnostics import did_you_mean
-
-    from .expected import Choice
 
     if not name:
         return None
@@ -219,7 +218,7 @@ def _pose(name: str, robot: Robot) -> Choice | None:
     if pose is None:
         known = [pose.name for pose in robot.poses]
         raise WrongUsage(f'{robot.name} has no pose "{name}"; {did_you_mean(name, known) or "it has none"}')
-    return Choice(pose.positions, name)
+    return pose.positions
 
 
 def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Diagnostic]:
@@ -275,7 +274,6 @@ def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str,
 
 
 def _write(verdict: Verdict, options: argparse.Namespace) -> None:
-    """Write the files that are asked for. Raises WrongUsage."""
     if options.junit:
         from .machine import as_junit
 

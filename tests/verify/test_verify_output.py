@@ -37,13 +37,6 @@ pytestmark = pytest.mark.slow
 ROBOT = str(ROOT / "descriptions" / "rosorin")
 
 
-@pytest.fixture(scope="module")
-def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Return a short clean recording in both storages."""
-    folder = tmp_path_factory.mktemp("clean")
-    return {storage: bags.bag(folder / storage, storage, seconds=3.0) for storage in ("sqlite3", "mcap")}
-
-
 @pytest.mark.parametrize("option", ["--junit", "--picture"])
 def test_a_pipe_is_not_written_to(tmp_path: Path, option: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Nobody reads it: opening it would wait for ever."""

@@ -75,6 +75,7 @@ def pytest_configure() -> None:
     What a command prints depends on no clock: nothing is shown of what takes long, but by the tests of that. Modules
     are compiled once, also where the machine says otherwise: else each process would do so with the whole tool.
     """
+    gc.disable()  # until all tests are collected: they live until the end of the process
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     os.environ["ROSORIN_COMPILE_PROGRESS"] = "off"
@@ -95,9 +96,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
 
 
 def pytest_collection_finish() -> None:
-    """Let the collector of garbage pass over what is there before the first test: it stays to the end."""
+    """Exclude everything that exists before the first test from garbage collection."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -16,7 +16,6 @@ from support.round_trip import BOTH, judge, there_and_back
 
 pytestmark = pytest.mark.slow
 
-REQUIRED = bool(os.environ.get("CI")) and sys.platform == "linux" and sys.version_info[:2] == (3, 11)
 OBJECTS = "random_urdfs"
 EVERY = 25
 

@@ -5,8 +5,6 @@ All of them are taken, but of its 1,000 random objects one in 25. pybullet itsel
 
 from __future__ import annotations
 
-import os
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 

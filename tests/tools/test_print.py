@@ -19,7 +19,7 @@ from rosorin_compile.cli import main
 from rosorin_compile.formats import FORMATS
 from support.commands import Shown, ask
 from support.paths import OUTPUTS, ROOT, ROSORIN, ROUND_TRIP, XACRO
-from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e
+from support.projects import foreign, meshes, packaged, ur5e
 
 PROGRAM = [sys.executable, "-m", "rosorin_compile"]
 LISTED = {
@@ -214,7 +214,7 @@ def test_what_cannot_be_printed_in_full_is_a_problem(tmp_path: Path) -> None:
     assert (closed.returncode, closed.stderr) == (1, b"cannot write to standard output: it is closed\n")
 
 
-@pytest.mark.parametrize("make", [rosorin_alone, ur5e, packaged, foreign, meshes])
+@pytest.mark.parametrize("make", [ur5e, packaged, foreign, meshes])
 def test_each_output_is_what_all_writes(make: Callable[[], None], home: Path, capfdbinary: Shown) -> None:
     """Also where meshes are found, converted, or missing, and before any of them is copied."""
     make()

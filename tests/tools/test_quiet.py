@@ -123,7 +123,7 @@ def test_a_file_for_which_check_fails_is_listed(project: Path, capsys: pytest.Ca
     assert main(["check", "rover.yaml"]) == 1
 
 
-@pytest.mark.parametrize("form", ["json", "json-list", "sarif", "github", "markdown"])
+@pytest.mark.parametrize("form", ["json", "sarif", "github", "markdown"])
 def test_a_program_gets_all_notes(project: Path, form: str, capsys: pytest.CaptureFixture[str]) -> None:
     (project / "rover.yaml").write_text(heavy("rover", stands_in=True))
     for command in ("all", "check"):
@@ -160,7 +160,6 @@ def test_every_command_that_says_more_than_its_result_can_be_quiet(name: str) ->
 
 ASKED = (
     ["tf", "base_link", "arm", "--joint", "arm_joint=170deg"],
-    ["tf", "base_link", "arm", "--joint", "arm_joint=170deg", "--format", "json-list"],
     ["explain", "arm"],
     ["frames", "--ascii"],
     ["args"],

@@ -17,9 +17,8 @@ from unittest.mock import Mock
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.cli import main, parse, parser
+from rosorin_compile.cli import INSTEAD, main, parse, parser
 from rosorin_compile.commands import registry
-from rosorin_compile.commands.older import INSTEAD
 from rosorin_compile.commands.parser import Parser
 from rosorin_compile.commands.registry import GROUPS, commands
 from rosorin_compile.commands.schema import names
@@ -37,7 +36,6 @@ OTHER_VALUES = {
     "--frame": "a frame; extract says that it is a link",
     "--link": "one, or several",
     "--into": "a file of the description; of import the folder of a package",
-    "--robot": "of extract factory the file in the package",
     "--from": "the shapes that extract reads; where the camera of picture stands",
     "--frames": "the two that verify is told of; whether picture shows them",
     "--size": "two lengths of extract; pixels of picture",
@@ -185,7 +183,7 @@ def test_an_option_has_one_name_for_its_value() -> None:
         (["tf", "a", "b", "--strct"], 'tf has no option --strct; did you mean "--strict"?'),
         (["all", "--dryrun"], 'all has no option --dryrun; did you mean "--dry-run"?'),
         (["frames", "--fram=a", "--publishr=b"], 'frames has no option --publishr=b; did you mean "--publisher"?'),
-        (["extract", "boxes", "a.stl", "--jsn"], 'extract has no option --jsn; did you mean "--json"?'),
+        (["extract", "boxes", "a.stl", "--formt"], 'extract has no option --formt; did you mean "--format"?'),
         (["extract", "heightmap", "a.stl", "--exact", "-1cm"], "extract has no option -1cm; "),
         (["init", "a", "arm", "b"], 'init takes no "b"; see rosorin-compile init --help'),
         (["schema", "recordin"], 'there is no schema "recordin"; did you mean "recording"?'),

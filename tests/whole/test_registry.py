@@ -186,8 +186,8 @@ def test_rule_lists_all(capsys):
 
 
 def test_rule_prints_json(capsys):
-    assert main(["rule", "axis-zero", "--format", "json-list"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)
+    assert main(["rule", "axis-zero", "--format", "json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["result"]
     assert found == {
         "id": "axis-zero",
         "what": "An axis is zero: no direction.",

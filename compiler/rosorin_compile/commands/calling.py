@@ -1,4 +1,4 @@
-"""Which command or check a line calls: ``check physics ROBOT`` is a check, and so is ``check --deployed FOLDER``.
+"""Which command or check a line calls: ``check physics ROBOT`` is a check.
 
 The name of a check stands first. One of ours comes before a robot of that name, which is reached by its path; a robot
 of the project comes before a check of a plug-in, which is reached as DISTRIBUTION:NAME. Either way that is said.
@@ -6,7 +6,7 @@ of the project comes before a check of a plug-in, which is reached as DISTRIBUTI
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +16,6 @@ from . import registry
 from .parser import Parser
 from .record import Check, Command
 from .registry import Registered
-from .usage import old_spelling
 
 CHECK = "check"  # the command that has checks
 
@@ -44,8 +43,7 @@ def called(words: Sequence[str]) -> Called:
         return plain
     names_option = _Options(found)
     first = _first_word(plain.words, at + 1, names_option)
-    by_name = _by_name(plain, first) or _by_old_option(plain, at + 1, names_option)
-    return by_name or _behind(plain, first, names_option) or _near(plain, first)
+    return _by_name(plain, first) or _behind(plain, first, names_option) or _near(plain, first)
 
 
 class _Options:
@@ -58,10 +56,6 @@ class _Options:
     def takes_value(self, word: str) -> bool:
         """Say whether a word is an option whose value is the next one."""
         return any(one.nargs != 0 for one in self._parser().options if word in one.option_strings)
-
-    def may_be(self, word: str) -> bool:
-        """Say whether a word is an option, or the beginning of one."""
-        return any(name.startswith(word) for name in self._parser().long_options())
 
     def _parser(self) -> Parser:
         if self.parser is None:
@@ -136,22 +130,3 @@ def _robot_by_path(name: str) -> str:
     path = robot.path.parent if robot.path.name == ROOT_FILE else robot.path
     shown = f"./{path}" if path == Path(name) else str(path)
     return f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}'
-
-
-def _by_old_option(plain: Called, begin: int, options: _Options) -> Called | None:
-    """Return the check that an option of ``check`` asked for before it had a name."""
-    end = plain.words.index("--") if "--" in plain.words else len(plain.words)
-    given = [word.partition("=")[0] for word in plain.words[begin:end] if word.startswith("--")]
-    for one in registry.own_checks().values():
-        old = next((old for word in given for old in one.record.old if _is(old, word, options.may_be)), "")
-        new = f"{CHECK} {one.record.name} {one.record.words}"
-        if old and one.record.each:
-            return plain._replace(said=old_spelling(old, CHECK, new))
-        if old:
-            return Called(plain.name, one, plain.words, old_spelling(old, new))
-    return None
-
-
-def _is(old: str, word: str, may_be_other: Callable[[str], bool]) -> bool:
-    """Say whether a word is an option, or the beginning of it and of no other."""
-    return old == word or (len(word) > 2 and old.startswith(word) and not may_be_other(word))

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .commands.answer import Answer, begun
-from .commands.calling import CHECK, called
+from .commands.calling import CHECK, called, suggestion
 from .commands.parser import Refused
 from .commands.registry import commands, names
 from .commands.usage import (
@@ -41,18 +41,6 @@ ASKED_BY_SHELLS = "complete"
 
 _NEEDED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # what writing to a stream can end in
-
-# Words that people type for a command, and the command that they look for.
-INSTEAD = {
-    "build": "all",
-    "convert": "import",
-    "create": "init",
-    "generate": "all",
-    "lint": "check",
-    "new": "init",
-    "show": "view",
-    "validate": "check",
-}
 
 _WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
 _MORE = """rosorin-compile COMMAND --help says more about one.
@@ -223,7 +211,7 @@ def _parser(line: Called) -> Parser:
     if line.name and line.found is None:
         also = [name for one in commands(of_plugins=False).values() for name in one.also]
         near = _near(line.name, [*names("commands"), *also])
-        top.error(f'there is no command "{line.name}"; {_instead(line.name) or near}')
+        top.error(f'there is no command "{line.name}"; {suggestion(line.name) or near}')
     _add(within, line)
     return top
 
@@ -245,14 +233,6 @@ def _add(within: argparse._SubParsersAction[Parser], line: Called) -> None:
         one.set_defaults(called=asked if one is added else f"{asked} {one.prog.split()[-1]}")
         one.epilog = "\n\n".join(filter(None, [one.epilog, f"Exit codes: {record.exits}, 2 wrong usage."]))
     added.set_defaults(run=found.run, known=added.long_options())
-
-
-def _instead(word: str) -> str:
-    """Return a suggestion for a word that people type for a command, or an empty text."""
-    from .formats import FORMATS
-
-    suggestion = INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    return f'say "{suggestion}"' if suggestion else ""
 
 
 def _near(word: str, known: Iterable[str]) -> str:

@@ -17,8 +17,9 @@ from unittest.mock import Mock
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.cli import INSTEAD, main, parse, parser
+from rosorin_compile.cli import main, parse, parser
 from rosorin_compile.commands import registry
+from rosorin_compile.commands.calling import INSTEAD
 from rosorin_compile.commands.parser import Parser
 from rosorin_compile.commands.registry import GROUPS, commands
 from rosorin_compile.commands.schema import names

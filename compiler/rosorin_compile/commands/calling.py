@@ -19,6 +19,18 @@ from .registry import Registered
 
 CHECK = "check"  # the command that has checks
 
+# Words that people type for a command, and the command that they look for.
+INSTEAD = {
+    "build": "all",
+    "convert": "import",
+    "create": "init",
+    "generate": "all",
+    "lint": "check",
+    "new": "init",
+    "show": "view",
+    "validate": "check",
+}
+
 
 class Called(NamedTuple):
     """What a line calls (None: nothing of that name), in which words, and the words that are left for the parser.
@@ -130,3 +142,11 @@ def _robot_by_path(name: str) -> str:
     path = robot.path.parent if robot.path.name == ROOT_FILE else robot.path
     shown = f"./{path}" if path == Path(name) else str(path)
     return f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}'
+
+
+def suggestion(word: str) -> str:
+    """Return a suggestion for a word that people type for a command, or an empty text."""
+    from ..formats import FORMATS
+
+    command = INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
+    return f'say "{command}"' if command else ""

@@ -309,6 +309,8 @@ def test_which_robot_is_meant(home: Path, capsys: Shown) -> None:
     for word in ("left", "descriptions/left", "descriptions/left/robot.yaml"):
         assert '<robot name="left">' in ask(capsys, "print", word, "urdf")
     assert "print what?" in ask(capsys, "print", code=2)
+    said = ask(capsys, "print", "urdf", "left", code=2)
+    assert "the robot comes first: rosorin-compile print left urdf" in said
     assert "a name is empty" in ask(capsys, "print", "", "urdf", code=2)
     assert "print takes one ROBOT and one OUTPUT" in ask(capsys, "print", "left", "urdf", "right", code=2)
     shutil.rmtree("descriptions/right")

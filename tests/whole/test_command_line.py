@@ -187,6 +187,8 @@ def test_an_option_has_one_name_for_its_value() -> None:
         (["extract", "boxes", "a.stl", "--formt"], 'extract has no option --formt; did you mean "--format"?'),
         (["extract", "heightmap", "a.stl", "--exact", "-1cm"], "extract has no option -1cm; "),
         (["init", "a", "arm", "b"], 'init takes no "b"; see rosorin-compile init --help'),
+        (["rule", "axis-zero", "--format", "json-list"], "invalid choice: 'json-list' (choose from "),
+        (["check", "--format", "json-list"], "invalid choice: 'json-list' (choose from "),
         (["schema", "recordin"], 'there is no schema "recordin"; did you mean "recording"?'),
     ],
 )

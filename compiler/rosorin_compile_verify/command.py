@@ -130,9 +130,10 @@ def _asked(run: Run) -> tuple[str, Description]:
         raise WrongUsage("standard input is the recording or the robot, not both")
     robot, source = "", words[-1]
     if len(words) > 1:
-        may_be = partial(_may_be_robot, words)
-        robot, (source,) = run.robot_first(lambda _, rest: _may_be_source(rest[0]), may_be)
+        robot = words[0]
     if _is_robot(source):
+        if robot and not _may_be_robot(robot):
+            raise WrongUsage(f"the robot comes first: write verify {source} {robot}")
         what = "a second robot" if robot else "a robot"
         raise WrongUsage(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
     found = run.robots([robot] if robot else [])
@@ -142,16 +143,10 @@ def _asked(run: Run) -> tuple[str, Description]:
     return source, found[0]
 
 
-def _may_be_robot(words: list[str], word: str) -> bool:
-    """Say whether one of two words may be the robot; standard input is one where the other word is none."""
-    if word == Description.STDIN:
-        return not any(_may_be_robot(words, other) for other in words if other != Description.STDIN)
+def _may_be_robot(word: str) -> bool:
+    """Return True if a word may be the robot: a description, or a YAML file or foreign robot file that exists."""
     named = Path(word).suffix.lower() in (".yaml", ".yml") or (word != Description.STDIN and is_foreign(Path(word)))
     return _is_robot(word) or (named and world.kind(word) == world.FILE)
-
-
-def _may_be_source(word: str) -> bool:
-    return word == Description.STDIN or (_is_there(word) and not _is_robot(word))
 
 
 def _is_there(source: str) -> bool:

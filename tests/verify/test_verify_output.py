@@ -50,8 +50,8 @@ def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[st
     bag = bags.bag(tmp_path / "bag", seconds=20.0, slam=lambda seconds: not 5.0 < seconds < 15.3)
     junit, picture = tmp_path / "junit.xml", tmp_path / "picture.svg"
     command = ["verify", ROBOT, str(bag), "--junit", str(junit), "--picture", str(picture)]
-    assert main([*command, "--format", "json-list"]) == 1
-    document = json.loads(capsys.readouterr().out)
+    assert main([*command, "--format", "json"]) == 1
+    document = json.loads(capsys.readouterr().out)["result"]
     described = schema("recording")
     jsonschema.Draft7Validator.check_schema(described)
     jsonschema.Draft7Validator(described).validate(document)
@@ -165,7 +165,7 @@ def test_what_is_not_installed_is_said(
 ) -> None:
     path = clean["mcap"] if source == "bag" else DATA / "recordings" / "frames.gv"
     hide = f"import sys; sys.modules[{absent!r}] = None; from rosorin_compile.cli import main"
-    command = f"{hide}; sys.exit(main(['verify', {str(path)!r}, {ROBOT!r}]))"
+    command = f"{hide}; sys.exit(main(['verify', {ROBOT!r}, {str(path)!r}]))"
     ran = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=False)
     assert ran.returncode == code, ran.stderr
     assert message in ran.stderr
@@ -206,6 +206,8 @@ def test_a_robot_in_the_place_of_the_recording(
         assert said == f"rosorin-compile: {robot} is a robot: write verify {robot} SOURCE; {source}\n"
         assert main(["verify", robot, "rosorin"]) == 2
         assert "rosorin is a second robot: write verify " in capsys.readouterr().err
+    assert main(["verify", "session.txt", "rosorin"]) == 2
+    assert "the robot comes first: write verify rosorin session.txt" in capsys.readouterr().err
     bag = tmp_path / "rosorin"
     shutil.copytree(clean["mcap"], bag)
     (bag / "robot.yaml").write_text("robot: rosorin\n", "utf-8")

@@ -250,8 +250,8 @@ def test_frames_may_be_named_on_the_command_line(capsys: pytest.CaptureFixture[s
     robot = str(ROOT / "descriptions" / "rosorin")
     assert main(["verify", robot, str(file), "--frames", "base_link", "laser"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "rosorin: as described (1 answer of tf2_echo)"
-    assert main(["verify", robot, str(file), "--frames", "base_link", "imu_link", "--format", "json-list"]) == 1
-    assert json.loads(capsys.readouterr().out)["findings"][0]["rule"] == "edge-wrong-value"
+    assert main(["verify", robot, str(file), "--frames", "base_link", "imu_link", "--format", "json"]) == 1
+    assert json.loads(capsys.readouterr().out)["result"]["findings"][0]["rule"] == "edge-wrong-value"
 
 
 EVERYTHING = "\n".join(

@@ -184,11 +184,6 @@ joints:
      limit: {lower: -1, upper: 1, effort: 10, velocity: 1}}
 outputs: {urdf: {file: arm.urdf}, mjcf: {file: arm.xml}}
 """
-FLEET = """{"sweep": 1, "description": "arm.yaml", "arguments": {}, "variants": [
-{"name": "one", "arguments": {"scale": 1.0}, "status": "made", "artifacts": {}, "diagnostics": []},
-{"name": "two", "arguments": {"scale": 2.0}, "status": "made", "artifacts": {}, "diagnostics": []}
-]}
-"""
 ECHO = "At time 0.0\n- Translation: [0.000, 0.000, 0.300]\n- Rotation: in Quaternion (xyzw) [0, 0, 0, 1]\n"
 # A command line, and what it is seen to do, besides others, on a machine that takes a second for each step.
 LONG = {
@@ -200,7 +195,6 @@ LONG = {
     "view arm.yaml --html page.html --no-meshes": ("validating", "checking", "explaining"),
     "package arm.yaml -o package": ("validating", "checking", "making", "proving"),
     "deploy arm.yaml -o mine": ("validating", "checking", "making", "proving"),
-    "check fleet fleet.json": ("reading one", "reading two", "comparing numbers"),
     "verify arm.yaml echo.txt --frames base_link tool": ("validating", "making", "judging the recording"),
     "sweep arm.yaml --over list.csv -o swept -j 1": ("variants",),
 }
@@ -214,7 +208,7 @@ WITH_ENGINES = {
 @pytest.fixture
 def arm(home: Path) -> Path:
     """The current folder with a robot, its artifacts, and what commands ask for beside it."""
-    files = {"arm.yaml": ARM, "fleet.json": FLEET, "echo.txt": ECHO, "list.csv": "name\none\ntwo\n"}
+    files = {"arm.yaml": ARM, "echo.txt": ECHO, "list.csv": "name\none\ntwo\n"}
     files["mine/package.xml"] = '<package format="3"><name>mine</name><version>1.0.0</version></package>\n'
     write_files(home, files)
     assert main(["all", "arm.yaml", "-o", "out", "-q"]) == 0

@@ -34,7 +34,7 @@ def carts(home: Path, capsys: Shown) -> Path:
 
 def test_each_check_has_functions_and_a_line_in_the_help(capsys: Shown) -> None:
     every = checks()
-    assert list(every) == ["parameters", "deployed", "physics", "fleet"]
+    assert list(every) == ["parameters", "deployed", "physics"]
     for one in own_checks().values():
         for name in filter(None, (one.record.options, one.record.run, one.record.each)):
             assert callable(one.function(name))
@@ -117,7 +117,6 @@ OLD = [
     ("--parameters", "parameters", "check cart --parameters p.yaml", "check parameters cart p.yaml"),
     ("--parameters", "parameters", "check --parameters p.yaml q.yaml -- cart", "check parameters cart p.yaml q.yaml"),
     ("--controllers", "parameters", "check cart --controllers p.yaml", "check parameters cart --controllers p.yaml"),
-    ("--fleet", "fleet", "check --fleet fleet.json --format json", "check fleet fleet.json --format json"),
 ]
 
 

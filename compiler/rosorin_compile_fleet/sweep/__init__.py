@@ -1,5 +1,5 @@
-"""rosorin-compile sweep: many robots of one description, each with arguments of its own.
+"""Compile one description for many sets of arguments.
 
-To be read in this order: ``making`` (one variant), ``engines`` (who makes them: this process, several, a cluster),
-``running`` (all of them in their order, with the index), ``report`` (what a person sees), ``command``.
+``variants`` reads the list, ``compiling`` compiles one variant, ``pool`` does so in processes or on a cluster,
+``folder`` writes the results, ``command`` is ``rosorin-compile sweep``, ``library`` is ``rosorin_compile.sweep``.
 """

@@ -1,7 +1,4 @@
-"""What sweep answers as JSON: the types of results, of which the schemas are made.
-
-Nothing imports this module at run time.
-"""
+"""The type of the JSON result of sweep, from which its schema is generated."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ from typing import Annotated, Any, TypedDict
 
 
 class SweepCounts(TypedDict):
-    """What came of the variants of a list; `sweep.json` in the folder has each of them."""
+    """The number of variants by their status; `sweep.json` in the folder lists them."""
 
     description: Annotated[str, "the first file of the robot"]
     folder: str
@@ -18,12 +15,4 @@ class SweepCounts(TypedDict):
     error: Annotated[int, "how many have errors"]
 
 
-class NinjaFile(TypedDict):
-    """A build file for Ninja that makes the variants."""
-
-    description: str
-    folder: str
-    ninja: Annotated[str, "the file"]
-
-
-ANSWERS: dict[str, Any] = {"sweep": SweepCounts | NinjaFile}
+ANSWERS: dict[str, Any] = {"sweep": SweepCounts}

@@ -22,8 +22,8 @@ from rosorin_compile.cli import main
 from rosorin_compile.frontend.expand import files as reading
 from rosorin_compile.startup.remembering import forget
 from rosorin_compile.world import now
-from rosorin_compile_fleet.sweep import folder as output
-from rosorin_compile_fleet.sweep.making import Made, Maker
+from rosorin_compile_fleet.sweep import command
+from rosorin_compile_fleet.sweep.folder import VariantsFolder
 from support.commands import Shown, edit
 
 ROBOT = """\
@@ -105,32 +105,6 @@ def test_each_variant_has_the_artifacts_of_its_arguments() -> None:
     assert {one["status"] for one in made["variants"]} == {"made"}
     assert main(["all", "mast", "height:=20 cm", "-o", "alone/mast"]) == 0
     assert (OUT / "r1/mast.urdf").read_bytes() == Path("alone/mast/mast.urdf").read_bytes()
-
-
-def test_equal_artifacts_are_stored_once() -> None:
-    sweep()
-    numbers = {path: (OUT / path).stat().st_ino for path in files()}
-    assert numbers["r1/mast.urdf"] == numbers["r3/mast.urdf"] != numbers["r2/mast.urdf"]
-    assert len({numbers[f"{name}/notes.txt"] for name in ("r1", "r2", "r3")}) == 1
-    assert stat.S_IMODE((OUT / "r1/notes.txt").stat().st_mode) & 0o222 == 0, "an edit in place would change others"
-
-
-@pytest.mark.parametrize("code", [1, 31])  # EPERM: no hard links here; EMLINK: no more of this one
-def test_without_hard_links_there_are_copies(code: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    sweep()
-    linked, said = files(), (OUT / "sweep.json").read_bytes()
-    edit(Path("descriptions/mast/cal.yaml"), "2", "3")
-    sweep()
-
-    def refused(*_: object, **__: object) -> None:
-        raise OSError(code, os.strerror(code))
-
-    monkeypatch.setattr(os, "link", refused)
-    edit(Path("descriptions/mast/cal.yaml"), "3", "2")
-    sweep()
-    assert files() == linked
-    assert (OUT / "sweep.json").read_bytes() == said
-    assert len({path.stat().st_ino for path in OUT.glob("*/*.urdf")}) == 3
 
 
 def test_the_index_is_the_same_however_many_make_it(tmp_path: Path) -> None:
@@ -357,15 +331,6 @@ def test_a_lock_that_is_let_go_at_once_is_waited_for() -> None:
         sweep()
 
 
-def test_a_run_waits_for_what_is_left_of_one_that_was_killed(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(output, "_PATIENCE", 0.2)
-    sweep()
-    folder = output.VariantsFolder(OUT)
-    with folder.working():
-        sweep(code=1)
-    assert "another run writes into build" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(("code", "rule"), [(28, "output-full"), (30, "output-read-only"), (5, "output-failed")])
 def test_where_nothing_can_be_written_the_run_ends(
     code: int, rule: str, capsys: Shown, monkeypatch: pytest.MonkeyPatch
@@ -431,40 +396,3 @@ def test_a_robot_without_outputs_is_made_of_nothing() -> None:
     sweep()
     assert [one["artifacts"] for one in index()["variants"]] == [{}, {}, {}]
     assert not (OUT / "r1").exists()
-
-
-@pytest.fixture
-def memory() -> Iterator[str]:
-    fsspec = pytest.importorskip("fsspec")
-    yield "memory://sweep"
-    fsspec.filesystem("memory").store.clear()
-
-
-def test_where_fsspec_leads(memory: str, capsys: Shown) -> None:
-    import fsspec
-
-    words = ["sweep", "mast", "--over", "fleet.csv", "-o", memory, "-j", "1"]
-    assert main(words) == 0
-    store = fsspec.filesystem("memory")
-    sweep()
-    assert json.loads(store.cat("/sweep/sweep.json"))["variants"] == index()["variants"]
-    assert store.cat("/sweep/r2/mast.urdf") == (OUT / "r2/mast.urdf").read_bytes()
-    capsys.readouterr()
-    assert main(words) == 0
-    assert table(capsys) == {"made": 0, "unchanged": 3, "errors": 0}
-    store.rm("/sweep/r2/mast.urdf")
-    edit(Path("fleet.csv"), "r3,20 cm", "r4,20 cm")
-    assert main([*words, "--prune"]) == 0
-    assert table(capsys) == {"made": 2, "unchanged": 1, "errors": 0}
-    assert sorted(path for path in store.find("/sweep") if "/." not in path and path.endswith("urdf")) == [
-        f"/sweep/{name}/mast.urdf" for name in ("r1", "r2", "r4")
-    ]
-    store.pipe("/sweep/r5/mast.urdf", b"<robot name='mine'/>")
-    edit(Path("fleet.csv"), "r4,", "r5,")
-    assert main(words) == 1
-    assert "this tool did not write memory://sweep/r5/mast.urdf" in capsys.readouterr().err
-
-
-def test_an_address_that_leads_nowhere(capsys: Shown) -> None:
-    assert main(["sweep", "mast", "--over", "fleet.csv", "-o", "nowhere://x"]) == 1
-    assert "error[output-folder]: cannot write to nowhere://x: Protocol not known: nowhere" in capsys.readouterr().err

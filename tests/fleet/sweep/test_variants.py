@@ -8,7 +8,7 @@ import pytest
 
 from rosorin_compile.diagnostics import report
 from rosorin_compile.frontend.load import LoadError
-from rosorin_compile_fleet.sweep.variants import Names, Variants
+from rosorin_compile_fleet.sweep.variants import Variants
 
 ARGUMENTS = ["mast", "label", "calibration"]
 
@@ -231,23 +231,3 @@ def test_what_is_no_list() -> None:
     )
     Path("empty").mkdir()
     assert str(Variants(Path("empty"), []).check()[0]) == "error[variants-list]: empty has no variant"
-
-
-def test_a_list_that_changes_under_way_is_told() -> None:
-    variants = listed("name,mast\nr1,1\nr2,2\n")
-    rows = iter(variants)
-    next(rows)
-    Path("fleet.csv").write_text("name,mast\nr1,1\nr2\n")
-    with pytest.raises(LoadError, match="this row has 1 cell"):
-        list(variants)
-
-
-def test_names_are_known_again_in_eight_bytes_each() -> None:
-    names = Names()
-    for number in range(5_000):
-        names.add(f"r{number}")
-    names.close()
-    assert not names.twice
-    assert all(f"r{number}" in names for number in range(5_000))
-    assert not any(f"x{number}" in names for number in range(5_000))
-    assert sum(bucket.itemsize * len(bucket) for bucket in names.buckets) == 8 * 5_000

@@ -6,53 +6,32 @@ import argparse
 import json
 import os
 from collections.abc import Mapping
+from contextlib import closing, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile import Variant
-from rosorin_compile.diagnostics import (
-    NOTE,
-    WARNING,
-    Console,
-    Diagnostic,
-    Heading,
-    Progress,
-    Related,
-    Rule,
-    Source,
-    Span,
-    and_more,
-    counted,
-    did_you_mean,
-)
-from rosorin_compile.extending import (
-    FINE,
-    PROBLEMS,
-    Argument,
-    LoadError,
-    OutputError,
-    Run,
-    WrongUsage,
-    give_result,
-    read_utf8,
-    world,
-)
+from rosorin_compile.diagnostics import Console, Diagnostic, Heading, Progress, Rule, and_more, counted, did_you_mean
+from rosorin_compile.extending import FINE, PROBLEMS, Argument, LoadError, OutputError, Run, WrongUsage, give_result
 
-from .compiling import Job, Result, compile_variant, digest_of, entry_of, input_digest, plain
+from .compiling import Job, Result, compile_variant, entry_of, from_json, input_digest, plain, state_digest
 from .folder import VariantsFolder
-from .pool import compile_in_order, connect
+from .pool import compile_in_order, connect, cores
 from .variants import Variants
 
 if TYPE_CHECKING:
     from rosorin_compile.extending import Parser
 
 RULES = (
-    Rule(
-        "variant-forgotten", "A note: a variant is not in the list any more.", "`--prune` removes it.", Heading.WRITING
-    ),
-    Rule("variant-outdated", "A warning: artifacts of a variant were edited; they are replaced.", "", Heading.WRITING),
+    Rule("variants-list", "A list of variants cannot be read.", "[Its form](sweep.md#the-list).", Heading.ARGUMENTS),
+    Rule("variant-name", "A variant has no name of its own that a folder can have.", "", Heading.ARGUMENTS),
+    Rule("variant-forgotten", "A note: a variant is not in the list any more.", "Use `--prune`.", Heading.WRITING),
+    Rule("variant-outdated", "A warning: edited artifacts of a variant were replaced.", "", Heading.WRITING),
+    Rule("output-busy", "Another run writes into the folder.", "Wait until it ends.", Heading.WRITING),
+    Rule("worker-died", "The process that compiled a variant died, twice.", "Use a smaller `-j`.", Heading.WRITING),
+    Rule("cluster-failed", "A Dask cluster cannot be used, or stopped.", "As the message says.", Heading.WRITING),
 )
 MAX_FAILED = 20  # variants whose errors are printed
 _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
@@ -66,18 +45,12 @@ def options(command: Parser) -> None:
     command.add_robot()
     command.add_argument("--over", required=True, type="path", metavar="LIST", completes="FILE", help=over)
     command.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help=folder)
-    command.add_argument("-j", "--jobs", type=_jobs, metavar="NUMBER", help=jobs)
+    command.add_argument("-j", "--jobs", type=int, metavar="NUMBER", help=jobs)
     command.add_argument("--as", default="", dest="whole", metavar="ARGUMENT", help=whole)
     command.add_argument("--dask", metavar="ADDRESS", help="compile on a Dask cluster, such as tcp://HOST:8786")
     command.add_argument("--prune", action="store_true", help="remove variants that are not in the list any more")
     command.add_messages()
     command.add_given()
-
-
-def _jobs(text: str) -> int:
-    if not text.isdecimal() or not 0 < int(text) < 1_000:
-        raise argparse.ArgumentTypeError("the number of processes is 1 or more")
-    return int(text)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -91,8 +64,10 @@ def run(options: argparse.Namespace) -> int:
         declared, wrong = Argument.declared(description.path, shared, run.given.packages)
         types = {argument.name: argument.type for argument in declared}
         wrong = [problem for problem in wrong if problem.severity == "error"]
-        is_text, home = types.get(whole) == "text", description.path.parent
-        variants = Variants(Path(options.over), list(types), whole, is_text, home)
+        home = description.path.parent if types.get(whole) == "text" else None
+        variants = Variants(Path(options.over), list(types), whole, home)
+        if options.jobs is not None and options.jobs < 1:
+            raise WrongUsage("-j is 1 or more")
         if whole and not variants.is_folder:
             raise WrongUsage("--as goes with a folder of files, one per variant")
         if whole and whole not in types and not wrong:
@@ -104,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
             console.warn(f"{options.over}: {counted(len(wrong), 'error')}, nothing written")
         else:
             placed = replace(description, outputs=Path(options.output))
-            code = _Sweep(options, console, Job(placed, shared, run.given, world.here()), variants).run()
+            code = _Sweep(options, console, Job(placed, shared, run.given, state_digest()), variants).run()
     except (LoadError, OutputError) as problem:
         console.show([problem.diagnostic])
     console.end(code != FINE)
@@ -117,27 +92,22 @@ class _Sweep:
 
     def __init__(self, options: argparse.Namespace, console: Console, job: Job, variants: Variants) -> None:
         self.options, self.console, self.job, self.variants = options, console, job, variants
-        self.job_digest, self.folder = job.digest(), VariantsFolder(job.description.outputs)
+        self.folder, self.edited = VariantsFolder(job.description.outputs), 0
         self.counts = {"made": 0, "unchanged": 0, "error": 0}
-        self.edited = 0
         self.remarks: dict[str, tuple[str, int]] = {}  # by JSON: the first variant that has it, and how many have
 
     def run(self) -> int:
         """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""
-        client = connect(self.options.dask) if self.options.dask else None
         try:
-            with self.folder.opened():
+            cluster = closing(connect(self.options.dask)) if self.options.dask else nullcontext()
+            with cluster as client, self.folder.opened():
                 self._compile(client)
-                self._forget()
         except OSError as problem:
             raise OutputError.of(problem, self.folder.path, "write") from None
         except KeyboardInterrupt:
             done = f"{sum(self.counts.values()):,} of {counted(len(self.variants), 'variant')} done"
             self.console.warn(f"stopped: {done}; the same command continues from there")
             raise
-        finally:
-            if client is not None:
-                client.close()
         self._report()
         result = {"description": str(self.job.description.path), "folder": self.options.output, **self.counts}
         give_result(self.options, result, str)
@@ -147,7 +117,7 @@ class _Sweep:
         head: dict[str, object] = {"description": os.path.relpath(self.job.description.path, self.folder.path)}
         if self.job.shared:
             head["arguments"] = plain(self.job.shared)
-        jobs, work = min(self.options.jobs or world.cores(), len(self.variants)), partial(compile_variant, self.job)
+        jobs, work = min(self.options.jobs or cores(), len(self.variants)), partial(compile_variant, self.job)
         with self.folder.index(head) as add:
             for variant, result in compile_in_order(self.variants, work, jobs, client, self._unchanged):
                 entry = result if isinstance(result, dict) else self._write(variant, result)
@@ -155,21 +125,16 @@ class _Sweep:
                 add(entry)
                 self._show(entry)
                 Progress.step("variants", sum(self.counts.values()), len(self.variants))
-
-    def _digest(self, variant: Variant) -> str:
-        return digest_of([self.job_digest, variant.name, plain(variant.arguments, typed=True)])
+            self._forget()
 
     def _unchanged(self, variant: Variant) -> dict[str, Any] | None:
         """Return the entry of a variant that need not be compiled, or None."""
         record = self.folder.record(variant.name)
-        if record is None or record["key"] != self._digest(variant):
+        if record["key"] != self.job.key(variant) or any(input_digest(p) != d for p, d in record["inputs"].items()):
             return None
-        if any(input_digest(path) != digest for path, digest in record["inputs"].items()):
-            return None
-        entry: dict[str, Any] = record["entry"]
-        is_intact = self.folder.is_intact(variant.name, entry["artifacts"])
+        is_intact = self.folder.is_intact(variant.name, record["entry"]["artifacts"])
         self.edited += not is_intact
-        return entry if is_intact else None
+        return record["entry"] if is_intact else None
 
     def _write(self, variant: Variant, result: Result | Diagnostic) -> dict[str, Any]:
         """Write a variant that was compiled, and return its entry. Raises OutputError if nothing can be written."""
@@ -178,7 +143,7 @@ class _Sweep:
         if result.entry["status"] == "error":
             self.folder.drop(variant.name)
             return result.entry
-        record = {"key": self._digest(variant), "inputs": result.inputs, "entry": result.entry}
+        record = {"key": self.job.key(variant), "inputs": result.inputs, "entry": result.entry}
         try:
             self.folder.put(variant.name, result.files, record)
         except OutputError as problem:
@@ -194,47 +159,30 @@ class _Sweep:
                 first, count = self.remarks.get(json.dumps(found), (entry["name"], 0))
                 self.remarks[json.dumps(found)] = (first, count + 1)
             elif self.counts["error"] <= MAX_FAILED:
-                self.console.show([_read(found, entry["name"])])
+                self.console.show([from_json(found, entry["name"])])
 
     def _forget(self) -> None:
         """Remove the variants that are not in the list any more, or report them."""
         names = [name for name in self.folder.names() if name not in self.variants]
-        if names and not self.options.prune:
-            message = f"{counted(len(names), 'variant')} of {self.folder.path} not in the list, and kept: "
-            message += ", ".join(names[:5]) + and_more(len(names[5:]))
-            self.console.show([Diagnostic("variant-forgotten", NOTE, message, help="sweep --prune removes them")])
+        for name in names if self.options.prune else ():
+            self.folder.drop(name)
+        count, shown = counted(len(names), "variant"), ", ".join(names[:5]) + and_more(len(names[5:]))
+        if names and self.options.prune:
+            self.console.say(f"{count} removed: {shown}")
         elif names:
-            for name in names:
-                self.folder.drop(name)
-            self.console.say(f"{counted(len(names), 'variant')} removed")
+            message = f"{count} of {self.folder.path} not in the list, and kept: {shown}"
+            self.console.show([Diagnostic("variant-forgotten", "note", message, help="sweep --prune removes them")])
 
     def _report(self) -> None:
         for remark, (first, count) in self.remarks.items():
             is_shared = count == len(self.variants) > 1
             whose = f"all {counted(count, 'variant')}" if is_shared else f"{first}{and_more(count - 1)}"
-            self.console.show([_read(json.loads(remark), whose)])
+            self.console.show([from_json(json.loads(remark), whose)])
         if self.edited:
             message = f"{counted(self.edited, 'variant')} had edited or missing artifacts, and were written again"
-            self.console.show([Diagnostic("variant-outdated", WARNING, message, help="edit copies in another folder")])
+            self.console.show([Diagnostic("variant-outdated", "warning", message, help="edit a copy elsewhere")])
         if self.counts["error"] > MAX_FAILED:
             more = counted(self.counts["error"] - MAX_FAILED, "more variant")
             self.console.warn(f"{more} with errors: sweep.json lists them all")
         for status, count in self.counts.items():
             self.console.say(f"{'errors' if status == 'error' else status:<9} {count:>10,}")
-
-
-def _read(found: Mapping[str, Any], whose: str) -> Diagnostic:
-    """Return a diagnostic from its JSON, with the name of the variants that it is about."""
-    related = tuple(Related(one["message"], _span(one)) for one in found["related"])
-    message = f"{whose}: {found['message']}"
-    return Diagnostic(found["rule"], found["severity"], message, _span(found), related, found["help"])
-
-
-def _span(place: Mapping[str, Any]) -> Span | None:
-    if "file" not in place:
-        return None
-    try:
-        source = read_utf8(Path(place["file"]), place["file"])
-    except LoadError:
-        source = Source(place["file"], "")
-    return Span(source, place["line"], place["column"], place["length"])

@@ -8,22 +8,24 @@ import os
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
 from rosorin_compile import Compiled, Variant, __version__
-from rosorin_compile.diagnostics import Diagnostic, Progress, has_errors
+from rosorin_compile.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
 from rosorin_compile.extending import (
     Description,
     Given,
     Holding,
+    LoadError,
     Map,
     OutputError,
     Quantity,
     compile_robot,
+    read_utf8,
     tool_folders,
     world,
 )
@@ -34,28 +36,29 @@ _parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, b
 
 @dataclass(frozen=True)
 class Job:
-    """What all variants of a sweep have in common.
+    """What all variants of a sweep have in common."""
 
-    ``description.outputs`` gets a folder per variant; ``current`` is the folder from which relative paths start.
-    """
-
-    description: Description
+    description: Description  # with the output folder of the sweep
     shared: dict[str, Any]
     given: Given
-    current: Path
+    state: str = ""
+    current: Path = field(default_factory=world.here)
     version: str = __version__
 
-    def digest(self) -> str:
-        """Return a digest that changes when all variants have to be compiled again, such as after an upgrade."""
-        files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
-        parts = [
-            [self.version, str(self.description.path), str(self.current), plain(self.shared, True), self.given.trust],
-            sorted((name, os.path.abspath(folder)) for name, folder in self.given.packages.items()),
-            [world.variable(name) for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")],
-            sorted(f"{one.metadata['Name']} {one.version}" for one in distributions()),  # plug-ins, mesh libraries
-            sorted(f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()),
-        ]
-        return digest_of(parts)
+    def key(self, variant: Variant) -> str:
+        """Return a digest of all that a variant depends on, except the contents of its input files."""
+        packages = sorted((name, os.path.abspath(folder)) for name, folder in self.given.packages.items())
+        job = [self.state, str(self.description.path), str(self.current), self.given.trust, packages]
+        return digest_of([*job, variant.name, plain([self.shared, variant.arguments], typed=True)])
+
+
+def state_digest() -> str:
+    """Return a digest that changes when this tool, an installed package or the search path of packages changes."""
+    files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
+    parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
+    parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
+    variables = [world.variable(name) for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
+    return digest_of([variables, sorted(parts)])
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,25 @@ def entry_of(variant: Variant, found: list[Diagnostic], artifacts: Mapping[str, 
         "artifacts": dict(sorted(artifacts.items())),
         "diagnostics": [one.as_object() for one in found],
     }
+
+
+def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
+    """Return a diagnostic of an entry; ``variants`` names those that it is about."""
+    message, related = (
+        f"{variants}: {found['message']}",
+        [Related(one["message"], _span(one)) for one in found["related"]],
+    )
+    return Diagnostic(found["rule"], found["severity"], message, _span(found), tuple(related), found["help"])
+
+
+def _span(place: Mapping[str, Any]) -> Span | None:
+    if "file" not in place:
+        return None
+    try:
+        source = read_utf8(Path(place["file"]), place["file"])
+    except LoadError:
+        source = Source(place["file"], "")
+    return Span(source, place["line"], place["column"], place["length"])
 
 
 def plain(value: Any, typed: bool = False) -> Any:

@@ -15,10 +15,8 @@ from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.diagnostics import Heading, Rule
 from rosorin_compile.extending import Holding, OutputError, Stage, world
 
-RULES = (Rule("output-busy", "Another run writes into the folder.", "Wait until it ends.", Heading.WRITING),)
 INDEX = "sweep.json"
 _NO_LOCKS = "this system has no file locks (fcntl): nothing keeps another run from writing into the same folder"
 
@@ -57,13 +55,19 @@ class VariantsFolder:
         """Return the names of the variants that were written and not removed."""
         return sorted(path.stem for path in self._records.glob("*.json"))
 
-    def record(self, name: str) -> dict[str, Any] | None:
-        """Return the record of a variant, or None if there is none or it is damaged."""
+    def record(self, name: str) -> dict[str, Any]:
+        """Return the record of a variant; one without a key if there is none or it is damaged."""
         try:
             record = json.loads((self._records / f"{name}.json").read_bytes())
-            return {"key": str(record["key"]), "inputs": dict(record["inputs"]), "entry": dict(record["entry"])}
+            artifacts = dict(record["entry"]["artifacts"])
+            return {
+                "key": record["key"],
+                "inputs": dict(record["inputs"]),
+                "entry": record["entry"],
+                "files": set(artifacts),
+            }
         except (OSError, ValueError, KeyError, TypeError):
-            return None
+            return {"key": "", "files": set()}
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
         """Return True if the artifacts of a variant have these digests."""
@@ -74,14 +78,12 @@ class VariantsFolder:
 
     def put(self, name: str, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
         """Make ``files`` the artifacts of a variant; files of others in its folder are kept."""
-        folder, known = self.path / name, self._artifacts(name)
+        folder, known = self.path / name, self.record(name)["files"]
         if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
             raise OutputError("output-in-the-way", f"{folder} is not a folder", "move it away, or rename the variant")
         for path, data in ((folder / file, data) for file, data in files.items() if file not in known):
-            if path.is_symlink() or not path.is_file():
-                if os.path.lexists(path):
-                    raise _not_ours(path)
-            elif not Holding.wrote(path) and path.read_bytes() != data:
+            is_file = path.is_file() and not path.is_symlink()
+            if os.path.lexists(path) and not (is_file and (Holding.wrote(path) or path.read_bytes() == data)):
                 raise _not_ours(path)
         # After a kill from here on, the next run knows both the old and the new files as its own.
         artifacts = dict.fromkeys(sorted(known | set(files)), "")
@@ -95,13 +97,8 @@ class VariantsFolder:
         """Remove the artifacts of a variant."""
         if (self._records / f"{name}.json").is_file():
             (self.path / INDEX).unlink(missing_ok=True)  # it is outdated
-            self._remove(self.path / name, self._artifacts(name))
+            self._remove(self.path / name, self.record(name)["files"])
             (self._records / f"{name}.json").unlink()
-
-    def _artifacts(self, name: str) -> set[str]:
-        """Return the names of the artifacts that earlier runs wrote for a variant."""
-        record = self.record(name)
-        return set(record["entry"].get("artifacts", ())) if record else set()
 
     def _remove(self, folder: Path, names: set[str]) -> None:
         """Remove files of a variant, all in one step if there is nothing else in its folder."""

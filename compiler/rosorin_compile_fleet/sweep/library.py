@@ -7,59 +7,40 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile import Compiled, Variant
 from rosorin_compile.diagnostics import Diagnostic, Source, error
-from rosorin_compile.extending import Argument, Given, Map, OutputError, world
+from rosorin_compile.extending import Argument, Given, Map, OutputError
 
 from .compiling import Job, compile_only
 from .pool import compile_in_order
 from .variants import NAME, Variants, wrong_name
 
-if TYPE_CHECKING:
-    from distributed import Client
 
-
-def sweep(
-    path: str | os.PathLike[str],
-    variants: str | os.PathLike[str] | Mapping[str, Any] | Iterable[Any],
-    arguments: Mapping[str, Any] | None = None,
-    packages: Mapping[str, str | os.PathLike[str]] | None = None,
-    client: Client | None = None,
-) -> Iterator[Compiled]:
+def sweep(path: Any, variants: Any, arguments: Any, packages: Any, client: Any) -> Iterator[Compiled]:
     """Yield each variant of a description, compiled; see ``rosorin_compile.sweep``."""
     description, given, wrong = Given.asked(path, arguments, packages)
-    if description is None:
+    listed: Iterable[Variant] = ()
+    if description is not None:
+        declared, wrong = Argument.declared(description.path, given.values(), given.packages)
+        wrong = [problem for problem in wrong if problem.severity == "error"]
+        if isinstance(variants, (str, os.PathLike)):
+            listed = Variants(Path(os.fsdecode(variants)), [argument.name for argument in declared])
+            wrong = wrong or listed.check()
+        elif isinstance(variants, Iterable):
+            listed = map(_variant, variants.items() if isinstance(variants, Mapping) else variants)
+        else:
+            wrong = [error("variants-list", f"variants are a file, a mapping or a list, not {variants!r}", None)]
+    if description is None or wrong:
         yield Compiled(None, (), wrong, ())
         return
-    shared = given.values()
-    declared, wrong = Argument.declared(description.path, shared, given.packages)
-    listed, wrong_list = _listed(variants, [argument.name for argument in declared])
-    wrong = [one for one in wrong if one.severity == "error"] or wrong_list
-    if wrong:
-        yield Compiled(None, (), wrong, ())
-        return
-    work = partial(compile_only, Job(description, shared, given, world.here()))
     try:
+        work = partial(compile_only, Job(description, given.values(), given))
         for variant, made in compile_in_order(listed, work, client=client):
-            is_dead = isinstance(made, Diagnostic)
-            yield Compiled(None, (), [made], (), variant=variant) if is_dead else made
+            yield Compiled(None, (), [made], (), variant=variant) if isinstance(made, Diagnostic) else made
     except OutputError as problem:  # of a cluster
         yield Compiled(None, (), [problem.diagnostic], ())
-
-
-def _listed(variants: Any, arguments: list[str]) -> tuple[Iterable[Variant], list[Diagnostic]]:
-    """Return the variants, and the errors in the list as a whole."""
-    if isinstance(variants, (str, os.PathLike)):
-        listed = Variants(Path(os.fsdecode(variants)), arguments)
-        return listed, listed.check()
-    if isinstance(variants, Iterable):
-        entries = variants.items() if isinstance(variants, Mapping) else variants
-        return map(_variant, entries), []
-    kind = type(variants).__name__
-    message = f"variants are a file, a mapping of names to arguments, or a list of entries, not of the type {kind}"
-    return (), [error("variants-list", message, None)]
 
 
 def _variant(entry: Any) -> Variant:

@@ -16,15 +16,12 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 from rosorin_compile import Variant, __version__
-from rosorin_compile.diagnostics import Heading, Progress, Rule, error, pip_install
+from rosorin_compile.diagnostics import Progress, error, pip_install
 from rosorin_compile.extending import OutputError, world
 
-RULES = (
-    Rule("worker-died", "The process that compiled a variant died, twice.", "Try a smaller `-j`.", Heading.WRITING),
-    Rule("cluster-failed", "A Dask cluster cannot be used, or stopped.", "As the message says.", Heading.WRITING),
-)
 _TIMEOUT = 10  # seconds in which a scheduler has to answer
 
+cores = world.cores
 Work = Callable[[Variant], Any]
 
 
@@ -39,10 +36,7 @@ def connect(address: str) -> Any:
     except ImportError:
         message, help = "--dask needs distributed, which is not installed", pip_install("dask")
     except Exception as problem:
-        message, help = (
-            f"no Dask scheduler with workers at {address}: {problem}",
-            "start dask scheduler and dask worker",
-        )
+        message, help = f"no scheduler with workers at {address}: {problem}", "start dask scheduler and dask worker"
     raise OutputError("cluster-failed", message.partition("\n")[0], help)
 
 
@@ -74,9 +68,8 @@ def compile_in_order(
         while waiting:
             yield _finished(*waiting.popleft(), work, client)
     finally:
-        for _, result in waiting:
-            if isinstance(result, Future):
-                result.cancel()
+        for result in (result for _, result in waiting if isinstance(result, Future)):
+            result.cancel()
         if pool is not None:
             pool.shutdown(wait=client is None)
 
@@ -102,8 +95,7 @@ def _finished(variant: Variant, result: Any, work: Work, client: Any) -> tuple[V
         try:
             return variant, alone.submit(work, variant).result()
         except (BrokenProcessPool, MemoryError):
-            help = "out of memory? -j with a smaller number needs less"
-            return variant, error("worker-died", "the process that compiled it died, twice", variant.span, help)
+            return variant, error("worker-died", "the process that compiled it died, twice", variant.span)
 
 
 def _processes(jobs: int) -> ProcessPoolExecutor:
@@ -117,10 +109,10 @@ def _processes(jobs: int) -> ProcessPoolExecutor:
 def _begin_worker(parent: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # so that Ctrl-C prints no traceback
     Progress.hide()
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
-    def end_with_parent() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os._exit(1)
 
-    threading.Thread(target=end_with_parent, daemon=True).start()
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)

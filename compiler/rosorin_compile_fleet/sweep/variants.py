@@ -1,8 +1,4 @@
-"""Read a list of variants: one set of arguments, and a name, for each robot of a sweep.
-
-A list is a CSV or TSV file (a row per variant, a column ``name`` and a column per argument), a YAML or JSON file (a
-list of entries with ``name``, or a mapping of names to arguments), or a folder with a YAML or JSON file per variant.
-"""
+"""Read a list of variants: one set of arguments, and a name, for each robot of a sweep."""
 
 from __future__ import annotations
 
@@ -17,31 +13,25 @@ from functools import cached_property
 from pathlib import Path
 
 from rosorin_compile import Variant
-from rosorin_compile.diagnostics import Diagnostic, Heading, Related, Rule, Source, Span, did_you_mean, error, nearest
+from rosorin_compile.diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
 from rosorin_compile.extending import Description, LoadError, Map, Text, each_entry, parse_yaml, read_utf8, world
 
-RULES = (
-    Rule("variants-list", "A list of variants cannot be read.", "[Its form](sweep.md#the-list).", Heading.ARGUMENTS),
-    Rule("variant-name", "A variant has no name of its own that a folder can have.", "", Heading.ARGUMENTS),
-)
 NAME = "name"
 TABLES, TREES = (".csv", ".tsv"), (*Description.ENDINGS, ".json")
-MAX_REPORTED = 20
 _SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the first line that some spreadsheets write
 
 
 class Variants:
-    """A list of variants in a file or folder. Call ``check`` first; it can then be iterated over repeatedly.
+    """A list of variants. Call ``check`` first; it can then be iterated over repeatedly.
 
-    ``arguments`` are the names that the description declares. For a folder, ``whole`` is the argument that takes each
-    file as a table or, with ``by_path``, as a path relative to the folder ``home``.
+    It is a CSV or TSV file (a row per variant), a YAML or JSON file (a list of entries, or a mapping of names to
+    arguments), or a folder with a YAML or JSON file per variant. ``arguments`` are the names that the description
+    declares. For a folder, ``whole`` is the argument that takes each file: as a table, or with ``home`` as a path
+    relative to that folder.
     """
 
-    def __init__(
-        self, path: Path, arguments: Collection[str], whole: str = "", by_path: bool = False, home: Path | None = None
-    ) -> None:
-        self.path, self.shown, self.arguments = path, world.shown(path), arguments
-        self.whole, self.by_path, self.home = whole, by_path, home
+    def __init__(self, path: Path, arguments: Collection[str], whole: str = "", home: Path | None = None) -> None:
+        self.path, self.shown, self.arguments, self.whole, self.home = path, world.shown(path), arguments, whole, home
         self.is_folder = world.kind(path) == world.FOLDER
         self.is_table = not self.is_folder and path.suffix.lower() in TABLES
         self._places: dict[str, Span | None] = {}  # by names as a file system that ignores case compares them
@@ -60,7 +50,6 @@ class Variants:
     def check(self) -> list[Diagnostic]:
         """Return the errors that make the whole list unusable; those of one variant are part of that variant."""
         found: list[Diagnostic] = []
-        self._places.clear()
         try:
             if not world.stands(self.path):
                 raise _refused(f'there is no file or folder "{self.shown}" of variants', rule="file-unreadable")
@@ -75,12 +64,12 @@ class Variants:
                     message = f'two variants are called "{variant.name}", ignoring case'
                     related = [Related("first here", first)]
                     found.append(error("variant-name", message, variant.span, "each needs its own folder", related))
-                if len(found) >= MAX_REPORTED:
-                    break
             if not found and not self._places:
                 raise _refused(f"{self.shown} has no variant", help="write one row, entry or file for each")
         except LoadError as problem:
             found.append(problem.diagnostic)
+        except OSError as problem:
+            found.append(error("file-unreadable", f"cannot read {self.shown}: {problem.strerror}", None))
         return found
 
     @cached_property
@@ -89,12 +78,8 @@ class Variants:
 
     @cached_property
     def _files(self) -> list[Path]:
-        """The files of a folder that are variants, ordered by name. Raises LoadError."""
-        try:
-            entries = world.names(self.path)
-        except OSError as problem:
-            raise _refused(f"cannot read {self.shown}: {problem.strerror}", rule="file-unreadable") from None
-        names = [name for name, kind in entries.items() if kind == world.FILE and not name.startswith(".")]
+        """The files of a folder that are variants, ordered by name. Raises OSError."""
+        names = [name for name, kind in world.names(self.path).items() if kind == world.FILE and name[0] != "."]
         return [self.path / name for name in names if name.lower().endswith(TREES)]
 
     def _rows(self) -> Iterator[tuple[list[str], list[Span]]]:
@@ -117,15 +102,13 @@ class Variants:
 
     def _wrong_columns(self) -> Iterator[Diagnostic]:
         """Yield the errors in the header of a table. Raises LoadError."""
-        header = next(self._rows(), None)
-        if header is None:
-            raise _refused(f"{self.shown} is empty", help="write a header: name, and a column for each argument")
-        names, places = [cell.strip() for cell in header[0]], header[1]
+        cells, places = next(self._rows(), ([], [self._source.start()]))
+        names = [cell.strip() for cell in cells]
         if NAME not in names:
             near = nearest(NAME, names)
-            help = "each variant needs a name" + (f'; rename the column "{near}"?' if near else "")
-            length = len(places[0].source.line(places[0].line))
-            raise _refused(f'{self.shown} has no column "{NAME}"', places[0]._replace(column=1, length=length), help)
+            help = f'rename the column "{near}"' if near else "write a header: name, and a column for each argument"
+            place = places[0]._replace(column=1, length=len(places[0].source.line(places[0].line)) or 1)
+            raise _refused(f'{self.shown} has no column "{NAME}"', place, help)
         for index, (name, place) in enumerate(zip(names, places, strict=True)):
             if name and name in names[:index]:
                 yield error("variants-list", f'there are two columns "{name}"', place, "remove one")
@@ -162,21 +145,19 @@ class Variants:
     def _from_file(self, path: Path) -> Variant:
         """Return the variant of a file in a folder; errors in the file are errors of the variant."""
         variant = _unread(path)
-        start = variant.arguments.span
-        if self.whole and self.by_path:
-            variant.arguments.put(self.whole, Text(os.path.relpath(path, self.home)), start, start)
+        arguments = variant.arguments
+        if self.whole and self.home:
+            arguments.put(self.whole, Text(os.path.relpath(path, self.home)), arguments.span, arguments.span)
             return variant
         try:
             values = parse_yaml(_read(path))
             if not isinstance(values, Map):
-                raise _refused(f"{world.shown(path)} is not a table of values", start, rule="not-a-mapping")
+                raise _refused(f"{world.shown(path)} is not a table of values", arguments.span, rule="not-a-mapping")
         except LoadError as problem:
             return replace(variant, diagnostics=(problem.diagnostic,))
-        arguments = values
         if self.whole:
-            arguments = Map(values.span)
             arguments.put(self.whole, values, values.span, values.span)
-        return Variant(path.stem, arguments, values.span, _expressions(values))
+        return Variant(path.stem, arguments if self.whole else values, values.span, _expressions(values))
 
 
 def _refused(message: str, place: Span | None = None, help: str = "", rule: str = "variants-list") -> LoadError:
@@ -203,9 +184,8 @@ def _from_entry(entry: Map) -> Variant:
     if NAME not in entry:
         raise _refused("this entry has no name", entry.span, "write name: NAME first", "variant-name")
     name, place, values = entry[NAME], entry.value_spans[NAME], Map(entry.span)
-    for key, value in entry.items():
-        if key != NAME:
-            values.put(key, value, entry.key_spans[key], entry.value_spans[key])
+    for key in (key for key in entry if key != NAME):
+        values.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
     if not isinstance(name, str):  # a name such as 0007 is the text of the file, not the number 7
         name = place.source.line(place.line)[place.column - 1 :][: place.length]
     return Variant(name, values, place, _expressions(values))
@@ -231,16 +211,11 @@ def wrong_name(variant: Variant) -> Iterator[Diagnostic]:
 
 def _places(source: Source, text: str, first: int, delimiter: str) -> list[Span]:
     """Return the place of each cell of a row; ``first`` is the number of its first line."""
-    places, line, column, start = list[Span](), first, 1, (first, 1)
-    length, is_quoted = 0, False
-    for letter in text.rstrip("\r\n"):
-        is_quoted ^= letter == '"'
-        if letter == delimiter and not is_quoted:
-            places.append(Span(source, *start, max(1, length)))
-            start, length = (line, column + 1), 0
-        elif length or not letter.isspace():
-            length += 1
-        else:
-            start = (line, column + 1)
-        line, column = (line + 1, 1) if letter == "\n" else (line, column + 1)
-    return [*places, Span(source, *start, max(1, length))]
+    places, at = list[Span](), 0
+    masked = re.sub('"[^"]*"', lambda quoted: "_" * len(quoted[0]), text.rstrip("\r\n"))
+    for cell in masked.split(delimiter):
+        start = at + len(cell) - len(cell.lstrip())
+        line, column = first + text.count("\n", 0, start), start - text.rfind("\n", 0, start)
+        places.append(Span(source, line, column, max(1, len(cell.strip()))))
+        at += len(cell) + 1
+    return places

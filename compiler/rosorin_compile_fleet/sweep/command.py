@@ -39,13 +39,12 @@ _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-
 
 def options(command: Parser) -> None:
     """Add the options of the command."""
-    folder, jobs = "where each variant gets a folder, next to sweep.json", "number of processes; default: one per core"
     over = "the variants: a CSV or YAML file with a row or entry each, or a folder with a file of arguments each"
     whole = "with a folder: the argument that gets each file as a table, or its path if the argument is a text"
     command.add_robot()
     command.add_argument("--over", required=True, type="path", metavar="LIST", completes="FILE", help=over)
-    command.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help=folder)
-    command.add_argument("-j", "--jobs", type=int, metavar="NUMBER", help=jobs)
+    command.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="a folder per variant")
+    command.add_argument("-j", "--jobs", type=int, metavar="NUMBER", help="number of processes; default: one per core")
     command.add_argument("--as", default="", dest="whole", metavar="ARGUMENT", help=whole)
     command.add_argument("--dask", metavar="ADDRESS", help="compile on a Dask cluster, such as tcp://HOST:8786")
     command.add_argument("--prune", action="store_true", help="remove variants that are not in the list any more")
@@ -114,9 +113,8 @@ class _Sweep:
         return PROBLEMS if self.counts["error"] else FINE
 
     def _compile(self, client: Any) -> None:
-        head: dict[str, object] = {"description": os.path.relpath(self.job.description.path, self.folder.path)}
-        if self.job.shared:
-            head["arguments"] = plain(self.job.shared)
+        head: dict[str, Any] = {"description": os.path.relpath(self.job.description.path, self.folder.path)}
+        head |= {"arguments": plain(self.job.shared)} if self.job.shared else {}
         jobs, work = min(self.options.jobs or cores(), len(self.variants)), partial(compile_variant, self.job)
         with self.folder.index(head) as add:
             for variant, result in compile_in_order(self.variants, work, jobs, client, self._unchanged):
@@ -175,14 +173,11 @@ class _Sweep:
 
     def _report(self) -> None:
         for remark, (first, count) in self.remarks.items():
-            is_shared = count == len(self.variants) > 1
-            whose = f"all {counted(count, 'variant')}" if is_shared else f"{first}{and_more(count - 1)}"
-            self.console.show([from_json(json.loads(remark), whose)])
+            self.console.show([from_json(json.loads(remark), f"{first}{and_more(count - 1)}")])
         if self.edited:
             message = f"{counted(self.edited, 'variant')} had edited or missing artifacts, and were written again"
             self.console.show([Diagnostic("variant-outdated", "warning", message, help="edit a copy elsewhere")])
         if self.counts["error"] > MAX_FAILED:
-            more = counted(self.counts["error"] - MAX_FAILED, "more variant")
-            self.console.warn(f"{more} with errors: sweep.json lists them all")
+            self.console.warn(f"{self.counts['error'] - MAX_FAILED} more variants with errors: see sweep.json")
         for status, count in self.counts.items():
             self.console.say(f"{'errors' if status == 'error' else status:<9} {count:>10,}")

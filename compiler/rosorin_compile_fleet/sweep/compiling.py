@@ -16,19 +16,7 @@ from typing import Any
 
 from rosorin_compile import Compiled, Variant, __version__
 from rosorin_compile.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
-from rosorin_compile.extending import (
-    Description,
-    Given,
-    Holding,
-    LoadError,
-    Map,
-    OutputError,
-    Quantity,
-    compile_robot,
-    read_utf8,
-    tool_folders,
-    world,
-)
+from rosorin_compile.extending import Description, Given, Holding, Map, OutputError, compile_robot, tool_folders, world
 
 _lock = threading.Lock()  # a worker of Dask may have several threads
 _parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, by current folder
@@ -49,7 +37,8 @@ class Job:
         """Return a digest of all that a variant depends on, except the contents of its input files."""
         packages = sorted((name, os.path.abspath(folder)) for name, folder in self.given.packages.items())
         job = [self.state, str(self.description.path), str(self.current), self.given.trust, packages]
-        return digest_of([*job, variant.name, plain([self.shared, variant.arguments], typed=True)])
+        arguments = plain([self.shared, variant.arguments], typed=True)
+        return Holding.digest(json.dumps([*job, variant.name, arguments]).encode())
 
 
 def state_digest() -> str:
@@ -58,7 +47,7 @@ def state_digest() -> str:
     parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
     parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
     variables = [world.variable(name) for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
-    return digest_of([variables, sorted(parts)])
+    return Holding.digest(json.dumps([variables, sorted(parts)]).encode())
 
 
 @dataclass(frozen=True)
@@ -138,19 +127,17 @@ def entry_of(variant: Variant, found: list[Diagnostic], artifacts: Mapping[str, 
 
 def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
     """Return a diagnostic of an entry; ``variants`` names those that it is about."""
-    message, related = (
-        f"{variants}: {found['message']}",
-        [Related(one["message"], _span(one)) for one in found["related"]],
-    )
-    return Diagnostic(found["rule"], found["severity"], message, _span(found), tuple(related), found["help"])
+    message = f"{variants}: {found['message']}"
+    related = tuple(Related(one["message"], _span(one)) for one in found["related"])
+    return Diagnostic(found["rule"], found["severity"], message, _span(found), related, found["help"])
 
 
 def _span(place: Mapping[str, Any]) -> Span | None:
     if "file" not in place:
         return None
     try:
-        source = read_utf8(Path(place["file"]), place["file"])
-    except LoadError:
+        source = Source(place["file"], world.text(place["file"]))
+    except (OSError, ValueError):
         source = Source(place["file"], "")
     return Span(source, place["line"], place["column"], place["length"])
 
@@ -163,16 +150,10 @@ def plain(value: Any, typed: bool = False) -> Any:
     elif isinstance(value, list):
         made = [plain(item, typed) for item in value]
     elif isinstance(value, float):
-        text = value.text if isinstance(value, Quantity) else ""
-        made = text or (float(value) if math.isfinite(value) else str(float(value)))
+        made = getattr(value, "text", "") or (float(value) if math.isfinite(value) else str(float(value)))
     elif isinstance(value, str):
         made = str(value)
     return [type(value).__name__, made] if typed else made
-
-
-def digest_of(value: object) -> str:
-    """Return the digest of a JSON value."""
-    return Holding.digest(json.dumps(value).encode())
 
 
 def input_digest(path: str, start: float = math.inf) -> str:

@@ -11,7 +11,6 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
@@ -59,15 +58,10 @@ class VariantsFolder:
         """Return the record of a variant; one without a key if there is none or it is damaged."""
         try:
             record = json.loads((self._records / f"{name}.json").read_bytes())
-            artifacts = dict(record["entry"]["artifacts"])
-            return {
-                "key": record["key"],
-                "inputs": dict(record["inputs"]),
-                "entry": record["entry"],
-                "files": set(artifacts),
-            }
+            entry = {**record["entry"], "artifacts": dict(record["entry"]["artifacts"])}
+            return {"key": record["key"], "inputs": dict(record["inputs"]), "entry": entry}
         except (OSError, ValueError, KeyError, TypeError):
-            return {"key": "", "files": set()}
+            return {"key": "", "entry": {"artifacts": {}}}
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
         """Return True if the artifacts of a variant have these digests."""
@@ -78,12 +72,12 @@ class VariantsFolder:
 
     def put(self, name: str, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
         """Make ``files`` the artifacts of a variant; files of others in its folder are kept."""
-        folder, known = self.path / name, self.record(name)["files"]
+        folder, known = self.path / name, set(self.record(name)["entry"]["artifacts"])
         if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
             raise OutputError("output-in-the-way", f"{folder} is not a folder", "move it away, or rename the variant")
         for path, data in ((folder / file, data) for file, data in files.items() if file not in known):
-            is_file = path.is_file() and not path.is_symlink()
-            if os.path.lexists(path) and not (is_file and (Holding.wrote(path) or path.read_bytes() == data)):
+            is_ours = path.is_file() and not path.is_symlink() and (Holding.wrote(path) or path.read_bytes() == data)
+            if os.path.lexists(path) and not is_ours:
                 raise _not_ours(path)
         # After a kill from here on, the next run knows both the old and the new files as its own.
         artifacts = dict.fromkeys(sorted(known | set(files)), "")
@@ -97,7 +91,7 @@ class VariantsFolder:
         """Remove the artifacts of a variant."""
         if (self._records / f"{name}.json").is_file():
             (self.path / INDEX).unlink(missing_ok=True)  # it is outdated
-            self._remove(self.path / name, self.record(name)["files"])
+            self._remove(self.path / name, set(self.record(name)["entry"]["artifacts"]))
             (self._records / f"{name}.json").unlink()
 
     def _remove(self, folder: Path, names: set[str]) -> None:
@@ -108,7 +102,7 @@ class VariantsFolder:
             with Stage.within(self.path) as stage:
                 folder.rename(stage.path / "removed")
             return
-        for path in (folder / name for name in names):
+        for path in (folder / name for name in names if ".." not in Path(name).parts):
             path.unlink(missing_ok=True)
             with suppress(OSError):  # a folder that is not empty
                 for parent in path.relative_to(self.path).parents[:-1]:
@@ -123,10 +117,10 @@ class VariantsFolder:
     @contextmanager
     def index(self, head: Mapping[str, object]) -> Iterator[Callable[[Mapping[str, Any]], object]]:
         """Write ``sweep.json``: yield a function that adds an entry. The file is put into its place at the end."""
-        new, place, before = self._hidden / "new-index.json", self.path / INDEX, chain(["\n"], repeat(",\n"))
+        new, place, before = self._hidden / "new-index.json", self.path / INDEX, iter(["\n"])
         with new.open("w", encoding="utf-8", newline="\n") as file:
             file.write(json.dumps({"sweep": 1, **head})[:-1] + ', "variants": [')
-            yield lambda entry: file.write(next(before) + json.dumps(entry))
+            yield lambda entry: file.write(next(before, ",\n") + json.dumps(entry))
             file.write("\n]}\n")
         if not place.is_file() or not filecmp.cmp(place, new, shallow=False):
             new.replace(place)

@@ -11,7 +11,7 @@ from typing import Any
 
 from rosorin_compile import Compiled, Variant
 from rosorin_compile.diagnostics import Diagnostic, Source, error
-from rosorin_compile.extending import Argument, Given, Map, OutputError
+from rosorin_compile.extending import Argument, Given, Map
 
 from .compiling import Job, compile_only
 from .pool import compile_in_order
@@ -19,7 +19,7 @@ from .variants import NAME, Variants, wrong_name
 
 
 def sweep(path: Any, variants: Any, arguments: Any, packages: Any, client: Any) -> Iterator[Compiled]:
-    """Yield each variant of a description, compiled; see ``rosorin_compile.sweep``."""
+    """Yield each variant of a description, compiled. Raises OutputError if the client fails."""
     description, given, wrong = Given.asked(path, arguments, packages)
     listed: Iterable[Variant] = ()
     if description is not None:
@@ -35,12 +35,9 @@ def sweep(path: Any, variants: Any, arguments: Any, packages: Any, client: Any) 
     if description is None or wrong:
         yield Compiled(None, (), wrong, ())
         return
-    try:
-        work = partial(compile_only, Job(description, given.values(), given))
-        for variant, made in compile_in_order(listed, work, client=client):
-            yield Compiled(None, (), [made], (), variant=variant) if isinstance(made, Diagnostic) else made
-    except OutputError as problem:  # of a cluster
-        yield Compiled(None, (), [problem.diagnostic], ())
+    work = partial(compile_only, Job(description, given.values(), given))
+    for variant, made in compile_in_order(listed, work, client=client):
+        yield Compiled(None, (), [made], (), variant=variant) if isinstance(made, Diagnostic) else made
 
 
 def _variant(entry: Any) -> Variant:

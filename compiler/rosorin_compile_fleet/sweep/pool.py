@@ -20,7 +20,6 @@ from rosorin_compile.diagnostics import Progress, error, pip_install
 from rosorin_compile.extending import OutputError, world
 
 _TIMEOUT = 10  # seconds in which a scheduler has to answer
-
 cores = world.cores
 Work = Callable[[Variant], Any]
 
@@ -30,7 +29,8 @@ def connect(address: str) -> Any:
     try:
         from distributed import Client
 
-        client: Any = Client(address, timeout=_TIMEOUT, set_as_default=False)
+        make: Any = Client
+        client = make(address, timeout=_TIMEOUT, set_as_default=False)
         client.wait_for_workers(1, timeout=_TIMEOUT)
         return client
     except ImportError:
@@ -63,19 +63,13 @@ def compile_in_order(
                     result = pool.submit(work, variant)
             waiting.append((variant, result))
             # Few results wait for their turn, so that memory does not grow with the list.
-            while waiting and (len(waiting) > 2 * jobs or _is_ready(waiting[0][1])):
+            while waiting and (len(waiting) > 2 * jobs or not isinstance(head := waiting[0][1], Future) or head.done()):
                 yield _finished(*waiting.popleft(), work, client)
         while waiting:
             yield _finished(*waiting.popleft(), work, client)
     finally:
-        for result in (result for _, result in waiting if isinstance(result, Future)):
-            result.cancel()
         if pool is not None:
-            pool.shutdown(wait=client is None)
-
-
-def _is_ready(result: Any) -> bool:
-    return not isinstance(result, Future) or result.done()
+            pool.shutdown(**({"cancel_futures": True} if client is None else {"wait": False}))
 
 
 def _finished(variant: Variant, result: Any, work: Work, client: Any) -> tuple[Variant, Any]:

@@ -24,10 +24,8 @@ _SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the first line tha
 class Variants:
     """A list of variants. Call ``check`` first; it can then be iterated over repeatedly.
 
-    It is a CSV or TSV file (a row per variant), a YAML or JSON file (a list of entries, or a mapping of names to
-    arguments), or a folder with a YAML or JSON file per variant. ``arguments`` are the names that the description
-    declares. For a folder, ``whole`` is the argument that takes each file: as a table, or with ``home`` as a path
-    relative to that folder.
+    It is a CSV, TSV, YAML or JSON file, or a folder of YAML or JSON files. ``arguments`` are the declared names. For a
+    folder, ``whole`` is the argument that takes each file: as a table, or with ``home`` as a path relative to that.
     """
 
     def __init__(self, path: Path, arguments: Collection[str], whole: str = "", home: Path | None = None) -> None:
@@ -40,7 +38,7 @@ class Variants:
         return len(self._places)
 
     def __contains__(self, name: str) -> bool:
-        return _folded(name) in self._places
+        return unicodedata.normalize("NFC", name).casefold() in self._places
 
     def __iter__(self) -> Iterator[Variant]:
         if self.is_folder:
@@ -58,7 +56,8 @@ class Variants:
                 raise _refused(f"{self.shown} is not a list of variants", help=help)
             found += self._wrong_columns() if self.is_table else ()
             for variant in map(_unread, self._files) if self.is_folder else () if found else self:
-                first = self._places.setdefault(_folded(variant.name), variant.span)
+                name = unicodedata.normalize("NFC", variant.name).casefold()
+                first = self._places.setdefault(name, variant.span)
                 found += wrong_name(variant)
                 if first is not variant.span:
                     message = f'two variants are called "{variant.name}", ignoring case'
@@ -101,7 +100,6 @@ class Variants:
             raise _refused(f"this is not a CSV: {problem}", Span(self._source, first + 1, 1), help) from None
 
     def _wrong_columns(self) -> Iterator[Diagnostic]:
-        """Yield the errors in the header of a table. Raises LoadError."""
         cells, places = next(self._rows(), ([], [self._source.start()]))
         names = [cell.strip() for cell in cells]
         if NAME not in names:
@@ -175,12 +173,7 @@ def _unread(path: Path) -> Variant:
     return Variant(path.stem, Map(start), start)
 
 
-def _folded(name: str) -> str:
-    return unicodedata.normalize("NFC", name).casefold()
-
-
 def _from_entry(entry: Map) -> Variant:
-    """Return the variant of an entry of a YAML list. Raises LoadError."""
     if NAME not in entry:
         raise _refused("this entry has no name", entry.span, "write name: NAME first", "variant-name")
     name, place, values = entry[NAME], entry.value_spans[NAME], Map(entry.span)
@@ -192,7 +185,6 @@ def _from_entry(entry: Map) -> Variant:
 
 
 def _expressions(values: Map) -> tuple[Diagnostic, ...]:
-    """Return an error for each value that is an expression."""
     message, help = 'the argument "{}" is an expression; a list of variants contains values', "write its result"
     names = values.calculated()
     return tuple(error("bad-argument", message.format(name), values.value_spans[name], help) for name in names)
@@ -200,13 +192,11 @@ def _expressions(values: Map) -> tuple[Diagnostic, ...]:
 
 def wrong_name(variant: Variant) -> Iterator[Diagnostic]:
     """Yield an error if no folder can have the name of a variant."""
-    name = variant.name
+    name = variant.name.lower()
     is_bad = any(letter in '/\\:*?"<>|' or not letter.isprintable() for letter in name)
-    if not name:
-        yield error("variant-name", "this variant has no name", variant.span, "give it one, such as r0007")
-    elif is_bad or name[0] in ".-" or name[-1] in ". " or len(os.fsencode(name)) > 200 or name.lower() == "sweep.json":
-        help = "use letters, digits, _, - and inner dots, at most 200 bytes, and not sweep.json"
-        yield error("variant-name", f'no folder can have the name of variant "{name[:60]}"', variant.span, help)
+    if name in ("", "sweep.json") or is_bad or name[0] in ".-" or name[-1] in ". " or len(os.fsencode(name)) > 200:
+        help = "use letters, digits, _, - and inner dots, at most 200 bytes, such as r0007"
+        yield error("variant-name", f'"{name[:60]}" cannot be the name of a variant and its folder', variant.span, help)
 
 
 def _places(source: Source, text: str, first: int, delimiter: str) -> list[Span]:

@@ -61,26 +61,17 @@ def test_variants_of_a_file() -> None:
 
 def test_what_is_wrong_with_one_is_its_own() -> None:
     made = list(rosorin_compile.sweep("handy", {"a/b": {}, "": {}, "one": {"skale": 1}, "two": 5, "good": {}}))
-    told = [str(one.diagnostics[0]) if one.robot is None else "fine" for one in made]
-    assert told == [
-        'error[variant-name]: no folder is made for the variant "a/b": its name has "/"',
-        "error[variant-name]: this variant has no name",
-        'error[unknown-argument]: the description has no argument "skale"',
-        "error[bad-argument]: arguments map names to values; this is of the type int",
-        "fine",
-    ]
+    told = [one.diagnostics[0].rule if one.robot is None else "fine" for one in made]
+    assert told == ["variant-name", "variant-name", "unknown-argument", "bad-argument", "fine"]
 
 
 @pytest.mark.parametrize(
-    ("variants", "message"),
-    [
-        (5, "error[variants-list]: variants are a file, arguments by name, or a list of them; this is of the type int"),
-        ("none.csv", 'error[file-unreadable]: there is no file or folder "none.csv" of variants'),
-    ],
+    ("variants", "rule"),
+    [(5, "variants-list"), ("none.csv", "file-unreadable")],
 )
-def test_what_is_wrong_with_all_is_one_answer(variants: Any, message: str) -> None:
+def test_what_is_wrong_with_all_is_one_answer(variants: Any, rule: str) -> None:
     (made,) = rosorin_compile.sweep("handy", variants)
-    assert (made.robot, made.variant, [str(one) for one in made.diagnostics]) == (None, None, [message])
+    assert (made.robot, made.variant, [one.rule for one in made.diagnostics]) == (None, None, [rule])
 
 
 def test_a_description_that_is_not_there() -> None:

@@ -27,8 +27,8 @@ LISTED = {
     "output.staging": "writes beside what is there, and moves it into place",
     "rosorin_compile_mujoco.collisions.search": "reads what its own processes hand back, by a pipe",
     "rosorin_compile_import.translating.proving": "sets variables of the environment for what it compares",
-    "rosorin_compile_fleet.sweep.folder": "writes the folder of a sweep, and keeps what several processes write apart",
-    "rosorin_compile_fleet.sweep.remote": "writes into a store by fsspec, whose methods are called as those of paths",
+    "rosorin_compile_fleet.sweep.compiling": "compares input files and the installation with those of the last run",
+    "rosorin_compile_fleet.sweep.folder": "writes the folder of a sweep",
     "rosorin_compile_verify.bags": "rosbags opens recordings, which are read in pieces: such a run is spoiled",
     "rosorin_compile_verify.sources": "reads what is pasted by a pipe, once: such a run is spoiled",
 }

@@ -119,7 +119,6 @@ sensors:
         at = step.then(at)
 
 
-USED = 'sensor type "{}" of "probe" used here'
 
 
 @pytest.mark.parametrize(

@@ -119,8 +119,6 @@ sensors:
         at = step.then(at)
 
 
-
-
 @pytest.mark.parametrize(
     ("kind", "given", "rule", "at"),
     [

@@ -20,12 +20,6 @@ from support.commands import HANDY, Shown
 from support.paths import SCHEMAS
 
 BROKEN = "robot: broken\nlinks: {base_link: {}}\njoints: {lift: {type: fixed, parent: base_link, child: nope}}\n"
-FLEET = """\
-{"sweep": 1, "description": "descriptions/handy/robot.yaml", "arguments": {}, "variants": [
-{"name": "small", "arguments": {"scale": 1.0}, "status": "made", "artifacts": {}, "diagnostics": []},
-{"name": "large", "arguments": {"scale": 2.0}, "status": "made", "artifacts": {}, "diagnostics": []}
-]}
-"""
 pytestmark = pytest.mark.usefixtures("project")
 PROJECT = {
     **HANDY,
@@ -36,8 +30,6 @@ PROJECT = {
     "node.yaml": "node: {ros__parameters: {frame_id: eye_link}}\n",
     "list.csv": "name,scale\nsmall,1\nlarge,2\n",
     "wrong.csv": "name,skale\nsmall,1\n",
-    "fleet.json": FLEET,
-    "half.json": FLEET.removesuffix("]}\n"),
 }
 HAND = "descriptions/handy"
 
@@ -46,7 +38,6 @@ CASES: dict[str, tuple[str, str, str]] = {
     "all": (f"all {HAND}", "all broken.yaml", "all nobody"),
     "check": (f"check {HAND}", "check broken.yaml", "check nobody"),
     "check deployed": (f"check deployed {HAND} package", "check deployed broken.yaml package", "check deployed"),
-    "check fleet": ("check fleet fleet.json", "check fleet half.json", "check fleet nothing.json"),
     "check parameters": (
         f"check parameters {HAND} node.yaml",
         "check parameters broken.yaml node.yaml",

@@ -12,7 +12,7 @@ from support.paths import COMPILER, PACKAGES
 WITH_EXAMPLES = [
     ".".join(path.relative_to(COMPILER).with_suffix("").parts)
     for path in sorted(path for package in PACKAGES for path in package.rglob("*.py"))
-    if ">>>" in path.read_text("utf-8")
+    if ">>> " in path.read_text("utf-8")
 ]
 
 

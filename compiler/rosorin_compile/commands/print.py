@@ -111,6 +111,8 @@ def _asked(run: Run) -> tuple[Description, str]:
     robot, output = words
     if not is_robot(robot) and is_robot(output):
         raise WrongUsage(f"the robot comes first: {_CALL} {output} {robot}")
+    if not is_robot(robot):
+        no_half_mark([output])
     return one(robot, f"{_CALL} ROBOT {output}"), output
 
 

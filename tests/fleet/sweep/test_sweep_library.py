@@ -65,16 +65,10 @@ def test_what_is_wrong_with_one_is_its_own() -> None:
     assert rules == ["variant-name", "variant-name", "unknown-argument", "bad-argument", "fine"]
 
 
-@pytest.mark.parametrize(
-    ("variants", "message"),
-    [
-        (5, "error[variants-list]: variants are a file, arguments by name, or a list of them; this is of the type int"),
-        ("none.csv", 'error[file-unreadable]: there is no file or folder "none.csv" of variants'),
-    ],
-)
-def test_what_is_wrong_with_all_is_one_answer(variants: Any, message: str) -> None:
+@pytest.mark.parametrize(("variants", "rule"), [(5, "variants-list"), ("none.csv", "file-unreadable")])
+def test_an_unusable_list_is_one_result_with_an_error(variants: Any, rule: str) -> None:
     (made,) = rosorin_compile.sweep("handy", variants)
-    assert (made.robot, made.variant, [str(one) for one in made.diagnostics]) == (None, None, [message])
+    assert (made.robot, made.variant, [one.rule for one in made.diagnostics]) == (None, None, [rule])
 
 
 def test_a_description_that_is_not_there() -> None:

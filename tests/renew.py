@@ -1,6 +1,7 @@
 """Regenerate committed files that a program writes; review the difference like any other change.
 
-python tests/renew.py docs | schema | planted | goldens | from-xacro | findings
+python tests/renew.py schema | planted | goldens | from-xacro | findings
+python tests/renew.py docs [PAGE...]
 python tests/renew.py messages [TEST FILE...]
 python tests/renew.py imported | translated | pictures [NAME...]
 """

@@ -16,7 +16,7 @@ from rosorin_compile.diagnostics import Rule
 
 HEAD = Path(__file__).parents[1] / "_rules_head.md"
 MARK = "<!-- rules -->"
-_COLUMNS = ("rule", "what is wrong", "way out", "accepted of")
+_COLUMNS = ("rule", "problem", "fix", "accepted for")
 
 
 def page(head: str, rules: Collection[Rule]) -> str:

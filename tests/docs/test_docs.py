@@ -10,10 +10,11 @@ each line that begins with "$ " is run in the folder of the page, and what it pr
 it; a line "..." there stands for any lines. A ``python`` block that begins with ">>> " is a session: it is run at the
 top of the project, with what the sessions above it on the page have defined.
 
-    python tests/renew.py docs
+    python tests/renew.py docs [PAGE...]
 
-writes into the pages what the commands print now, then those that a generator makes (``support.generated``). What a
-page shows with "..." is left to its author, and named.
+writes into the pages what the commands print now, then those that a generator makes (``support.generated``). With
+arguments, such as ``frames``, only these pages are renewed. What a page shows with "..." is left to its author, and
+named.
 """
 
 from __future__ import annotations
@@ -141,8 +142,9 @@ def rewrite(page: Path) -> None:
 
 if __name__ == "__main__":
     for each in [HEAD, RULES_HEAD, JSON_HEAD, README, *PAGES]:
-        if each not in GENERATED:
-            rewrite(each)
-    for each in GENERATED:
-        if each in PAGES:
+        if each.stem not in (sys.argv[1:] or [each.stem]):
+            continue
+        if each in GENERATED:
             generate(each)
+        else:
+            rewrite(each)

@@ -59,7 +59,7 @@ def test_each_paragraph_is_that_of_a_fault() -> None:
     assert [text.splitlines()[0] for text in SAID.read_text("utf-8").split("\n\n")] == list(FAULTS)
 
 
-PAGE = DOCS / "check-against-a-recording.md"
+PAGE = DOCS / "recordings.md"
 SHOWN = re.compile(r"(<!-- verify: stale -->\n```text\n)(.*?)(```\n)", re.DOTALL)
 
 

@@ -52,7 +52,7 @@ def main(pairs: int) -> None:
 
 def command(path: Path) -> list[str]:
     """Return the whole command."""
-    return [str(BIN / "rosorin-compile"), "extract", "heightmap", str(path), "--cell", "1cm", "--format", "json-list"]
+    return [str(BIN / "rosorin-compile"), "extract", "heightmap", str(path), "--cell", "1cm", "--format", "json"]
 
 
 def loading(path: Path) -> list[str]:

@@ -156,14 +156,17 @@ endmacro()
 # Set names, the outputs that are asked for, and files, what is made for them: the program knows how they are called.
 macro(_rosorin_compile_ask_for_outputs)
   # In quotes, or a\;b becomes a;b.
-  set(ask "${ROSORIN_COMPILE_EXECUTABLE};print;--list;--format;json-list;${source};${words}")
+  set(ask "${ROSORIN_COMPILE_EXECUTABLE};print;--list;--format;json;${source};${words}")
   set(asked "${folder}/outputs.json")
   execute_process(COMMAND ${ask} WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}"
     RESULT_VARIABLE failed OUTPUT_VARIABLE answer ERROR_VARIABLE said)
   if(failed)
+    set(messages "${ROSORIN_COMPILE_EXECUTABLE};print;--list;${source};${words}")  # in the form for people
+    execute_process(COMMAND ${messages} WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" OUTPUT_QUIET ERROR_VARIABLE said)
     string(REPLACE "\n" "\n  " said "\n${said}")  # what is indented, CMake prints as it is
     _rosorin_compile_wrong("${said}")
   endif()
+  string(JSON answer GET "${answer}" result)
   set(before "")
   if(EXISTS "${asked}")
     file(READ "${asked}" before)

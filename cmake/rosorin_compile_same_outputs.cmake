@@ -1,6 +1,6 @@
 # Run before a robot is compiled: cmake -P THIS -- ASKED NAME COMMAND...
 #
-# ASKED is what COMMAND, a print --list, answered when CMake ran. If it answers something else now, as an included
+# ASKED is the result of COMMAND, a print --list, from when CMake ran. If it answers something else now, as an included
 # file may rename an output, CMake has to run again: it does with the next build, because it depends on ASKED, which
 # gets the time of now. What is wrong with the description is left to the compiler, which comes next.
 
@@ -23,6 +23,7 @@ execute_process(COMMAND ${command} RESULT_VARIABLE failed OUTPUT_VARIABLE now ER
 if(failed)
   return()
 endif()
+string(JSON now GET "${now}" result)
 set(before "")
 if(EXISTS "${asked}")
   file(READ "${asked}" before)

@@ -34,6 +34,14 @@ def _asks_once() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _no_fsync() -> Iterator[None]:
+    """Do not wait for the disk: what a test writes need not survive a crash of the machine."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda _: None)
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _forgets_others() -> None:
     """What code of others has asked counts for all that comes after it in a process; here each test is one."""
@@ -75,6 +83,7 @@ def pytest_configure() -> None:
     What a command prints depends on no clock: nothing is shown of what takes long, but by the tests of that. Modules
     are compiled once, also where the machine says otherwise: else each process would do so with the whole tool.
     """
+    gc.disable()  # until all tests are collected: they live until the end of the process
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     os.environ["ROSORIN_COMPILE_PROGRESS"] = "off"
@@ -95,9 +104,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
 
 
 def pytest_collection_finish() -> None:
-    """Let the collector of garbage pass over what is there before the first test: it stays to the end."""
+    """Exclude everything that exists before the first test from garbage collection."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)

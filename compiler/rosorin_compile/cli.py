@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .commands.answer import Answer, begun
-from .commands.calling import CHECK, called
-from .commands.older import instead
+from .commands.calling import CHECK, called, suggestion
 from .commands.parser import Refused
 from .commands.registry import commands, names
 from .commands.usage import (
@@ -93,10 +92,6 @@ def _answered(words: list[str], answer: Answer) -> int:
         options = _parsed(line)
         options.answer, answer.command = answer, options.called
         answer.form = getattr(options, "format", "")
-        if getattr(options, "old_json", False) and not getattr(options, "quiet", False):
-            from .commands.older import say_new
-
-            say_new(f"{options.called} --format json, or --format json-list for the result alone", "--json")
         if getattr(options, "xacro_seconds", None):
             os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
         if _shown(options):
@@ -216,7 +211,7 @@ def _parser(line: Called) -> Parser:
     if line.name and line.found is None:
         also = [name for one in commands(of_plugins=False).values() for name in one.also]
         near = _near(line.name, [*names("commands"), *also])
-        top.error(f'there is no command "{line.name}"; {instead(line.name) or near}')
+        top.error(f'there is no command "{line.name}"; {suggestion(line.name) or near}')
     _add(within, line)
     return top
 

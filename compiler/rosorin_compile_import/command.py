@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from rosorin_compile.extending import Imported, Map, Parser, ReadOptions
 
     from .into import Package
-    from .merging.record import Record
-    from .merging.reimport import Wanted
+    from .reimport import Record, Request
     from .report import Renamed
     from .round_trip import RoundTrip
     from .translating import Translation
@@ -216,8 +215,7 @@ def _describe(
     from rosorin_compile.diagnostics import ERROR
 
     from .description import tree_of
-    from .merging.record import of as record_of
-    from .merging.reimport import Wanted, recorded
+    from .reimport import Request, record_of, recorded
     from .report import renamed, repeated
     from .round_trip import check_round_trip
     from .translating.report import translation_report as told_translation
@@ -231,8 +229,8 @@ def _describe(
     called = imported._replace(tree=tree).file_name
     folder = Path(options.output) if options.output else Path(base, Description.FOLDER, called)
     give_result(options, {"source": str(source), "robot": tree["robot"], "folder": str(folder)}, str)
-    wanted = Wanted(_words(options, source, how), options.ours, how.arguments, how.packages)
-    record = recorded(folder, wanted.words) if target is None and not options.force else None
+    request = Request(_words(options, source, how), options.ours)
+    record = recorded(folder, request.words) if target is None and not options.force else None
     if target is None and record is None:
         _check_folder(folder, options.force)
     keeps = imported.takes_arguments and not options.flat
@@ -262,12 +260,12 @@ def _describe(
     translated = list(told_translation(translation)) if translation is not None else []
     if target is not None:
         grown = translation.grown if translation is not None else {}
-        return _put_into(console, target, folder, imported, trip, [*lines, *translated], grown, wanted)
+        return _put_into(console, target, folder, imported, trip, [*lines, *translated], grown, request)
     if record is not None:
         is_program = translation is not None and translation.files
         files = trip.files if is_program else _as_split(trip, record, folder)
-        return _put_together(console, source, folder, record, files, wanted)
-    written = _write(console, folder, {**trip.files, **record_of(trip.files, wanted.words)})
+        return _import_again(console, source, folder, record, files, request)
+    written = _write(console, folder, {**trip.files, **record_of(trip.files, request.words)})
     if written is None:
         return PROBLEMS
     _report(console, folder, imported, trip, written, lines)
@@ -290,27 +288,31 @@ def _words(options: argparse.Namespace, source: Path, how: ReadOptions) -> list[
     return words
 
 
-def _put_together(
-    console: Console, source: Path, folder: Path, record: Record, files: Mapping[str, str], wanted: Wanted
+def _import_again(
+    console: Console, source: Path, folder: Path, record: Record, files: Mapping[str, str], request: Request
 ) -> int:
-    """Put a newer state of a source and the description that stands there together, and say so."""
-    from .merging.record import is_of
-    from .merging.reimport import imported_again, remove
+    """Merge a newer state of a source into its description, and report it."""
+    from rosorin_compile.diagnostics import has_errors
 
-    again = imported_again(folder, record, files, wanted)
-    _show(console, again.diagnostics)
-    if again.refused:
-        return _refused(console, source, sum(one.severity == "error" for one in again.diagnostics))
-    written = _write(console, folder, again.files, again.before)
+    from .reimport import import_again, is_record, remove
+
+    merged = import_again(folder, record, files, request)
+    if merged.refused:
+        _show(console, merged.diagnostics)
+        return _refused(console, source, len(merged.diagnostics))
+    written = _write(console, folder, merged.files, merged.before)
     if written is None:
         return PROBLEMS
     with suppress(OSError):  # nothing includes them any more
-        remove(folder, again.gone)
-    names = [name for name in written.written if not is_of(name)]
-    changed = [*names, *(f"{name} (removed)" for name in again.gone)]
+        remove(folder, merged)
+    _show(console, merged.diagnostics)
+    changed = [name for name in written.written if not is_record(name)]
+    changed += [f"{name} (removed)" for name in merged.removed if not is_record(name)]
     console.say(f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged")
-    for line in again.lines:
+    for line in merged.lines:
         console.say(line)
+    if has_errors(merged.diagnostics):
+        return PROBLEMS
     console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")
     return FINE
 
@@ -334,9 +336,10 @@ def _put_into(
     trip: RoundTrip,
     lines: list[str],
     grown: Mapping[str, str],
-    wanted: Wanted,
+    request: Request,
 ) -> int:
     """Put a description into a package, and say what is left to be done there."""
+    from rosorin_compile.diagnostics import has_errors
     from rosorin_compile.extending import OutputError
 
     from .description import tree_of
@@ -345,7 +348,7 @@ def _put_into(
     package = target.package
     try:
         tree = tree_of(imported)
-        put = put_into(package, target.source, target.given, folder.name, trip.files, tree, wanted, grown)
+        put = put_into(package, target.source, target.given, folder.name, trip.files, tree, request, grown)
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return PROBLEMS
@@ -353,7 +356,8 @@ def _put_into(
     if put.refused:
         _show(console, list(put.refused))
         return _refused(console, package.folder / target.source, len(put.refused))
-    _show(console, put.again.diagnostics if put.again else [])
+    again = put.again.diagnostics if put.again else []
+    _show(console, again)
     if put.again is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
         _report(console, folder, imported, trip, _Written(tuple(trip.files)), lines)
     for line in package_report(package, put):
@@ -362,7 +366,7 @@ def _put_into(
         console.say(line, needed=True)
     for line in in_the_end(target.source, put):
         console.say(line)
-    return FINE
+    return PROBLEMS if has_errors(again) else FINE
 
 
 def _worded(options: argparse.Namespace, imported: Imported) -> Worded:
@@ -411,7 +415,7 @@ def _renamed(tree: Map, name: str) -> Map:
 
 def _check_folder(folder: Path, force: bool) -> None:
     """Raise WrongUsage if a folder is taken."""
-    from .merging.record import ENDING
+    from .reimport import ENDING
 
     if _kind(folder) == "file":
         raise WrongUsage(f"{folder} is no folder; name a new one with -o")
@@ -431,10 +435,10 @@ def _write(
     """Write the files of a description; what they replace is kept beside them, unless it is ``known``: taken over."""
     from rosorin_compile.extending import OutputError
 
-    from .merging.record import is_of
+    from .reimport import is_record
 
     def replaces(name: str, old: bytes) -> bool:
-        return is_of(name) or old == (known or {}).get(name, "").encode()
+        return is_record(name) or old == (known or {}).get(name, "").encode()
 
     try:
         written = Holding.write_set(folder, files, replaces)
@@ -452,7 +456,7 @@ def _report(
     from rosorin_compile.extending import FORMATS
 
     from .description import tree_of
-    from .merging.record import is_of
+    from .reimport import is_record
     from .report import accepted, kept, sizes
 
     tree = tree_of(imported)
@@ -472,6 +476,6 @@ def _report(
     if imported.left_out:
         count = len(imported.left_out)
         console.say(f"not carried over: {count}, see the {'warning' if count == 1 else 'warnings'} above")
-    left = [name for name in written.kept if not is_of(name)]
+    left = [name for name in written.kept if not is_record(name)]
     if left:
         console.say(f"left alone in {folder}, not written by this import: {', '.join(left)}")

@@ -17,11 +17,9 @@ from typing import NamedTuple
 from rosorin_compile.diagnostics import Diagnostic, Heading, Rule, error, listed
 from rosorin_compile.extending import Description, LoadError, Map, WrongUsage, holding, service, world
 
-from .merging.record import ENDING, is_of, text_of
-from .merging.record import of as record_of
-from .merging.reimport import Again, Wanted, imported_again, recorded, remove
-from .merging.together import with_more
+from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove, text_of
 from .switching import Line, lines_to_change
+from .translating.uniting import with_more
 
 RULES = (
     Rule(
@@ -78,7 +76,7 @@ class Put(NamedTuple):
     finished: list[Diagnostic]
     holds: bool = True
     refused: Sequence[Diagnostic] = ()
-    again: Again | None = None
+    again: Merged | None = None
     others: Sequence[str] = ()
 
 
@@ -212,7 +210,7 @@ def put_into(
     name: str,
     files: Mapping[str, str],
     tree: Map,
-    asked: Wanted,
+    asked: Request,
     grown: Mapping[str, str] = {},
 ) -> Put:
     """Put the files of a description into a package, all or nothing. Raises OutputError, WrongUsage.
@@ -239,15 +237,15 @@ def put_into(
             file
             for file in wanted
             if _differs(package.folder / file, wanted[file])
-            and (file == test or not (again or is_of(file)))
+            and (file == test or not (again or is_record(file)))
             and (file not in more or _differs(package.folder / file, more[file]))
         ]
         fresh = held.place({file: data for file, data in wanted.items() if file not in kept})
         if again:
-            remove(there, again.gone)
+            remove(there, again)
     change = lines_to_change(package.folder, source, description, frozenset(tree.get("args") or ()))
     add = {file: found for file, found in _to_add(package, description, test, files).items() if found}
-    written = tuple(file for file in fresh if not is_of(file))
+    written = tuple(file for file in fresh if not is_record(file))
     others = _others(package.folder, name, written) if again else []
     holds = _said(package.folder / test) is not None
     return Put(written, tuple(kept), add, change, test, finished, holds, (), again, others)
@@ -257,7 +255,7 @@ def _has_files(folder: Path) -> bool:
     return world.kind(folder) == world.FOLDER and bool(world.names(folder))
 
 
-def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], asked: Wanted) -> dict[str, str]:
+def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], asked: Request) -> dict[str, str]:
     """Return the record of a new robot; that of a file of others has what it adds, and not what somebody changed."""
     made = record_of(files, asked.words)
     for file in files:
@@ -268,22 +266,22 @@ def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], as
     return made
 
 
-def _again(package: Package, description: str, files: Mapping[str, str], asked: Wanted) -> Again:
+def _again(package: Package, description: str, files: Mapping[str, str], asked: Request) -> Merged:
     """Put the description that is there and what its source says now together. Raises WrongUsage."""
     there = package.folder / description
     record = recorded(there, asked.words, files)
     if record is not None:
-        return imported_again(there, record, files, asked)
+        return import_again(there, record, files, asked)
     others = [file for file, text in files.items() if _differs(there / file, text.encode())]
     if not others:
-        return Again({}, record_of(files, asked.words), [], [], [])
+        return Merged({}, record_of(files, asked.words), [], [], [])
     called = f"{Description.ROOT_FILE}{ENDING}"
     message = (
         f"{description} stands otherwise than it would be imported ({listed(others)}), and no {called} "
         "there says how it was imported: what the source changed cannot be told from what was changed here"
     )
     help = f"import it beside this one with --name, or the source as it was then with -o, and copy the {ENDING} files"
-    return Again({}, {}, [], [error("import-no-record", message, None, help)], [], refused=True)
+    return Merged({}, {}, [], [error("import-no-record", message, None, help)], [], refused=True)
 
 
 def _others(package: Path, name: str, written: Sequence[str]) -> list[str]:

@@ -34,8 +34,6 @@ CHECKS = (
         exits="0 at most warnings, 1 errors",
         options="physics.command:options",
         run="physics.command:run",
-        old=("--physics",),
-        each="physics.command:after",
     ),
 )
 SERVICES = {"links inside each other": "physics.touching:Touching"}

@@ -34,7 +34,6 @@ CHECKS = (
         exits="0 at most warnings, 1 errors",
         options="check_parameters.command:options",
         run="check_parameters.command:run",
-        old=("--parameters", "--controllers", "--launch", "--remap", "--namespace", "--distribution"),
     ),
     Check(
         name="deployed",
@@ -43,7 +42,6 @@ CHECKS = (
         exits="0 as compiled, 1 differences or errors",
         options="package.deployed_command:options",
         run="package.deployed_command:run",
-        old=("--deployed",),
     ),
 )
 SERVICES = {

@@ -26,19 +26,21 @@ from rosorin_compile.extending import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rosorin_compile import Compiled
     from rosorin_compile.diagnostics import Diagnostic
     from rosorin_compile.extending import Parser
     from rosorin_compile.model import Robot
 
-    from .expected import Choice, Options
+    from .expected import Options
     from .judge import Verdict
 
 RULES = (
     Rule(
         "recording-unreadable",
-        "The source is no recording, or not a line of it can be read.",
-        "The message says why; `ros2 bag reindex` or `mcap recover` may help.",
+        "The source is no recording, or it is damaged, or its end is missing because the recorder was killed.",
+        "The message says why; `ros2 bag reindex` or `mcap recover` may help. End a recording with Ctrl-C.",
         Heading.RECORDINGS,
     ),
 )
@@ -90,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"{description.name}: a description with errors is nothing to compare with")
         return PROBLEMS
     try:
-        from .metadata import Unreadable
+        from .bags import Unreadable
         from .sources import verify
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":
@@ -128,9 +130,10 @@ def _asked(run: Run) -> tuple[str, Description]:
         raise WrongUsage("standard input is the recording or the robot, not both")
     robot, source = "", words[-1]
     if len(words) > 1:
-        may_be = partial(_may_be_robot, words)
-        robot, (source,) = run.robot_first(lambda _, rest: _may_be_source(rest[0]), may_be)
+        robot = words[0]
     if _is_robot(source):
+        if robot and not _may_be_robot(robot):
+            raise WrongUsage(f"the robot comes first: write verify {source} {robot}")
         what = "a second robot" if robot else "a robot"
         raise WrongUsage(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
     found = run.robots([robot] if robot else [])
@@ -140,16 +143,10 @@ def _asked(run: Run) -> tuple[str, Description]:
     return source, found[0]
 
 
-def _may_be_robot(words: list[str], word: str) -> bool:
-    """Say whether one of two words may be the robot; standard input is one where the other word is none."""
-    if word == Description.STDIN:
-        return not any(_may_be_robot(words, other) for other in words if other != Description.STDIN)
+def _may_be_robot(word: str) -> bool:
+    """Return True if a word may be the robot: a description, or a YAML file or foreign robot file that exists."""
     named = Path(word).suffix.lower() in (".yaml", ".yml") or (word != Description.STDIN and is_foreign(Path(word)))
     return _is_robot(word) or (named and world.kind(word) == world.FILE)
-
-
-def _may_be_source(word: str) -> bool:
-    return word == Description.STDIN or (_is_there(word) and not _is_robot(word))
 
 
 def _is_there(source: str) -> bool:
@@ -178,7 +175,6 @@ def _is_robot(source: str) -> bool:
 
 
 def _options(options: argparse.Namespace, robot: Robot) -> Options:
-    """Return what the command line says about the recording. Raises WrongUsage."""
     from rosorin_compile.diagnostics import did_you_mean
 
     from .expected import Options
@@ -208,10 +204,8 @@ def _options(options: argparse.Namespace, robot: Robot) -> Options:
     )
 
 
-def _pose(name: str, robot: Robot) -> Choice | None:
+def _pose(name: str, robot: Robot) -> Mapping[str, float] | None:
     from rosorin_compile.diagnostics import did_you_mean
-
-    from .expected import Choice
 
     if not name:
         return None
@@ -219,7 +213,7 @@ def _pose(name: str, robot: Robot) -> Choice | None:
     if pose is None:
         known = [pose.name for pose in robot.poses]
         raise WrongUsage(f'{robot.name} has no pose "{name}"; {did_you_mean(name, known) or "it has none"}')
-    return Choice(pose.positions, name)
+    return pose.positions
 
 
 def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Diagnostic]:
@@ -275,7 +269,6 @@ def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str,
 
 
 def _write(verdict: Verdict, options: argparse.Namespace) -> None:
-    """Write the files that are asked for. Raises WrongUsage."""
     if options.junit:
         from .machine import as_junit
 

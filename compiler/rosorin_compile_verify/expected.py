@@ -35,32 +35,24 @@ class Tolerance(NamedTuple):
 DEFAULT = Tolerance()
 
 
-class Choice(NamedTuple):
-    """A transform that is asked for beforehand: positions of joints (rad or m) for text that carries none."""
-
-    positions: Mapping[str, float]
-    name: str
-
-
 @dataclass(frozen=True)
 class Options:
     """What the person who verifies says about the recording.
 
-    ``modes`` that are known, nodes that were not running (``without``), the pose of the joints and the two frames of
-    text that does not say them, seconds from the begin of the recording (``since``, ``until``), the namespace of the
-    topics, the prefix of the frames, and the age in seconds from which a moving edge is stale.
+    ``modes`` that are known, nodes that were not running (``without``), positions of the joints (rad or m) and the two
+    frames of text that does not have them, seconds from the begin of the recording (``since``, ``until``), the
+    namespace of the topics, the prefix of the frames, and the age in seconds from which a moving edge is stale.
     """
 
     modes: Mapping[str, bool] = field(default_factory=dict)
     without: frozenset[str] = frozenset()
-    pose: Choice | None = None
+    pose: Mapping[str, float] | None = None
     frames: tuple[str, str] | None = None
     since: float | None = None
     until: float | None = None
     namespace: str = ""
     prefix: str = ""
     stale: float = 1.0
-    picture: bool = False
 
 
 @dataclass(frozen=True)
@@ -175,7 +167,6 @@ def _holds(when: str, combination: Mapping[str, bool]) -> bool:
 
 
 def _edges(robot: Robot) -> Iterator[Expected]:
-    """Yield the edges of the joints from the root down, then those of other nodes."""
     read = FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)
     six = any(output.options.get("number_format") == "six" for output in read)
     urdf = Tolerance(EXACT, SIX_ANGLE) if six else Tolerance()

@@ -112,7 +112,6 @@ def _large(move: Vector, far: float) -> list[tuple[str, float]]:
 
 
 def _turn_text(angle: float, axis: Vector) -> str:
-    """Return a turn in words: about x, y or z where that is what it is."""
     name = main_axis(axis)
     if abs(angle - math.pi) < _NEAR and name:
         return f"180 deg about {name}"

@@ -24,14 +24,6 @@ TREMBLING = 0.02
 SLIDING = 1e-3
 
 
-def in_order(names: tuple[str, ...], positions: Floats) -> tuple[tuple[str, ...], Floats]:
-    """Return names and positions (n, number of names) sorted by name: some drivers name their joints in any order."""
-    if positions.shape[1] != len(names):
-        return names, positions
-    order = sorted(range(len(names)), key=names.__getitem__)
-    return tuple(names[at] for at in order), positions[:, order]
-
-
 class _Ring:
     """The latest joint states that name the same joints in the same order."""
 

@@ -8,11 +8,12 @@ comes out.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile import Artifact, Value
+from rosorin_compile.backend.model import NoWay
 from rosorin_compile.diagnostics import (
     ERROR,
     NOTE,
@@ -27,10 +28,10 @@ from rosorin_compile.diagnostics import (
     first_of,
 )
 from rosorin_compile.extending import compare
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Transform
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
-from .expected import Description, Expected
+from .expected import Description
 from .findings import YEAR, difference, half_turn_about, ordered, pose_text, problem, seconds, share
 from .joints import Follower, JointLog, Range
 from .judge_edges import leaps_text
@@ -166,7 +167,6 @@ def _no_edge(recording: Recording, findings: Sequence[Diagnostic]) -> Iterator[D
 
 
 def _foreign(recording: Recording) -> Diagnostic:
-    """Return the finding for a recording without a transform."""
     topics = sorted(recording.topics)
     help = "record /tf, /tf_static, /joint_states and /robot_description"
     if recording.messages == 0 and not topics:
@@ -240,7 +240,6 @@ def joints(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield the joints that are not described: each, or many of them in one finding."""
     for name in names if len(names) <= _FEW else ():
         help = did_you_mean(name, recording.description.joint_names)
         message = f'{_TOPIC} names "{name}", a joint that is not described'
@@ -253,7 +252,6 @@ def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Diagnostic]
 
 
 def _follower(log: JointLog, name: str, follower: Follower) -> Iterator[Diagnostic]:
-    """Yield that a driver reports a follower elsewhere than where its leader puts it."""
     joint = log.description.robot.joint[name]
     if not follower.off or joint.mimic is None:
         return
@@ -320,58 +318,6 @@ def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> It
             yield problem("robot-description-text", topic, message, help, severity=NOTE)
 
 
-class _Step(NamedTuple):
-    """One step between two frames that hang together: over a joint, or over an edge of another node."""
-
-    frame: str
-    up: bool
-    joint: Joint | None
-    edge: Expected | None
-
-
-def _steps(description: Description) -> dict[str, list[_Step]]:
-    """Return the steps from each frame: also over joints that nobody publishes, which tf2_echo may not know."""
-    steps: dict[str, list[_Step]] = {}
-    pairs: list[tuple[str, str, Joint | None, Expected | None]] = []
-    pairs += [(joint.parent, joint.child, joint, None) for joint in description.robot.joints]
-    pairs += [(edge.parent, edge.child, None, edge) for edge in description.edges if edge.joint is None]
-    for parent, child, joint, edge in pairs:
-        steps.setdefault(parent, []).append(_Step(child, False, joint, edge))
-        steps.setdefault(child, []).append(_Step(parent, True, joint, edge))
-    return steps
-
-
-def _way(description: Description, source: str, target: str) -> list[_Step] | None:
-    """Return the steps from one frame to another; None if they do not hang together."""
-    steps = _steps(description)
-    came: dict[str, tuple[str, _Step]] = {}
-    waiting = [source]
-    for frame in waiting:
-        for step in steps.get(frame, ()):
-            if step.frame not in came and step.frame != source:
-                came[step.frame] = (frame, step)
-                waiting.append(step.frame)
-    way: list[_Step] = []
-    here = target
-    while here != source:
-        if here not in came:
-            return None
-        here, step = came[here]
-        way.append(step)
-    return way[::-1]
-
-
-def _placed(description: Description, way: list[_Step], positions: Mapping[str, float]) -> Transform:
-    """Return where the way leads; every edge of it has a value."""
-    result = Transform()
-    for step in way:
-        value = step.edge.transform if step.edge is not None and step.edge.transform is not None else Transform()
-        if step.joint is not None:
-            value = step.joint.transform(description.robot.position(step.joint, positions))
-        result = result.then(value.inverse() if step.up else value)
-    return result
-
-
 def asked(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the answers of tf2_echo that are not what the description gives."""
     refused = {(question.source, question.target): question for question in recording.refused}
@@ -403,20 +349,25 @@ def _answer(recording: Recording, answer: Asked) -> Iterator[Diagnostic]:
             message = f'tf2_echo was asked for "{frame}", a frame that is not described'
             yield problem("frame-unknown", name, message, did_you_mean(frame, known))
             return
-    way = _way(description, answer.source, answer.target)
-    unknown = [step.edge for step in way or () if step.edge is not None and step.edge.transform is None]
-    if way is None or unknown:
-        missing = ", ".join(f"{edge.name}, which {edge.owner} alone knows" for edge in unknown)
-        message = f"{name} cannot be compared: between them is {missing or 'nothing that is described'}"
+    robot = description.robot
+    try:
+        way = robot.kinematics.graph.way(answer.source, answer.target)
+    except NoWay as no_way:
+        missing = [f"{s.parent} -> {s.child}, which {description.owners(s.child)} alone knows" for s in no_way.missing]
+        message = f"{name} cannot be compared: between them is {', '.join(missing) or 'nothing that is described'}"
         yield problem("not-compared", name, message, "ask for frames of the robot itself", severity=NOTE)
         return
-    needed = {description.leader(step.joint)[0] for step in way if step.joint is not None and step.joint.moves}
-    absent = [joint.name for joint in description.robot.joints if joint.name in needed - set(answer.positions)]
+    joints = [move.step.joint for move in way if move.step.joint is not None and move.step.joint.moves]
+    needed = {description.leader(joint)[0] for joint in joints}
+    absent = [joint.name for joint in robot.joints if joint.name in needed - set(answer.positions)]
     if absent:
         message = f"{name} cannot be compared: where {', '.join(absent)} stood is not known"
         yield problem("not-compared", name, message, "give --pose, or paste /joint_states above", severity=NOTE)
         return
-    expected = _placed(description, way, answer.positions)
+    expected = Transform()
+    for move in way:
+        value = move.step.transform(robot, answer.positions)
+        expected = expected.then(value.inverse() if move.up else value)
     for reading in answer.readings:
         finding = _reading(recording, name, answer, reading, expected)
         if finding is not None:
@@ -427,7 +378,6 @@ def _answer(recording: Recording, answer: Asked) -> Iterator[Diagnostic]:
 def _reading(
     recording: Recording, name: str, answer: Asked, reading: Reading, expected: Transform
 ) -> Diagnostic | None:
-    """Return the finding for one of the forms of an answer; None if it fits as far as it is printed."""
     printed = Transform(reading.rows or expected.rows, reading.xyz or expected.xyz)
     _, radians, _ = difference(expected, printed)
     moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
@@ -490,14 +440,7 @@ def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
     if edge.parent != row.parent:
         message = f'the parent of "{row.child}" is "{row.parent}", described is "{edge.parent}"'
         yield problem("edge-wrong-parent", name, message, f"{edge.owner} should publish {edge.name}")
-    if row.still and edge.moving:
-        message = f"{name} moves, but came on /tf_static: listeners take it for fixed"
-        yield problem("edge-not-moving", name, message, f"{edge.owner} should publish it on /tf, again and again")
-    elif not row.still and not edge.moving:
-        message = (
-            f"{name} never moves, but came on /tf at {row.rate:.1f} Hz: it can be late, which a static one never is"
-        )
-        yield problem("edge-not-static", name, message, f"{edge.owner} should publish it on /tf_static")
+    yield from judge_edges.on_wrong_topic(name, row.still, edge, f" at {row.rate:.1f} Hz")
     limit = recording.description.options.stale
     if not row.still and row.age is not None and limit < row.age <= YEAR:
         message = f"{name} went {seconds(row.age)} stale, when view_frames looked"

@@ -125,7 +125,6 @@ def owner_of(series: Series) -> str:
 
 
 def _frame(recording: Recording, child: str, of_child: Sequence[Series]) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the parents of a frame and the topics of its edge."""
     expected = recording.description.by_child.get(child)
     parents = list(dict.fromkeys(series.parent for series in of_child))
     if expected is None:
@@ -178,7 +177,6 @@ def _not_described(recording: Recording, of_child: Sequence[Series]) -> Iterator
 
 
 def _strange(recording: Recording) -> list[Series]:
-    """Return the first recorded edge into each frame that is no frame of the description."""
     return [of_child[0] for child, of_child in recording.into.items() if child not in recording.description.by_child]
 
 
@@ -194,7 +192,6 @@ def _top(recording: Recording, series: Series) -> str:
 
 
 def _topics(of_child: Sequence[Series], expected: Sequence[Expected]) -> Iterator[Diagnostic]:
-    """Yield an edge on the wrong topic, or on both."""
     edge = of_child[0].edge or expected[0]
     name = of_child[0].name
     if len(of_child) > 1:
@@ -203,13 +200,17 @@ def _topics(of_child: Sequence[Series], expected: Sequence[Expected]) -> Iterato
         right = "/tf" if edge.moving else "/tf_static"
         help = f"{edge.owner} publishes it on {right}; stop the other"
         yield problem("edge-static-and-moving", name, message, help, evidence=evidence)
-    elif of_child[0].still and edge.moving:
+    else:
+        yield from on_wrong_topic(name, of_child[0].still, edge, _rate(of_child[0]))
+
+
+def on_wrong_topic(name: str, still: bool, edge: Expected, rate: str) -> Iterator[Diagnostic]:
+    """Yield the finding for an edge that came on /tf_static (``still``) although it moves, or the other way round."""
+    if still and edge.moving:
         message = f"{name} moves, but came on /tf_static: listeners take it for fixed"
         yield problem("edge-not-moving", name, message, f"{edge.owner} should publish it on /tf, again and again")
-    elif not of_child[0].still and not edge.moving:
-        message = (
-            f"{name} never moves, but came on /tf{_rate(of_child[0])}: it can be late, which a static one never is"
-        )
+    elif not still and not edge.moving:
+        message = f"{name} never moves, but came on /tf{rate}: it can be late, which a static one never is"
         yield problem("edge-not-static", name, message, f"{edge.owner} should publish it on /tf_static")
 
 
@@ -253,7 +254,6 @@ def _wrong_value(recording: Recording, series: Series, first: Wrong) -> Diagnost
 
 
 def _two_still_values(series: Series) -> Diagnostic:
-    """Return the finding for an edge that stands still and had several values."""
     values = series.values
     poses = [transform_of(seen.sample) for seen in values.seen]
     reference = series.reference.edge.transform if series.reference is not None else None
@@ -281,7 +281,6 @@ def _number(seen: Sequence[object], others: int) -> str:
 
 
 def _two_values(series: Series) -> Diagnostic:
-    """Return the finding for an edge that two nodes publish with different values."""
     evidence = []
     if series.leaps.pair is not None:
         evidence = [pose_text(transform_from(pose[:3], pose[3:])) for pose in series.leaps.pair]

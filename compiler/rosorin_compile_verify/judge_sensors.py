@@ -111,7 +111,6 @@ def _of_other_clocks(recording: Recording, use: FrameUse, lookups: Lookups) -> b
 
 
 def _unknown_frames(recording: Recording, log: SensorLog, use: FrameUse) -> Diagnostic | None:
-    """Return the finding for a frame that is in no tree."""
     known = recording.description.frames
     recorded = use.frame in recording.parents or use.frame in recording.parents.values()
     if use.frame in known or recorded or (not use.frame and not _is_sensor(log.kind)):
@@ -129,7 +128,6 @@ def _unknown_frames(recording: Recording, log: SensorLog, use: FrameUse) -> Diag
 
 
 def _slashed(recording: Recording, log: SensorLog, use: FrameUse) -> Diagnostic:
-    """Return the finding for a frame with "/" before it."""
     name = recording.description.options.prefix + use.frame
     many = share(use.slashed, use.pace.count) if use.slashed < use.pace.count else f"{use.slashed:,}"
     message = f'{log.topic} is stamped "/{name}" ({many} messages): tf2 refuses to look up a frame that begins with "/"'
@@ -172,7 +170,6 @@ def _explained(recording: Recording, log: SensorLog, sensor: Sensor) -> bool:
 
 
 def _hangs_on(recording: Recording, frame: str, above: Sequence[str]) -> bool:
-    """Say whether a frame hangs on one of some others."""
     for _ in range(len(recording.parents) + 1):  # there may be a loop
         if frame in above:
             return True

@@ -125,7 +125,6 @@ def _back(recording: Recording, back: Sequence[Stream]) -> Iterator[Diagnostic]:
 
 
 def _other(recording: Recording, other: Sequence[Stream]) -> Iterator[Diagnostic]:
-    """Yield the finding for streams that another clock than the recorder's stamps."""
     if not other:
         return
     far = min(abs(one.pace.most_ahead) for one in other)
@@ -142,7 +141,6 @@ def _other(recording: Recording, other: Sequence[Stream]) -> Iterator[Diagnostic
 
 
 def _ahead(ahead: Sequence[Stream], every: int) -> Iterator[Diagnostic]:
-    """Yield a finding for all streams that are dated about equally far ahead."""
     waiting = sorted(ahead, key=lambda one: -one.pace.most_ahead)
     while waiting:
         most = waiting[0].pace.most_ahead
@@ -160,7 +158,6 @@ def _ahead(ahead: Sequence[Stream], every: int) -> Iterator[Diagnostic]:
 
 
 def _steps(recording: Recording, steps: Sequence[tuple[Stream, Step]], every: int) -> Iterator[Diagnostic]:
-    """Yield a finding for all streams whose clock changed alike."""
     waiting = sorted(steps, key=lambda one: -one[1].size)
     while waiting:
         first = waiting[0][1]

@@ -256,7 +256,6 @@ def _within(oldest: Gap, silence: Gap) -> bool:
 
 
 def _silence(recording: Recording) -> Diagnostic:
-    """Return the finding for a time in which nothing at all was recorded."""
     silence = recording.silence
     at = (silence.began - (recording.start or 0)) / SECOND
     message = f"nothing was recorded for {seconds(silence.seconds)}, {at:.1f} s into the recording"

@@ -78,7 +78,6 @@ def summary(verdict: Verdict, name: str, strict: bool) -> str:
 
 
 def _edges(recording: Recording) -> Iterator[Sequence[str]]:
-    """Yield a row for each expected edge in the order of the description, then for each other one."""
     into, rows = recording.into, {row.child: row for row in recording.rows}
     told = set()
     for edge in best_way(recording).present:
@@ -162,7 +161,6 @@ def _frame_row(recording: Recording, row: FrameRow, edge: Expected | None) -> Se
 
 
 def _sensors(recording: Recording) -> Iterator[Sequence[str]]:
-    """Yield a row for the joint states, and one for each topic, frame and target of its lookups."""
     states = recording.joints.pace
     if states.count:
         yield ("/joint_states", _NONE, f"{states.count:,}", rate_text(states.rate), *[_NONE] * 3)
@@ -179,7 +177,6 @@ def _sensors(recording: Recording) -> Iterator[Sequence[str]]:
 
 
 def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows as lines whose columns stand below each other."""
     rows = [[printable(cell, keep="\t") for cell in row] for row in rows]
     widths = [max(len(row[at]) for row in rows) for at in range(len(rows[0]))]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

@@ -21,10 +21,10 @@ import numpy as np
 from rosorin_compile.diagnostics import Heading, Rule, Source
 from rosorin_compile.model import Pose, Transform, Vector
 
-from .arrays import SECOND, Samples
+from .arrays import SECOND
 from .expected import EXACT, SIX_ANGLE
 from .findings import problem
-from .recording import MAX_DESCRIPTIONS, Asked, Batch, FrameRow, Reading, Recording, Refused, Rows
+from .recording import Asked, Batch, FrameRow, Reading, Recording, Refused, Rows
 
 RULES = (
     Rule(
@@ -57,8 +57,6 @@ def read_text(text: str, recording: Recording) -> None:
 
 
 class _TextReader:
-    """Goes through the lines of a text once."""
-
     def __init__(self, text: str, recording: Recording) -> None:
         self.lines = plain_lines(text)
         self.recording = recording
@@ -170,7 +168,7 @@ class _TextReader:
         if pose is None:
             return self.topics.positions
         still = {joint.name: 0.0 for joint in self.recording.description.robot.joints if joint.moves}
-        return {**still, **pose.positions}
+        return {**still, **pose}
 
     def _rows(self, at: int, behind: int) -> int:
         """Take the frames of view_frames between two lines."""
@@ -351,7 +349,6 @@ def _three(values: Sequence[float]) -> Vector:
 
 
 def _orthonormal(rows: Rows) -> Rows:
-    """Return the rotation nearest to a printed matrix, through its quaternion."""
     w, x, y, z = Transform(rows).quaternion()
     return Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rows
 
@@ -382,7 +379,6 @@ def dot_rows(text: str, name: Name) -> list[FrameRow] | None:
 
 
 def _leading(text: str) -> float:
-    """Return the number that a text begins with; a unit may follow."""
     match = _TREE_NUMBER.match(text)
     return _number(match[0]) if match else math.nan
 
@@ -435,7 +431,6 @@ class TopicText:
         self.recording = recording
         self.batch = Batch()
         self.positions: dict[str, float] = {}
-        self.number = 0
 
     def take(self, topic: str, text: str) -> str:
         """Take one message of a topic (empty if it is not known); return why it cannot be read, or nothing."""
@@ -463,10 +458,11 @@ class TopicText:
             stamp = _stamp(message["header"])
             name = str(message["header"].get("frame_id", ""))
             frame = self.recording.frame(name)
-            key = (topic or "the message", "", frame)
+            topic = topic or "the message"
+            self.batch.received.append(stamp)
+            self.batch.add_header(topic, "", frame, stamp)
             if name.startswith("/"):
-                self.batch.slashed[key[0], frame] = self.batch.slashed.get((key[0], frame), 0) + 1
-            self.batch.headers.setdefault(key, []).append((stamp, stamp))
+                self.batch.add_slash(topic, frame)
         return ""
 
     def _transform(self, topic: str, entry: dict[str, Any]) -> None:
@@ -478,35 +474,29 @@ class TopicText:
         quaternion = [float(turned[axis]) for axis in "xyzw"]
         expected = self.recording.expected(parent, child)
         still = topic.endswith("tf_static") if topic else expected is not None and not expected.moving
-        times = np.array([stamp], np.int64)
-        samples = Samples(times, times, np.array([xyz]), np.array([quaternion]))
-        self.batch.add_edge((still, parent, child), np.array([self.number]), samples)
-        self.number += 1
+        self.batch.received.append(stamp)
+        self.batch.add_transform((still, parent, child), stamp, (*xyz, *quaternion))
         self.recording.span(stamp, stamp)
 
     def _joint_state(self, message: dict[str, Any]) -> None:
         names = tuple(str(name) for name in message["name"])
-        values = np.array([[float(value) for value in message["position"]]], np.float64).reshape(1, -1)
+        values = [float(value) for value in message["position"]]
         stamp = _stamp(message["header"]) if isinstance(message.get("header"), dict) else 0
-        times = np.array([stamp], np.int64)
-        self.recording.joints.pace.add(times, times, min(stamp, self.recording.start or stamp))
-        self.recording.joints.add(names, times, times, values)
-        pairs = zip(names, map(float, values[0]), strict=False)
-        self.positions |= {name: value for name, value in pairs if np.isfinite(value)}
+        self.batch.received.append(stamp)
+        self.batch.add_state(names, values, stamp)
+        self.positions |= {name: value for name, value in zip(names, values, strict=False) if math.isfinite(value)}
 
     def _robot(self, text: str) -> None:
-        data = text.encode()
-        if not text.endswith("...") and data not in self.recording.descriptions:
-            self.recording.descriptions = [*self.recording.descriptions, data][:MAX_DESCRIPTIONS]
+        if not text.endswith("..."):
+            self.recording.add_description(text.encode())
 
     def finish(self) -> None:
         """Hand on what was taken."""
         self.recording.topics |= {key[0]: key[1] for key in self.batch.headers}
-        self.recording.take(self.batch)
+        self.recording.take(self.batch, np.array(self.batch.received, np.int64))
 
 
 def _stamp(header: dict[str, Any]) -> int:
-    """Return the stamp of a header in ns."""
     stamp = header["stamp"]
     value = int(stamp["sec"]) * SECOND + int(stamp["nanosec"])
     if not -(2**62) < value < 2**62:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ Rows = tuple[Vector, Vector, Vector]
 
 MAX_EDGES = 4000
 MAX_SENSORS = 500
+MAX_FRAMES = 32  # that the messages of one topic name
 MAX_DROPPED = 20
 MAX_DESCRIPTIONS = 4
 
@@ -75,17 +76,51 @@ class FrameRow(NamedTuple):
 EdgeKey = tuple[bool, str, str]  # on /tf_static, parent, child
 
 
+class Lists(NamedTuple):
+    """Rows of a batch: number of the message, stamp in ns, and numbers, if there are any."""
+
+    messages: list[int]
+    stamps: list[int]
+    values: list[Sequence[float]]
+
+
 @dataclass
 class Batch:
-    """The messages of a short while, decoded."""
+    """The messages of a short while: when each was received (ns), and what they say of edges, joints and frames."""
 
-    edges: dict[EdgeKey, list[tuple[np.ndarray, Samples]]] = field(default_factory=dict)  # order of arrival, samples
-    headers: dict[tuple[str, str, str], list[tuple[int, int]]] = field(default_factory=dict)
+    received: list[int] = field(default_factory=list)
+    edges: dict[EdgeKey, Lists] = field(default_factory=dict)
+    states: dict[tuple[tuple[str, ...], int], Lists] = field(default_factory=dict)  # names, number of positions
+    headers: dict[tuple[str, str, str], Lists] = field(default_factory=dict)  # topic, type, frame
     slashed: dict[tuple[str, str], int] = field(default_factory=dict)  # topic, frame: messages with "/" before it
 
-    def add_edge(self, key: EdgeKey, order: np.ndarray, samples: Samples) -> None:
-        """Take samples of an edge with their places in the order of arrival."""
-        self.edges.setdefault(key, []).append((order, samples))
+    def add_transform(self, key: EdgeKey, stamp: int, values: Sequence[float]) -> None:
+        """Add a transform of the latest message: x, y, z in metres and a quaternion x, y, z, w."""
+        _append(self.edges, key, len(self.received) - 1, stamp, values)
+
+    def add_state(self, names: Sequence[str], positions: Sequence[float], stamp: int) -> None:
+        """Add the joint state of the latest message; positions in rad or m."""
+        if len(names) == len(positions):  # sorted, because some drivers name their joints in any order
+            order = sorted(range(len(names)), key=names.__getitem__)
+            names, positions = [names[at] for at in order], [positions[at] for at in order]
+        _append(self.states, (tuple(names), len(positions)), len(self.received) - 1, stamp, positions)
+
+    def add_header(self, topic: str, kind: str, frame: str, stamp: int) -> None:
+        """Add the header of the latest message, of a topic and a type."""
+        _append(self.headers, (topic, kind, frame), len(self.received) - 1, stamp, ())
+
+    def add_slash(self, topic: str, frame: str) -> None:
+        """Count a message whose frame has "/" before it."""
+        self.slashed[topic, frame] = self.slashed.get((topic, frame), 0) + 1
+
+
+def _append(lists: dict[Any, Lists], key: Any, message: int, stamp: int, values: Sequence[float]) -> None:
+    rows = lists.get(key)
+    if rows is None:
+        rows = lists[key] = Lists([], [], [])
+    rows.messages.append(message)
+    rows.stamps.append(stamp)
+    rows.values.append(values)
 
 
 class Recording:
@@ -172,28 +207,44 @@ class Recording:
         """Whether a bag has not one message of /tf_static."""
         return self.timed and not any(series.still for series in self.series.values())
 
-    def take(self, batch: Batch) -> None:
-        """Take a batch: the edges first, then the messages that ask for them."""
-        start = self.start or 0
+    def add_description(self, text: bytes) -> None:
+        """Take what /robot_description carried, each text once."""
+        if text not in self.descriptions and len(self.descriptions) < MAX_DESCRIPTIONS:
+            self.descriptions.append(text)
+
+    def take(self, batch: Batch, received: Times) -> None:
+        """Take a batch, received at these times (n,): joint states and edges, then the messages that ask for them."""
+        self._take_states(batch, received)
         for series in self.series.values():
             series.begin_batch()
-        for key, parts in batch.edges.items():
+        for key, rows in batch.edges.items():
             if key[1] == key[2] or not all(key[1:]):
                 if key in self.dropped or len(self.dropped) < MAX_DROPPED:
-                    self.dropped[key] = self.dropped.get(key, 0) + sum(len(samples.stamp) for _, samples in parts)
+                    self.dropped[key] = self.dropped.get(key, 0) + len(rows.stamps)
                 continue
-            samples = _in_order(parts)
+            values = np.array(rows.values, np.float64)
+            samples = Samples(received[rows.messages], np.array(rows.stamps, np.int64), values[:, :3], values[:, 3:])
             edge = None if self.of_another(key[2]) else self._series(key, samples)
             if edge is not None:
-                edge.add(samples, start)
+                edge.add(samples, self.start or 0)
         for series in self.series.values():
             series.compare(self.joints, last=False)
-        for (topic, kind, frame), times in batch.headers.items():
+        for (topic, kind, frame), rows in batch.headers.items():
             if not self.of_another(frame):
-                self._headers(topic, kind, frame, times)
+                self._headers(topic, kind, frame, Headers(received[rows.messages], np.array(rows.stamps, np.int64)))
         for (topic, frame), count in batch.slashed.items():
             if topic in self.sensors and frame in self.sensors[topic].frames:
                 self.sensors[topic].frames[frame].slashed += count
+
+    def _take_states(self, batch: Batch, received: Times) -> None:
+        """Take joint states: the times of all, then the positions of those that name the same joints."""
+        pairs = [pair for rows in batch.states.values() for pair in zip(rows.messages, rows.stamps, strict=True)]
+        if pairs:
+            messages, stamps = np.array(sorted(pairs), np.int64).T
+            self.joints.pace.add(received[messages], stamps, self.start or 0)
+        for (names, size), rows in batch.states.items():
+            positions = np.array(rows.values, np.float64).reshape(len(rows.values), size)
+            self.joints.add(names, received[rows.messages], np.array(rows.stamps, np.int64), positions)
 
     def finish(self) -> None:
         """Compare what still waits for a joint state."""
@@ -218,35 +269,28 @@ class Recording:
                 self.parents[child] = parent
         return series
 
-    def _headers(self, topic: str, kind: str, frame: str, times: list[tuple[int, int]]) -> None:
+    def _headers(self, topic: str, kind: str, frame: str, headers: Headers) -> None:
         if topic not in self.sensors and len(self.sensors) >= MAX_SENSORS:
             return
-        log = self.sensors.setdefault(topic, SensorLog(topic, kind))
-        both = np.array(times, np.int64).T
-        headers = Headers(both[0], both[1])
-        use = log.add(frame, headers, self.start or 0)
-        if use is None or not self.timed:
+        frames = self.sensors.setdefault(topic, SensorLog(topic, kind)).frames
+        if frame not in frames and len(frames) >= MAX_FRAMES:
+            return
+        use = frames.setdefault(frame, FrameUse(frame))
+        use.pace.add(headers.received, headers.stamp, self.start or 0)
+        if not self.timed:
             return
         base = self.description.top(frame)
-        world = self.parents.get(base, "")
-        self._look_up(use, headers, base, first=True)
-        if world:
-            self._look_up(use, headers, world, first=False)
-
-    def _look_up(self, use: FrameUse, headers: Headers, target: str, first: bool) -> None:
-        chain = self.chain(use.frame, target)
+        chain = self.chain(frame, base)
         if chain is None:
-            if first:
-                use.early += len(headers.received)
-                use.last_early = int(headers.received[-1])
-            return
-        if first:
+            use.early += len(headers.received)
+        else:
             use.ready, use.waited_for = ready_at(chain, self.start or 0)
-            early = headers.received < use.ready
-            use.early += int(np.count_nonzero(early))
-            use.last_early = int(headers.received[early][-1]) if early.any() else use.last_early
-        if chain or use.frame == target:
-            look_up(use, headers, chain, target)
+            use.early += int(np.count_nonzero(headers.received < use.ready))
+            if chain or frame == base:
+                look_up(use, headers, chain, base)
+        above = self.chain(frame, self.parents[base]) if base in self.parents else None
+        if above:
+            look_up(use, headers, above, self.parents[base])
 
     def chain(self, frame: str, target: str) -> list[Series] | None:
         """Return the recorded edges from a frame up to another; None if they do not lead there."""
@@ -269,18 +313,6 @@ class Recording:
         for series in self.series.values():
             by_child.setdefault(series.child, []).append(series)
         return by_child
-
-
-def _in_order(parts: list[tuple[np.ndarray, Samples]]) -> Samples:
-    """Return the samples of an edge in the order of their arrival."""
-    if len(parts) == 1:
-        return parts[0][1]
-    order = np.argsort(np.concatenate([order for order, _ in parts]), kind="stable")
-    joined = Samples(*(np.concatenate(values) for values in zip(*(samples for _, samples in parts), strict=True)))
-    return joined.where(order)
-
-
-MAX_FRAMES = 32
 
 
 class Headers(NamedTuple):
@@ -319,26 +351,18 @@ class FrameUse:
     pace: Pace = field(default_factory=Pace)
     slashed: int = 0  # messages that name it with "/" before it
     early: int = 0  # messages that came before the frame was in the tree
-    last_early: int = 0
     ready: int | None = None  # when it was in the tree
     waited_for: str = ""  # the edge that came last
     lookups: dict[str, Lookups] = field(default_factory=dict)
 
 
+@dataclass
 class SensorLog:
-    """The stamped messages of one topic."""
+    """The stamped messages of one topic, by the frames that they name."""
 
-    def __init__(self, topic: str, kind: str) -> None:
-        self.topic, self.kind = topic, kind
-        self.frames: dict[str, FrameUse] = {}
-
-    def add(self, frame: str, headers: Headers, start: int) -> FrameUse | None:
-        """Take the headers of one batch that name one frame."""
-        if frame not in self.frames and len(self.frames) >= MAX_FRAMES:
-            return None
-        use = self.frames.setdefault(frame, FrameUse(frame))
-        use.pace.add(headers.received, headers.stamp, start)
-        return use
+    topic: str
+    kind: str
+    frames: dict[str, FrameUse] = field(default_factory=dict)
 
 
 def ready_at(chain: Sequence[Series], start: int) -> tuple[int, str]:

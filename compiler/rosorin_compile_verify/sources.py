@@ -12,18 +12,14 @@ from rosorin_compile import Artifact
 from rosorin_compile.extending import world
 from rosorin_compile.model import Robot
 
-from . import cut_bags, metadata
-from .bags import Progress, read
+from .bags import BAGS, Progress, Unreadable, read
 from .expected import Description, Options
 from .judge import Verdict, judge
-from .metadata import Unreadable
 from .pasted import read_text
 from .recording import Recording
 
 STANDARD_INPUT = "-"
 MAX_TEXT = 64 << 20
-_MCAP, _SQLITE = b"\x89MCAP0\r\n", b"SQLite format 3\0"
-_FORMS = {".mcap": "mcap", ".db3": "sqlite3"}
 
 
 def verify(
@@ -53,11 +49,10 @@ def _file_or_folder(description: Description, path: Path, progress: Progress) ->
             return _bag(description, _parts(path), f"rosbag2 folder {path}", progress)
         if world.kind(path) == world.OTHER and not path.is_relative_to("/dev/fd"):
             raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
+        if path.suffix in BAGS:
+            return _bag(description, [path], str(path), progress)
         with _opened(path) as file:
-            head = file.read(16)
-            if head.startswith((_MCAP, _SQLITE)) or path.suffix in _FORMS:
-                return _bag(description, [_named(path, head)], f"{path}", progress)
-            data = head + file.read(MAX_TEXT + 1)
+            data = file.read(MAX_TEXT + 1)
     except FileNotFoundError:
         raise Unreadable(
             f"there is no {path}", "name a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
@@ -75,47 +70,20 @@ def _opened(path: Path) -> BinaryIO:
     return world.stream(path)
 
 
-def _named(path: Path, head: bytes) -> Path:
-    """Return the path of a bag file. Raises Unreadable if its name does not say what its content is."""
-    if not head:
-        raise Unreadable(f"{path} is empty", "the recorder wrote nothing, or the copy did not arrive")
-    ending = ".mcap" if head.startswith(_MCAP) else ".db3" if head.startswith(_SQLITE) else ""
-    if not ending:
-        raise Unreadable(f"{path} is no {_FORMS[path.suffix]} file: its first bytes are others", "name a recording")
-    if path.suffix != ending:
-        raise Unreadable(f"{path} is a {_FORMS[ending]} file", f"rename it to {path.stem}{ending}")
-    return path
-
-
 def _parts(folder: Path) -> list[Path]:
-    """Return what is to be read of a folder: its files, or itself where they are compressed. Raises Unreadable.
-
-    Where a file is cut, or metadata.yaml is missing, that is all files there are. What is no regular file is none.
-    """
-    files = [
-        folder / name
-        for name, kind in world.names(folder).items()
-        if kind == world.FILE and Path(name).suffix in _FORMS
-    ]
-    if world.kind(folder / metadata.FILE) == world.FILE and not any(map(cut_bags.is_cut, files)):
-        said = metadata.read_metadata(folder)
-        if said.packed or any(path.suffix not in _FORMS for path in said.files):
-            return [folder]
-        files = list(said.files)
+    """Return what rosbags reads of a folder: itself, or its files if metadata.yaml is missing. Raises Unreadable."""
+    names = world.names(folder)
+    if names.get("metadata.yaml") == world.FILE:
+        return [folder]
+    files = [folder / name for name, kind in names.items() if kind == world.FILE and Path(name).suffix in BAGS]
     if files:
-        heads = [(path, _head(path)) for path in files]
-        # The recorder had just begun the last one; if there is nothing else, that is the finding.
-        return [_named(path, head) for path, head in heads if head] or [_named(*heads[0])]
+        return files
     inner = [path.parent.name for path in world.matching(folder, "*/metadata.yaml")]
     if inner:
         raise Unreadable(f"{folder} holds several recordings: {', '.join(inner[:5])}", "name one of them")
     raise Unreadable(
         f"{folder} is no recording: it has no metadata.yaml, no .mcap and no .db3", "name a rosbag2 folder"
     )
-
-
-def _head(path: Path) -> bytes:
-    return world.head(path, 16)
 
 
 def _bag(description: Description, paths: Sequence[Path], form: str, progress: Progress) -> Recording:

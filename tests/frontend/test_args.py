@@ -34,8 +34,8 @@ PROJECT = {"descriptions/cart/robot.yaml": ROBOT, "descriptions/cart/tower.yaml"
 
 def listed(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, dict[str, object]]:
     capsys.readouterr()
-    assert main(["args", "--format", "json-list", *words]) == 0
-    (robot,) = json.loads(capsys.readouterr().out)
+    assert main(["args", "--format", "json", *words]) == 0
+    (robot,) = json.loads(capsys.readouterr().out)["result"]
     return {argument["name"]: argument for argument in robot["arguments"]}
 
 

@@ -122,8 +122,8 @@ def test_installed_descriptions_find_installed_parts(
 
 
 def test_arguments_of_shared_parts_are_those_of_the_robot(workspace: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["args", str(robot_of(workspace, "cart")), "--format", "json-list"]) == 0
-    ((robot,),) = (json.loads(capsys.readouterr().out),)
+    assert main(["args", str(robot_of(workspace, "cart")), "--format", "json"]) == 0
+    ((robot,),) = (json.loads(capsys.readouterr().out)["result"],)
     assert [(one["name"], one["default"]) for one in robot["arguments"]] == [("tread", "1 mm")]
     assert main(["check", str(robot_of(workspace, "cart")), "--every-argument"]) == 0
 

@@ -1,4 +1,4 @@
-"""A newer state of a source is imported again: what somebody changed since stays or is told, and is never mixed in."""
+"""A source is imported again into a description that was edited: edits stay, and conflicts are marked."""
 
 from __future__ import annotations
 
@@ -88,29 +88,27 @@ def test_a_second_time_nothing_changes(capsys: pytest.CaptureFixture[str]) -> No
     before = there()
     assert run() == 0
     assert there() == before
-    said = capsys.readouterr().out
-    assert "descriptions/cart: unchanged\ncart.urdf says what it said when it was imported before\n" in said
+    assert "descriptions/cart: unchanged\n" in capsys.readouterr().out
     mine("mass: 8", "mass: 9")
     before = there()
     assert run() == 0
     assert there() == before
-    assert "1 change made here since that stays:\n  robot.yaml: links.base_link.inertial.mass: 8 -> 9\n" in (
-        capsys.readouterr().out
-    )
+    assert "edited here, and kept: robot.yaml\n" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("cart")
-def test_what_was_changed_on_both_sides_is_there_as_it_was_written(capsys: pytest.CaptureFixture[str]) -> None:
+def test_changes_of_both_sides_are_merged(capsys: pytest.CaptureFixture[str]) -> None:
     mine("mass: 8, inertia: {ixx: 0.1, iyy: 0.2, izz: 0.3}", "mass: 9, inertia: { ixx: .1, iyy: .2, izz: .3 }")
     mine("outputs:", SENSOR)
     text = mine("  laser: {}\n", "  laser: {}   # above the lid\n")
-    source(BODY.replace("0.1 0 0.2", "0.15 0 0.2").replace("0.4 0.3 0.1", "0.5 0.3 0.1"), LEFT, RIGHT, REAR)
+    source(BODY.replace("0.1 0 0.2", "0.15 0 0.2"), LEFT, RIGHT, REAR)
     assert run() == 0
     said = capsys.readouterr().out
-    assert "  robot.yaml: joints.laser_joint.xyz: [0.1, 0, 0.2] -> [0.15, 0, 0.2]\n" in said
-    assert "  robot.yaml: sensors.imu: added, {type: imu, frame: base_link}\n" in said
+    assert "descriptions/cart: written: robot.yaml\n" in said
+    assert "changes of the newer cart.urdf: robot.yaml\n" in said
+    assert "edited here, and kept: robot.yaml\n" in said
     now = ROOT.read_text()
-    wanted = text.replace("[0.1, 0, 0.2]", "[0.15, 0, 0.2]").replace("[0.4, 0.3, 0.1]", "[0.5, 0.3, 0.1]")
+    wanted = text.replace("[0.1, 0, 0.2]", "[0.15, 0, 0.2]")
     added = [line for line in now.splitlines() if line not in wanted.splitlines()]
     assert added == ["  rear: {part: wheel, parent: base_link, xyz: [-0.2, 0, 0.08]}"]
     assert [line for line in wanted.splitlines() if line not in now.splitlines()] == []
@@ -120,96 +118,139 @@ def test_what_was_changed_on_both_sides_is_there_as_it_was_written(capsys: pytes
     assert [made.robot.joint[f"{name}_joint"].origin.xyz[0] for name in ("laser", "rear_wheel")] == [0.15, -0.2]
 
 
-@pytest.mark.usefixtures("cart")
-def test_a_value_that_both_changed_is_told_with_both_and_nothing_is_written(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def conflict() -> None:
+    """Change the mass of the base on both sides, and add a wheel to the source."""
     mine("mass: 8", "mass: 9")
     source(BODY.replace('value="8"', 'value="8.5"'), LEFT, RIGHT, REAR)
-    said = refused(capsys)
-    assert "robot.yaml:24:22: error[import-conflict]: links.base_link.inertial.mass is 9 here, and 8.5 in the" in said
-    assert "newer cart.urdf; it was 8 when that was imported before" in said
-    assert "write 8.5 here, or keep what is here with --ours" in said
-    assert "cart.urdf: 1 error, nothing written" in said
+
+
+@pytest.mark.usefixtures("cart")
+def test_a_conflict_is_marked_and_has_to_be_resolved(capsys: pytest.CaptureFixture[str]) -> None:
+    conflict()
+    own = ROOT.read_text().splitlines()
+    assert run() == 1
+    text = ROOT.read_text()
+    (start,) = [number for number, line in enumerate(text.splitlines(), 1) if line.startswith("<<<<<<<")]
+    said = capsys.readouterr()
+    assert f"descriptions/cart/robot.yaml:{start}:1: error[import-conflict]: the newer cart.urdf changes " in said.err
+    assert "choose a version at each <<<<<<<, and remove the marks" in said.err
+    assert "descriptions/cart: written: robot.yaml\n" in said.out
+    assert "next:" not in said.out
+    assert [line for line in own if line not in text.splitlines()] == []
+    assert all(f"mass: {mass}," in text for mass in ("9", "8", "8.5"))
+    assert "rear: {" in text
+    assert str(Path.cwd()) not in text
+    for words in (["check", "cart"], ["import", "cart.urdf"]):
+        before = there()
+        assert main(words) == 1
+        assert there() == before
+        told = capsys.readouterr().err
+        assert f"descriptions/cart/robot.yaml:{start}:1: error[yaml-syntax]: a conflict of a merge is not " in told
+        assert told.count("error[") == 1
+    marked = text.splitlines(keepends=True)
+    first, middle, last = (
+        next(number for number, line in enumerate(marked) if line.startswith(mark)) for mark in ("<<<", "|||", ">>>")
+    )
+    ROOT.write_text("".join([*marked[:first], *marked[first + 1 : middle], *marked[last + 1 :]]))
+    resolved = ROOT.read_text()
+    assert run() == 0  # the record is that of the newer source
+    assert ROOT.read_text() == resolved
+    assert main(["all", "cart"]) == 0
+
+
+@pytest.mark.usefixtures("cart")
+def test_conflicts_are_resolved_in_favour_of_the_edits() -> None:
+    conflict()
     assert run("--ours") == 0
     assert "mass: 9" in ROOT.read_text()
     assert "rear: {" in ROOT.read_text()
-    assert run() == 0  # from now on it is a change of one's own
-    assert "  robot.yaml: links.base_link.inertial.mass: 8.5 -> 9\n" in capsys.readouterr().out
+    before = there()
+    assert run() == 0
+    assert there() == before
 
 
 @pytest.mark.usefixtures("cart")
-def test_a_value_that_is_written_as_the_newer_source_has_it_is_no_conflict(capsys: pytest.CaptureFixture[str]) -> None:
-    mine("mass: 8", "mass: 9")
+def test_a_value_that_is_written_as_the_newer_source_has_it_is_no_conflict() -> None:
+    mine("mass: 8", "mass: 8.5")
     source(BODY.replace('value="8"', 'value="8.5"'), LEFT, RIGHT)
-    refused(capsys)
-    mine("mass: 9", "mass: 8.5")
     assert run() == 0
-    assert "made here" not in capsys.readouterr().out
+    assert "mass: 8.5" in ROOT.read_text()
 
 
 @pytest.mark.usefixtures("cart")
-@pytest.mark.parametrize("changed", [False, True])
-def test_what_the_source_has_no_more_goes_unless_it_was_changed(
-    capsys: pytest.CaptureFixture[str], changed: bool
+def test_without_git_the_new_files_are_written_beside_the_description(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = mine("[0.1, 0, 0.2]", "[0.1, 0, 0.3]") if changed else mine("outputs:", SENSOR)
-    source(BODY.replace("laser", "lidar"), LEFT, RIGHT)
-    if changed:
-        said = refused(capsys)
-        assert "joints.laser_joint is not there any more in the newer cart.urdf, and was changed here: xyz: " in said
-        assert "xyz: [0.1, 0, 0.2] -> [0.1, 0, 0.3]" in said
-        assert "remove it here, too, or keep it with --ours" in said
-    else:
-        assert run() == 0
-        assert ROOT.read_text() == text.replace("laser", "lidar").replace("the lidar sits", "the laser sits").replace(
-            "# where the laser", "# where the lidar"
-        )
-
-
-@pytest.mark.usefixtures("cart")
-def test_a_comment_is_never_lost(capsys: pytest.CaptureFixture[str]) -> None:
-    mine("  laser_joint: {", "  # measured twice\n  laser_joint: {")
-    mine("size: [0.4, 0.3, 0.1]}}", "size: [0.4, 0.3, 0.1]}}  # without the bumper")
-    source(BODY.replace("0.4 0.3 0.1", "0.5 0.3 0.1").replace("laser_joint", "mount"), LEFT, RIGHT)
-    assert run() == 0
-    text = ROOT.read_text()
-    assert "size: [0.5, 0.3, 0.1]}}  # without the bumper\n" in text
-    assert "# measured twice\n" in text
-    mine("mount: {type: fixed,", "mount: {type: fixed,  # hangs\n   ")
-    source(BODY.replace("0.4 0.3 0.1", "0.5 0.3 0.1"), LEFT, RIGHT)
-    said = refused(capsys)
-    assert "error[import-cannot-merge]" in said
-    assert 'the comment "# hangs" stands in what the newer source has otherwise' in said
-    assert "joints.mount: removed" in said
-
-
-@pytest.mark.usefixtures("cart")
-def test_a_changed_part_that_gets_another_use_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    mine("mass: 0.4", "mass: 0.5")
-    source(BODY, LEFT, RIGHT, REAR)
-    said = refused(capsys)
-    assert "error[import-apart]: links.rear_wheel.inertial.mass is 0.5 by what was changed here; by the newer" in said
-    assert "cart.urdf it would be 0.4" in said
+    conflict()
+    before = there()
+    with monkeypatch.context() as without:
+        without.setenv("PATH", str(Path("nothing").absolute()))
+        assert run() == 1
+        said = capsys.readouterr()
+        assert "error[import-no-git]: descriptions/cart was edited, and the changes of the newer cart.urdf" in said.err
+        assert "git is not installed; the new files are robot.yaml.new" in said.err
+        after = there()
+        assert {name: after[name] for name in before} == before
+        assert sorted(after.keys() - before.keys()) == ["descriptions/cart/robot.yaml.new"]
+        assert b"mass: 8.5" in after["descriptions/cart/robot.yaml.new"]
+        assert run() == 1
+        assert there() == after
+        ROOT.with_name("robot.yaml.new").write_text("mine\n")
+        assert run() == 1
+        assert ROOT.with_name("robot.yaml.new").read_text() == "mine\n"
+        assert there()["descriptions/cart/robot.yaml.new2"] == after["descriptions/cart/robot.yaml.new"]
     assert run("--ours") == 0
-    assert "warning[import-apart]" in capsys.readouterr().err
     assert "rear: {" in ROOT.read_text()
 
 
 @pytest.mark.usefixtures("cart")
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("robot: [", "yaml-syntax"),
-        ("robot: cart\nlinks: {base_link: {}, other: {}}\n", "import-conflict"),
-    ],
-)
-def test_what_cannot_be_read_or_is_another_robot_stays(
-    capsys: pytest.CaptureFixture[str], text: str, message: str
-) -> None:
-    ROOT.write_text(text)
-    source(BODY.replace('value="8"', 'value="8.5"'), LEFT, RIGHT)
-    assert message in refused(capsys)
+def test_without_git_a_description_that_nobody_edited_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    source(BODY, LEFT, RIGHT, REAR)
+    assert run() == 0
+    assert "rear: {" in ROOT.read_text()
+
+
+@pytest.mark.usefixtures("cart")
+def test_git_that_fails_is_reported(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    conflict()
+    own = ROOT.read_text()
+    Path("bin").mkdir()
+    Path("bin/git").write_text("#!/bin/sh\necho broken >&2\nexit 255\n")
+    Path("bin/git").chmod(0o755)
+    monkeypatch.setenv("PATH", str(Path("bin").absolute()))
+    assert run() == 1
+    assert "git merge-file fails: broken; the new files are robot.yaml.new" in capsys.readouterr().err
+    assert ROOT.read_text() == own
+
+
+@pytest.mark.usefixtures("cart")
+def test_the_repository_and_the_settings_of_git_change_nothing(monkeypatch: pytest.MonkeyPatch, home: Path) -> None:
+    (home / "config").write_text("[merge]\nconflictStyle = zdiff3\n[diff]\nalgorithm = patience\n[broken\n")
+    monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(home / "config"))
+    monkeypatch.setenv("GIT_DIR", "nowhere")
+    conflict()
+    assert run("--ours") == 0
+    assert "rear: {" in ROOT.read_text()
+
+
+@pytest.mark.usefixtures("cart")
+def test_line_ends_stay_as_they_are() -> None:
+    mine("mass: 8", "mass: 9")
+    ROOT.write_bytes(ROOT.read_bytes().replace(b"\n", b"\r\n"))
+    source(BODY, LEFT, RIGHT, REAR)
+    assert run() == 0
+    text = ROOT.read_bytes()
+    assert b"rear: {" in text
+    assert b"mass: 9" in text
+    assert text.count(b"\r\n") == text.count(b"\n")
+
+
+@pytest.mark.usefixtures("cart")
+def test_a_file_that_is_no_text_stays(capsys: pytest.CaptureFixture[str]) -> None:
+    ROOT.write_bytes(b"robot: \xff\n")
+    source(BODY, LEFT, RIGHT, REAR)
+    assert "descriptions/cart/robot.yaml is not UTF-8 text" in refused(capsys, code=2)
 
 
 @pytest.mark.usefixtures("cart")
@@ -227,10 +268,10 @@ def test_an_option_is_added_and_not_forgotten(capsys: pytest.CaptureFixture[str]
     assert run() == 0
     mine("mass: 8", "mass: 9")
     assert run("--meshes", "package://cart") == 0
-    assert "mesh.file: base.stl -> package://cart/base.stl" in capsys.readouterr().out
+    assert "package://cart/base.stl" in ROOT.read_text()
     assert "mass: 9" in ROOT.read_text()
     said = refused(capsys, code=2)
-    assert "was imported with --meshes: rosorin-compile import cart.urdf --meshes package://cart; say so again" in said
+    assert "was imported with --meshes: rosorin-compile import cart.urdf --meshes package://cart; give the " in said
 
 
 @pytest.mark.usefixtures("cart")
@@ -247,22 +288,24 @@ def test_without_a_record_nothing_is_written(capsys: pytest.CaptureFixture[str])
     assert run() == 0
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("home")
-def test_a_description_of_several_files(capsys: pytest.CaptureFixture[str]) -> None:
-    text = (IMPORTED / "rover" / "rover.urdf").read_text()
-    Path("cart.urdf").write_text(text)
+@pytest.fixture
+def rover(home: Path) -> Path:
+    """The folder of a description in several files, whose source is ``cart.urdf``."""
+    Path("cart.urdf").write_text((IMPORTED / "rover" / "rover.urdf").read_text())
     assert run("--no-parts") == 0
-    folder = Path("descriptions/rover")
-    (folder / "mine.yaml").write_text("sensors:\n  mine: {type: imu, frame: base_link}\n")
-    root = folder / "robot.yaml"
-    mine("include: [links.yaml", "include: [mine.yaml, links.yaml", root)
-    links = (folder / "links.yaml").read_text()
-    (folder / "links.yaml").write_text(links.replace("mass: ", "mass:   "))  # as somebody likes it
+    return home / "descriptions" / "rover"
+
+
+@pytest.mark.slow
+def test_a_description_of_several_files(rover: Path) -> None:
+    (rover / "mine.yaml").write_text("sensors:\n  mine: {type: imu, frame: base_link}\n")
+    mine("include: [links.yaml", "include: [mine.yaml, links.yaml", rover / "robot.yaml")
+    links = rover / "links.yaml"
+    links.write_text(f"# as ordered\n{links.read_text()}")
     before = there()
     assert run("--no-parts") == 0
     assert there() == before
-    Path("cart.urdf").write_text(text.replace('<mass value="', '<mass value="1', 1))
+    Path("cart.urdf").write_text(Path("cart.urdf").read_text().replace('<mass value="', '<mass value="1', 1))
     assert run("--no-parts") == 0
     now = there()
     assert [name for name in before if before[name] != now[name]] == [
@@ -270,9 +313,56 @@ def test_a_description_of_several_files(capsys: pytest.CaptureFixture[str]) -> N
         "descriptions/rover/links.yaml",
         "descriptions/rover/links.yaml.imported",
     ]
-    assert "mass:   114.2" in (folder / "links.yaml").read_text()
-    assert "mine.yaml, links.yaml" in root.read_text()
-    capsys.readouterr()
+    assert links.read_text().startswith("# as ordered\n")
+    assert "mass: 114.2" in links.read_text()
+    assert "mine.yaml, links.yaml" in (rover / "robot.yaml").read_text()
+
+
+@pytest.mark.slow
+def test_a_file_that_was_deleted_stays_deleted(rover: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (rover / "links.yaml").unlink()
+    before = there()
+    assert run("--no-parts") == 0
+    assert there() == before
+    Path("cart.urdf").write_text(Path("cart.urdf").read_text().replace('<mass value="', '<mass value="1', 1))
+    assert run("--no-parts") == 0
+    said = capsys.readouterr().err
+    assert "warning[import-file-left]: descriptions/rover/links.yaml was deleted, and the newer cart.urdf" in said
+    assert not (rover / "links.yaml").exists()
+    assert "mass: 114.2" in (rover / "links.yaml.new").read_text()
+    before = there()
+    assert run("--no-parts") == 0
+    assert there() == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("edited", [False, True])
+def test_a_file_that_the_source_has_no_more_goes_unless_it_was_edited(
+    rover: Path, capsys: pytest.CaptureFixture[str], edited: bool
+) -> None:
+    """The record stands in for an older source, which had one more file."""
+    for name in ("more.yaml", "more.yaml.imported"):
+        (rover / name).write_text("links: {more: {}}\n")
+    if edited:
+        (rover / "more.yaml").write_text("links: {most: {}}\n")
+    assert run("--no-parts") == 0
+    assert not (rover / "more.yaml.imported").exists()
+    assert (rover / "more.yaml").exists() == edited
+    assert ("warning[import-file-left]" in capsys.readouterr().err) == edited
+    before = there()
+    assert run("--no-parts") == 0
+    assert there() == before
+    assert "import-file-left" not in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_new_file_does_not_replace_one_of_the_same_name(rover: Path) -> None:
+    """The record stands in for an older source, which did not have the file yet."""
+    (rover / "joints.yaml.imported").unlink()
+    (rover / "joints.yaml").write_text("# mine\n")
+    assert run("--no-parts") == 1
+    text = (rover / "joints.yaml").read_text()
+    assert text.startswith("<<<<<<< edited here\n# mine\n||||||| imported before\n=======\n")
 
 
 @pytest.mark.slow

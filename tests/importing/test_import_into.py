@@ -207,7 +207,7 @@ def test_changes_of_your_own_stay(package: Path, capsys: pytest.CaptureFixture[s
     assert into(package) == 0
     told = capsys.readouterr().out
     assert files(package) == before
-    assert "cart.urdf says what it said when it was imported before" in told
+    assert "cart.urdf is as it was when it was imported before" in told
     assert f"{TEST} is there with changes of its own, and stays as it is" in told
     assert f"{TEST} is not the test that import writes: see what it holds against what" in told
     assert "holds both against each other" not in told
@@ -704,17 +704,21 @@ def test_a_newer_state_of_what_is_shared_goes_where_it_is_shared(
 
 
 @pytest.mark.slow
-def test_a_newer_state_is_merged_into_the_package_or_told(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_newer_state_is_merged_into_the_package(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert into(package) == 0
     mine = package / "descriptions" / "cart" / "robot.yaml"
     mine.write_text(mine.read_text().replace("mass: 2,", "mass: 3,"))
     (package / "urdf" / "cart.urdf").write_text(OTHER)
     assert into(package) == 0
-    assert "cart_description: written: descriptions/cart\n1 change of the newer cart.urdf" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "cart_description: written: descriptions/cart\nchanges of the newer cart.urdf: robot.yaml\n" in said
     assert "[0, 0, 0.4]" in mine.read_text()
     assert "mass: 3," in mine.read_text()
     (package / "urdf" / "cart.urdf").write_text(OTHER.replace('value="2"', 'value="4"'))
-    for rule in ("import-conflict", "import-no-record"):
+    assert into(package) == 1
+    assert "error[import-conflict]" in capsys.readouterr().err
+    assert "<<<<<<< edited here\n" in mine.read_text()
+    for rule in ("yaml-syntax", "import-no-record"):
         before = files(package)
         assert into(package) == 1
         assert files(package) == before

@@ -1,4 +1,4 @@
-"""Where sections and keys are written, and how a newer source is merged, is said by the schema: of any section."""
+"""Where sections and keys are written is said by the schema: of any section."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from rosorin_compile.frontend.tree import Map
 from rosorin_compile_import import order
 from rosorin_compile_import.description import write
 from rosorin_compile_import.layout import angle_of
-from rosorin_compile_import.merging.three_way import merged
 from rosorin_compile_import.repeats.finding import _naming
 from rosorin_compile_import.report import kept
 
@@ -141,18 +140,6 @@ use:
         "l_main": {"link": "l_box", "xyz": [0, 0.1, 0]},
         "r_main": {"link": "r_box", "xyz": [0, -0.1, 0]},
     }
-
-
-@pytest.mark.parametrize("section", ["batteries", "control", "servos", "links"])
-def test_entries_by_name_count_for_themselves_where_a_section_is_new(section: str) -> None:
-    made = merged({}, {section: {"one": {"mass": 1}}}, {section: {"two": {"mass": 2}}})
-    assert made.value == {section: {"one": {"mass": 1}, "two": {"mass": 2}}}
-    assert not made.conflicts
-
-
-def test_a_section_that_is_one_entry_counts_as_a_whole() -> None:
-    made = merged({}, {"drive": {"frame": "base"}}, {"drive": {"radius": 1}})
-    assert [conflict.path for conflict in made.conflicts] == [("drive",)]
 
 
 def test_keys_of_links_and_joints_stand_in_one_order_wherever_they_stand() -> None:

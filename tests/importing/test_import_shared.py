@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile_import.translating.uniting import united
+from rosorin_compile_import.translating.uniting import renewed, united, with_more
 
 from .test_import_into import (
     BOX,
@@ -368,3 +368,21 @@ def test_what_is_there_does_for_another_only_where_it_is_there() -> None:
     assert united("let:\n  a: 1\n", "let:\n  a: 2\n  b: 3\n", theirs=True).text == "let:\n  a: 1\n  b: 3\n"
     assert united("let:\n  a: 1\n", "links:\n  a: {}\n", theirs=True).text == ""
     assert united("let:\n  a(b): 1\n", "let:\n  a(b, c): 1\n", theirs=True).text == ""
+
+
+@pytest.mark.parametrize(
+    ("record", "text", "result"),
+    [
+        ("let:\n  a: 1\n  b: 2\n", "let:\n  b: 3\n  c: 4\n", "let:\n  a: 1\n  b: 3\n  c: 4\n"),
+        ("parts:\n    a:\n        x: 1\n", "parts:\n  a:\n    x: 2\n", "parts:\n    a:\n      x: 2\n"),
+        ("parts:\n  a: {}\n", "links:\n  b: {}\n\nparts:\n  c: {}\n", "links:\n  b: {}\n\nparts:\n  a: {}\n  c: {}\n"),
+        ("let: {a: 1, b: 2}\n", "let: {b: 3}\n", "let: {b: 3}\n"),
+    ],
+)
+def test_entries_of_a_shared_file_are_replaced_and_the_others_stay(record: str, text: str, result: str) -> None:
+    assert renewed(record, text) == result
+
+
+def test_the_record_of_a_shared_file_gets_what_a_robot_adds() -> None:
+    before = "let:\n  a: 5\n  mine: 2\n"
+    assert with_more("let:\n  a: 1\n", before, f"{before}  c: 4\n") == "let:\n  a: 1\n  c: 4\n"

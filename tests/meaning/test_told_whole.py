@@ -191,8 +191,8 @@ def test_the_page_and_the_json_of_a_comparison_tell_the_same(home: Path, capsys:
         changed, planted = plant(robot, chance, MOST, {key: rule for key, rule in URDF.items() if "name" not in key})
         for name, one in (("a.urdf", robot), ("b.urdf", changed)):
             (home / name).write_text(exact_urdf(one), "utf-8")
-        assert main(["diff", "a.urdf", "b.urdf", "--format", "json-list", "--html", "page.html"]) == 1
-        said = [item["text"] for item in json.loads(capsys.readouterr().out)["differences"]]
+        assert main(["diff", "a.urdf", "b.urdf", "--format", "json", "--html", "page.html"]) == 1
+        said = [item["text"] for item in json.loads(capsys.readouterr().out)["result"]["differences"]]
         assert told(planted, said), (planted_of(planted), said)
         page = data_of((home / "page.html").read_text("utf-8"))
         assert [change["text"] for change in page["changes"]] == said

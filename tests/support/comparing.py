@@ -36,9 +36,9 @@ def diff(*words: str | Path) -> tuple[int, str, str]:
 
 def compared(*words: str | Path) -> dict[str, Any]:
     """Return what diff says as JSON; the exit code goes with it."""
-    code, out, err = diff(*words, "--format", "json-list")
+    code, out, err = diff(*words, "--format", "json")
     assert out, err
-    found: dict[str, Any] = json.loads(out)
+    found: dict[str, Any] = json.loads(out)["result"]
     assert code == (0 if found["same"] else 1)
     assert found["same"] == (not found["differences"])
     return found

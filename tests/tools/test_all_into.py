@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from rosorin_compile.cli import main
 from support.commands import Shown, ask
 
@@ -29,14 +27,3 @@ def test_only_and_a_depfile(project: Path) -> None:
     assert main(["all", "lamp", "-o", "made", "--only", "urdf", "--depfile", "made.d"]) == 0
     assert names(project / "made") == ["lamp.urdf"]
     assert (project / "made.d").read_text("utf-8").startswith("made/lamp.urdf:")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["lamp", "-o", "made", "--outputs", "x"], "--outputs is an older name of -o: say one of them"),
-    ],
-)
-def test_wrong_usage(project: Path, capsys: Shown, words: list[str], message: str) -> None:
-    assert message in ask(capsys, "all", *words, code=2)
-    assert not (project / "made").exists()

@@ -141,7 +141,7 @@ def test_stand_ins_are_counted(capsys: Shown) -> None:
 
 
 @pytest.mark.usefixtures("committed")
-@pytest.mark.parametrize("form", ["text", "json", "json-list", "github", "sarif", "markdown"])
+@pytest.mark.parametrize("form", ["text", "json", "github", "sarif", "markdown"])
 def test_a_summary_is_the_same_document_whatever_the_form(form: str, capsys: Shown) -> None:
     edit(of("dog"), "default: 100 mm", "default: 120 mm")
     edit(of("arm"), "child: mast", "chidl: mast")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -11,8 +10,7 @@ from rosorin_compile.cli import main, parse
 from rosorin_compile.commands import registry
 from rosorin_compile.commands.calling import called
 from rosorin_compile.commands.registry import checks, own_checks
-from rosorin_compile.commands.usage import UNTIL
-from support.commands import Shown, edit, write_files
+from support.commands import Shown, write_files
 from support.paths import DATA
 
 CART = """\
@@ -35,7 +33,7 @@ def carts(home: Path, capsys: Shown) -> Path:
 def test_each_check_has_functions_and_a_line_in_the_help(capsys: Shown) -> None:
     every = checks()
     for one in own_checks().values():
-        for name in filter(None, (one.record.options, one.record.run, one.record.each)):
+        for name in filter(None, (one.record.options, one.record.run)):
             assert callable(one.function(name))
     with pytest.raises(SystemExit):
         main(["check", "--help"])
@@ -105,57 +103,6 @@ def test_a_robot_that_is_called_as_a_check_is_reached_by_its_path(capsys: Shown)
 def test_a_slip_in_the_name_of_a_check_is_met_with_it(capsys: Shown) -> None:
     assert main(["check", "phisics"]) == 2
     assert '"phisics" is no check; did you mean "physics"?' in capsys.readouterr().err
-
-
-# ---- Options that asked for checks before they had names ----
-
-OLD = [
-    ("--deployed", "deployed", "check cart --deployed outputs/cart", "check deployed cart outputs/cart"),
-    ("--deployed", "deployed", "check cart --deployed=outputs/cart -q", "check deployed cart outputs/cart -q"),
-    ("--deployed", "deployed", "check cart --deploy outputs/cart", "check deployed cart outputs/cart"),
-    ("--parameters", "parameters", "check cart --parameters p.yaml", "check parameters cart p.yaml"),
-    ("--parameters", "parameters", "check --parameters p.yaml q.yaml -- cart", "check parameters cart p.yaml q.yaml"),
-    ("--controllers", "parameters", "check cart --controllers p.yaml", "check parameters cart --controllers p.yaml"),
-    ("--fleet", "fleet", "check --fleet fleet.json --format json", "check fleet fleet.json --format json"),
-]
-
-
-@pytest.mark.parametrize(("option", "name", "old", "new"), OLD, ids=[old for _, _, old, _ in OLD])
-def test_an_old_option_does_what_its_check_does_and_says_so_once(
-    option: str, name: str, old: str, new: str, carts: Path, capsys: Shown
-) -> None:
-    write_files(carts, {"p.yaml": "a: {ros__parameters: {b: 1}}\n", "q.yaml": "c: {ros__parameters: {b: 1}}\n"})
-    codes = [main(old.split()), main(new.split())]
-    said = capsys.readouterr()
-    assert codes[0] == codes[1]
-    way = f"rosorin-compile check {name} {checks()[name].words}"
-    told = f'rosorin-compile: say "{way}"; {option} ends with {UNTIL}\n'
-    assert said.err.count(told) == said.err.count("ends with") == 1
-    main(old.split())
-    first = capsys.readouterr()
-    main(new.split())
-    second = capsys.readouterr()
-    assert first.out == second.out
-    assert first.err.replace(told, "") == second.err
-
-
-@pytest.mark.usefixtures("carts")
-def test_the_old_option_of_physics_compares_as_well(capsys: Shown) -> None:
-    pytest.importorskip("mujoco")
-    assert main(["check", "--physics", "cart"]) == 0
-    shown = capsys.readouterr()
-    assert shown.out.splitlines() == [
-        "cart: 1 artifact as committed in outputs/cart",
-        "cart: physics of zero: nothing to say",
-    ]
-    both = '"rosorin-compile check" and "rosorin-compile check physics [ROBOT ...]"'
-    assert shown.err == f"rosorin-compile: say {both}; --physics ends with {UNTIL}\n"
-    edit(Path("outputs/cart/cart.urdf"), "0.1 0 0", "0.2 0 0")
-    assert main(["check", "cart", "--physics", "--format", "json"]) == 1
-    (differs,) = json.loads(capsys.readouterr().out)["diagnostics"]
-    assert differs["rule"] == "outputs-differ"
-    assert main(["check", "--physics", "--every-argument"]) == 2
-    assert "--physics does not go with --every-argument" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

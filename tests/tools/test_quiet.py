@@ -122,7 +122,7 @@ def test_a_file_for_which_check_fails_is_listed(project: Path, capsys: pytest.Ca
     assert main(["check", "rover.yaml"]) == 1
 
 
-@pytest.mark.parametrize("form", ["json", "json-list", "sarif", "github", "markdown"])
+@pytest.mark.parametrize("form", ["json", "sarif", "github", "markdown"])
 def test_a_program_gets_all_notes(project: Path, form: str, capsys: pytest.CaptureFixture[str]) -> None:
     (project / "rover.yaml").write_text(heavy("rover", stands_in=True))
     for command in ("all", "check"):
@@ -147,7 +147,6 @@ def test_a_program_gets_errors_and_stand_ins(capsys: pytest.CaptureFixture[str])
 
 ASKED = (
     ["tf", "base_link", "arm", "--joint", "arm_joint=170deg"],
-    ["tf", "base_link", "arm", "--joint", "arm_joint=170deg", "--format", "json-list"],
     ["explain", "arm"],
     ["frames", "--ascii"],
     ["args"],

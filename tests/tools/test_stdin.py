@@ -43,8 +43,8 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: Shown, given: str | bytes, *wor
     [
         ["tf", "{}", "base_link", "shelf"],
         ["tf", "{}", "base_link", "shelf", "--csv"],
-        ["tf", "{}", "base_link", "--format", "json-list", "shelf"],
-        ["explain", "{}", "shelf", "--format", "json-list"],
+        ["tf", "{}", "base_link", "--format", "json", "shelf"],
+        ["explain", "{}", "shelf", "--format", "json"],
         ["explain", "{}", "shelf", "z"],
         ["frames", "{}", "--ascii"],
         ["args", "{}"],

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import random
 import shutil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +11,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from rosorin_compile.cli import main
 from rosorin_compile.model import Pose
+from rosorin_compile_verify.bags import Unreadable
 from rosorin_compile_verify.lines import summary, table
-from rosorin_compile_verify.metadata import Unreadable
 from support import bags
 from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
 from support.paths import ROOT
@@ -22,13 +20,6 @@ from support.paths import ROOT
 pytestmark = pytest.mark.slow
 
 ROBOT = str(ROOT / "descriptions" / "rosorin")
-
-
-@pytest.fixture(scope="module")
-def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Return a short clean recording in both storages."""
-    folder = tmp_path_factory.mktemp("clean")
-    return {storage: bags.bag(folder / storage, storage, seconds=3.0) for storage in ("sqlite3", "mcap")}
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
@@ -77,16 +68,17 @@ def test_what_is_no_recording(clean: dict[str, Path], tmp_path: Path) -> None:
     shutil.copytree(clean["mcap"], tmp_path / "several" / "one")
     for name, message in {
         "nowhere": "there is no {}/nowhere",
-        "empty.mcap": "{}/empty.mcap is empty",
-        "text.db3": "{}/text.db3 is no sqlite3 file: its first bytes are others",
-        "misnamed.db3": "{}/misnamed.db3 is a mcap file",
+        "empty.mcap": "{}/empty.mcap cannot be read: ",
+        "text.db3": "{}/text.db3 cannot be read: ",
+        "misnamed.db3": "{}/misnamed.db3 cannot be read: ",
         "binary": "{}/binary is neither a rosbag2 recording nor a text",
         "folder": "{}/folder is no recording: it has no metadata.yaml, no .mcap and no .db3",
         "several": "{}/several holds several recordings: one",
     }.items():
         with pytest.raises(Unreadable) as problem:
             judged(tmp_path / name)
-        assert str(problem.value) == message.format(tmp_path)
+        assert str(problem.value).startswith(message.format(tmp_path))
+        assert problem.value.help or name == "nowhere"
     assert Path(misnamed).exists()
 
 
@@ -156,75 +148,6 @@ def test_messages_of_a_type_of_ones_own_have_headers_too(tmp_path: Path) -> None
     assert [(finding.rule, finding.severity, finding.of[0]) for finding in verdict.findings] == [
         ("frame-unknown", "warning", "/blob")
     ]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
-def test_half_written_and_damaged_recordings_end_in_an_error(
-    clean: dict[str, Path], tmp_path: Path, storage: str
-) -> None:
-    """Cut at any place, or with bytes turned over: what comes out is an error or an honest comparison, no traceback."""
-    chance = random.Random(7)  # noqa: S311
-    data = part(clean[storage]).read_bytes()
-    outcomes, helps = set(), set()
-    for number in range(30):
-        folder = shutil.copytree(clean[storage], tmp_path / f"{storage}{number}")
-        if number % 2:
-            broken = data[: chance.randrange(len(data))]
-        else:
-            flipped = bytearray(data)
-            for _ in range(200):
-                flipped[chance.randrange(len(flipped))] ^= 1 << chance.randrange(8)
-            broken = bytes(flipped)
-        part(folder).write_bytes(broken)
-        try:
-            verdict = judged(folder)
-            outcomes.add(verdict.fails() or "recording-cut-off" in rules(verdict))
-        except Unreadable as problem:
-            outcomes.add(str(problem).split(" cannot be read")[0] in (str(folder), str(part(folder))))
-            helps.add(problem.help)
-    assert outcomes == {True}
-    way_out = "mcap recover" if storage == "mcap" else "ros2 bag reindex"
-    assert {way_out in help for help in helps} <= {True}
-
-
-@pytest.mark.parametrize(
-    "metadata",
-    ["", "}{", "rosbag2_bagfile_information: 3\n", "rosbag2_bagfile_information: {version: 99}\n", "[]", "\0"],
-)
-def test_a_damaged_metadata_file(clean: dict[str, Path], tmp_path: Path, metadata: str) -> None:
-    folder = shutil.copytree(clean["mcap"], tmp_path / "bag")
-    (folder / "metadata.yaml").write_text(metadata, "utf-8")
-    with pytest.raises(Unreadable, match="cannot be read"):
-        judged(folder)
-
-
-TF = "tf2_msgs/msg/TFMessage"
-
-
-def test_messages_that_end_too_early_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    said = bags.messages(Scene(seconds=2.0))
-    serialize = STORE.serialize_cdr
-
-    def cut(content: Any, kind: str) -> Any:
-        raw = serialize(content, kind)
-        if kind == TF and content.transforms[0].child_frame_id == "odom":
-            return raw[:40]
-        return raw
-
-    monkeypatch.setattr(bags, "STORE", type("Store", (), {"serialize_cdr": staticmethod(cut)}))
-    monkeypatch.setattr(bags.Writer, "add_connection", _with_store(bags.Writer.add_connection))
-    verdict = judged(bags.write(tmp_path / "cut", said), without=frozenset({"slam_toolbox", "amcl"}))
-    assert [finding.message for finding in verdict.findings] == [
-        "/tf: the message ends after 40 bytes, within what it announces"
-    ]
-
-
-def _with_store(add: Any) -> Any:
-    def added(self: Any, topic: str, kind: str, **_: Any) -> Any:
-        return add(self, topic, kind, typestore=STORE)
-
-    return added
 
 
 def test_parts_of_a_recording(tmp_path: Path) -> None:

@@ -158,7 +158,7 @@ CLOCKS: dict[str, tuple[Change, dict[str, str]]] = {
     "the recorder's clock is behind": (
         lambda messages: [stamped(message, by(30.0)) for message in messages],
         {
-            "stamp-ahead": f"/joint_states, {SLAM}, {EKF} and 9 more are dated 30.0 s ahead of the time when they were "
+            "stamp-ahead": f"/joint_states, {EKF}, {SLAM} and 9 more are dated 30.0 s ahead of the time when they were "
             "recorded"
         },
     ),
@@ -200,7 +200,7 @@ CLOCKS: dict[str, tuple[Change, dict[str, str]]] = {
     "all nodes but one": (
         all_but_the_imu(lambda messages: [stamped(message, simulated) for message in messages]),
         {
-            "stamp-other-clock": f"{SLAM}, {EKF}, base_link -> link1 (robot_state_publisher) and 8 more are stamped by "
+            "stamp-other-clock": f"{EKF}, {SLAM}, base_link -> link1 (robot_state_publisher) and 8 more are stamped by "
             "another clock, 56.7 years behind"
         },
     ),
@@ -216,7 +216,7 @@ CLOCKS: dict[str, tuple[Change, dict[str, str]]] = {
     "no stamps at all": (
         lambda messages: [stamped(message, lambda _: 0) for message in messages],
         {
-            "stamp-zero": f"{SLAM}, {EKF}, base_link -> link1 (robot_state_publisher) and 9 more are stamped with "
+            "stamp-zero": f"{EKF}, {SLAM}, base_link -> link1 (robot_state_publisher) and 9 more are stamped with "
             "time zero",
             "not-compared": "no transform has the stamp of a message of /joint_states: compared only with what the "
             "joints can do",

@@ -1,4 +1,4 @@
-"""verify decodes as rosbags does, and its numbers depend neither on batches nor on the length."""
+"""The numbers of verify depend neither on batches nor on the length of a recording."""
 
 from __future__ import annotations
 
@@ -7,77 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from rosorin_compile.model import Transform
 from rosorin_compile_verify import bags as reading
-from rosorin_compile_verify import cdr
 from rosorin_compile_verify.judge import Verdict
 from support import bags
-from support.bags import STORE, TYPES, judged
-
-TF = "tf2_msgs/msg/TFMessage"
-
-
-@pytest.fixture(scope="module")
-def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Return a short clean recording in both storages."""
-    folder = tmp_path_factory.mktemp("clean")
-    return {storage: bags.bag(folder / storage, storage, seconds=3.0) for storage in ("sqlite3", "mcap")}
-
-
-NAMES = st.text("abc_/é1", min_size=1, max_size=9)
-NUMBERS = st.floats(-1e3, 1e3)
-STAMPS = st.integers(-(2**31) * bags.SECOND, 2**31 * bags.SECOND - 1)
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.lists(st.lists(st.tuples(STAMPS, NAMES, NAMES, NUMBERS), max_size=4), max_size=12), st.booleans())
-def test_transforms_are_decoded_as_rosbags_decodes_them(messages: list[list[Any]], big: bool) -> None:
-    raws = []
-    for transforms in messages:
-        made = [bags.transform_message(s, p, c, Transform(xyz=(x, -x, 1.0))) for s, p, c, x in transforms]
-        raws.append(bytes(STORE.serialize_cdr(TYPES[TF](made), TF, little_endian=not big)))
-    found: dict[tuple[int, int], tuple[Any, ...]] = {}
-    broken: list[str] = []
-    for group in cdr.Reader(cdr.transforms).groups(raws, broken) if raws else ():
-        for at, item in enumerate(group.layout.items):
-            stamps, numbers = group.stamps(item.stamp), group.doubles(item.numbers, 7)
-            for row, place in enumerate(group.places):
-                found[int(place), at] = (int(stamps[row]), item.parent, item.child, *map(float, numbers[row]))
-    wanted = {}
-    for place, raw in enumerate(raws):
-        for at, t in enumerate(STORE.deserialize_cdr(raw, TF).transforms):
-            v, q = t.transform.translation, t.transform.rotation
-            stamp = t.header.stamp.sec * bags.SECOND + t.header.stamp.nanosec
-            wanted[place, at] = (stamp, t.header.frame_id, t.child_frame_id, v.x, v.y, v.z, q.x, q.y, q.z, q.w)
-    assert found == wanted
-    assert broken == []
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.lists(NAMES, max_size=6), st.lists(st.tuples(STAMPS, st.lists(NUMBERS, max_size=6)), min_size=1, max_size=8))
-def test_joint_states_are_decoded_as_rosbags_decodes_them(names: list[str], states: list[Any]) -> None:
-    kind = "sensor_msgs/msg/JointState"
-    raws = [bytes(STORE.serialize_cdr(bags.joint_state(stamp, tuple(names), values), kind)) for stamp, values in states]
-    found = {}
-    for group in cdr.Reader(cdr.joint_state).groups(raws, []):
-        item = group.layout.items[0]
-        assert item.names == tuple(names)
-        stamps, positions = group.stamps(item.stamp), group.doubles(item.numbers, item.size)
-        for row, place in enumerate(group.places):
-            found[int(place)] = (int(stamps[row]), list(map(float, positions[row])))
-    assert found == dict(enumerate(states))
-
-
-@settings(max_examples=200, deadline=None)
-@given(st.binary(max_size=120))
-def test_any_bytes_are_a_message_or_a_reason(raw: bytes) -> None:
-    for of in (cdr.transforms, cdr.joint_state):
-        broken: list[str] = []
-        groups = list(cdr.Reader(of).groups([raw], broken))
-        assert len(groups) + len(broken) == 1
+from support.bags import judged
 
 
 @pytest.mark.parametrize("size", [7, 100])

@@ -37,13 +37,6 @@ pytestmark = pytest.mark.slow
 ROBOT = str(ROOT / "descriptions" / "rosorin")
 
 
-@pytest.fixture(scope="module")
-def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Return a short clean recording in both storages."""
-    folder = tmp_path_factory.mktemp("clean")
-    return {storage: bags.bag(folder / storage, storage, seconds=3.0) for storage in ("sqlite3", "mcap")}
-
-
 @pytest.mark.parametrize("option", ["--junit", "--picture"])
 def test_a_pipe_is_not_written_to(tmp_path: Path, option: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Nobody reads it: opening it would wait for ever."""
@@ -57,8 +50,8 @@ def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[st
     bag = bags.bag(tmp_path / "bag", seconds=20.0, slam=lambda seconds: not 5.0 < seconds < 15.3)
     junit, picture = tmp_path / "junit.xml", tmp_path / "picture.svg"
     command = ["verify", ROBOT, str(bag), "--junit", str(junit), "--picture", str(picture)]
-    assert main([*command, "--format", "json-list"]) == 1
-    document = json.loads(capsys.readouterr().out)
+    assert main([*command, "--format", "json"]) == 1
+    document = json.loads(capsys.readouterr().out)["result"]
     described = schema("recording")
     jsonschema.Draft7Validator.check_schema(described)
     jsonschema.Draft7Validator(described).validate(document)
@@ -172,7 +165,7 @@ def test_what_is_not_installed_is_said(
 ) -> None:
     path = clean["mcap"] if source == "bag" else DATA / "recordings" / "frames.gv"
     hide = f"import sys; sys.modules[{absent!r}] = None; from rosorin_compile.cli import main"
-    command = f"{hide}; sys.exit(main(['verify', {str(path)!r}, {ROBOT!r}]))"
+    command = f"{hide}; sys.exit(main(['verify', {ROBOT!r}, {str(path)!r}]))"
     ran = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=False)
     assert ran.returncode == code, ran.stderr
     assert message in ran.stderr
@@ -213,6 +206,8 @@ def test_a_robot_in_the_place_of_the_recording(
         assert said == f"rosorin-compile: {robot} is a robot: write verify {robot} SOURCE; {source}\n"
         assert main(["verify", robot, "rosorin"]) == 2
         assert "rosorin is a second robot: write verify " in capsys.readouterr().err
+    assert main(["verify", "session.txt", "rosorin"]) == 2
+    assert "the robot comes first: write verify rosorin session.txt" in capsys.readouterr().err
     bag = tmp_path / "rosorin"
     shutil.copytree(clean["mcap"], bag)
     (bag / "robot.yaml").write_text("robot: rosorin\n", "utf-8")

@@ -53,7 +53,7 @@ CASES: dict[str, tuple[str, str, str]] = {
         "check parameters nobody node.yaml",
     ),
     "check physics": (f"check physics {HAND}", "check physics broken.yaml", "check physics nobody"),
-    "deploy": (f"deploy {HAND} --to package", "deploy broken.yaml -o package", f"deploy {HAND} --to nowhere"),
+    "deploy": (f"deploy {HAND} -o package", "deploy broken.yaml -o package", f"deploy {HAND} -o nowhere"),
     "import": ("import arm.urdf -o made", "import broken.urdf -o made", "import nothing.urdf"),
     "init": ("init rover", "", "init handy"),
     "package": (f"package {HAND} -o made", "package broken.yaml -o made", f"package {HAND} other -o made"),
@@ -72,12 +72,6 @@ CASES: dict[str, tuple[str, str, str]] = {
     "schema": ("schema --list", "", "schema nope"),
     "tf": (f"tf {HAND} base_link eye_link", "tf broken.yaml base_link nope", "tf base_link"),
 }
-# What commands answer alone, with --format json-list: their result, or the messages.
-MESSAGES = (
-    *("all", "check", "check deployed", "check fleet", "check parameters", "check physics"),
-    *("deploy", "import", "package", "sweep"),
-)
-RESULTS = [name for name in CASES if name not in (*MESSAGES, "init")]
 
 
 def asked(capsys: Shown, words: str, form: str = "json") -> tuple[int, Any]:
@@ -130,20 +124,6 @@ def test_wrong_usage_is_in_the_answer(name: str, capsys: Shown) -> None:
         hold(answer)
 
 
-@pytest.mark.parametrize("name", RESULTS)
-def test_a_result_alone_is_that_of_the_answer(name: str, capsys: Shown) -> None:
-    fine, _, _ = CASES[name]
-    _, answer = asked(capsys, fine)
-    assert asked(capsys, fine, "json-list")[1] == answer["result"]
-
-
-@pytest.mark.parametrize("name", MESSAGES)
-def test_messages_alone_are_those_of_the_answer(name: str, capsys: Shown) -> None:
-    _, broken, _ = CASES[name]
-    _, answer = asked(capsys, broken)
-    assert asked(capsys, broken, "json-list")[1] == answer["diagnostics"]
-
-
 def test_an_answer_of_many_robots_has_each_with_what_differs(capsys: Shown) -> None:
     assert main(["all", HAND]) == 0
     assert asked(capsys, f"all {HAND}")[1]["result"]["robots"][0]["unchanged"] == ["handy.urdf"]
@@ -152,13 +132,6 @@ def test_an_answer_of_many_robots_has_each_with_what_differs(capsys: Shown) -> N
     assert (code, first["fine"], second["fine"]) == (1, False, False)
     assert [one["file"] for one in (first, second)] == [f"{HAND}/robot.yaml", "broken.yaml"]
     assert first["differences"][0] == "shelf moved 1.0 m in base_link: origin z 1 -> 2 m: urdf"
-
-
-def test_the_old_spelling_gives_what_it_gave_and_says_the_new_one_once(capsys: Shown) -> None:
-    assert main(["tf", "base_link", "eye_link", "--json"]) == 0
-    shown = capsys.readouterr()
-    assert json.loads(shown.out) == asked(capsys, "tf base_link eye_link", "json-list")[1]
-    assert shown.err.count("--format json, or --format json-list") == 1
 
 
 @pytest.mark.parametrize("words", ["nope", "--nope", "rule --format json --format xml"])

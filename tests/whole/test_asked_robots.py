@@ -54,10 +54,14 @@ def test_packages_of_a_xacro(tmp_path: Path, capsys: Shown) -> None:
     (tmp_path / "made_elsewhere" / "post.xacro").write_text(XACRO, "utf-8")
     robot = tmp_path / "tower.xacro"
     robot.write_text(IN_PACKAGE, "utf-8")
-    words = ["tf", str(robot), "foot", "head", "height:=0.3", "--format", "json-list"]
+    words = ["tf", str(robot), "foot", "head", "height:=0.3"]
     assert "posts" in ask(capsys, *words, code=1)
     there = f"posts={tmp_path / 'made_elsewhere'}"
-    assert json.loads(ask(capsys, *words, "--package", there))["translation"] == [0, 0, 0.3]
+    assert json.loads(ask(capsys, *words, "--package", there, "--format", "json"))["result"]["translation"] == [
+        0,
+        0,
+        0.3,
+    ]
     assert "foot" in ask(capsys, "frames", str(robot), "--package", there)
     assert f'there is no folder "{tmp_path}/x"' in ask(capsys, *words, "--package", f"posts={tmp_path}/x", code=2)
 
@@ -66,9 +70,9 @@ def test_packages_of_a_xacro(tmp_path: Path, capsys: Shown) -> None:
 def test_tf_of_every_format(artifacts: Path, capsys: Shown, name: str) -> None:
     """Of each format the same answer as of the description that it was compiled from; MJCF in millionths."""
     words = ["base_link", "end_effector_link", "--joint", "joint2=30deg", "--joint", "joint3=-0.4"]
-    words += ["--format", "json-list"]
-    own = json.loads(ask(capsys, "tf", str(ROOT / "descriptions" / "rosorin"), *words))
-    other = json.loads(ask(capsys, "tf", str(artifacts / name), *words))
+    words += ["--format", "json"]
+    own = json.loads(ask(capsys, "tf", str(ROOT / "descriptions" / "rosorin"), *words))["result"]
+    other = json.loads(ask(capsys, "tf", str(artifacts / name), *words))["result"]
     assert other["translation"] == pytest.approx(own["translation"], abs=1e-6)
     assert other["rpy"] == pytest.approx(own["rpy"], abs=1e-5)
 
@@ -132,17 +136,19 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("table")
 def test_planar_and_floating_joints(capsys: Shown) -> None:
-    found = json.loads(ask(capsys, "tf", "top", "puck", "--joint", "slide=10 cm, -0.2, 30deg", "--format", "json-list"))
+    found = json.loads(ask(capsys, "tf", "top", "puck", "--joint", "slide=10 cm, -0.2, 30deg", "--format", "json"))[
+        "result"
+    ]
     assert found["translation"] == pytest.approx([0.1, -0.2, 1.0])
     assert found["rpy_degrees"] == pytest.approx([0, 0, 30])
     assert found["positions"] == {"slide": [0.1, -0.2, math.radians(30)]}
     turned = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)).transform()
     w, x, y, z = turned.quaternion()
     for text in ("1,2,3,0.1,0.2,0.3", f"1,2,3,{x},{y},{z},{w}", f"1,2,3,{-2 * x},{-2 * y},{-2 * z},{-2 * w}"):
-        found = json.loads(ask(capsys, "tf", "top", "fly", "--joint", f"free={text}", "--format", "json-list"))
+        found = json.loads(ask(capsys, "tf", "top", "fly", "--joint", f"free={text}", "--format", "json"))["result"]
         assert found["translation"] == pytest.approx([1, 2, 3])
         assert found["rpy"] == pytest.approx([0.1, 0.2, 0.3])
-    back = json.loads(ask(capsys, "tf", "puck", "top", "--joint", "slide=0.1,-0.2,30deg", "--format", "json-list"))
+    back = json.loads(ask(capsys, "tf", "puck", "top", "--joint", "slide=0.1,-0.2,30deg", "--format", "json"))["result"]
     inverse = Pose((0.1, -0.2, 1.0), (0.0, 0.0, math.radians(30))).transform().inverse()
     assert back["translation"] == pytest.approx(inverse.xyz)
 

@@ -1,22 +1,17 @@
-"""The cache holds what is run and believed: nobody else may reach it, and a damaged entry is none."""
+"""The run cache: what others could have written is not used, and a damaged entry counts as missing."""
 
 from __future__ import annotations
 
-import json
 import os
 import pickle
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from types import CodeType
 
 import pytest
-from jinja2 import Environment
 
 from rosorin_compile.cli import main
-from rosorin_compile.formats.templating import Templates
-from rosorin_compile.startup import cache
-from rosorin_compile.startup.cache import cache_folder, cache_refused, keep, recalled
+from rosorin_compile.startup.cache import cache_folder, cache_refused, recalled
 
 ROBOT = """\
 robot: plain
@@ -44,21 +39,6 @@ def nothing_told() -> Iterator[None]:
     cache_refused()
 
 
-def test_everything_is_made_for_the_user_alone(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = os.umask(0)
-    try:
-        monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(home / "a" / "b"))
-        folder = cache_folder("templates")
-        assert folder is not None
-        keep(folder / "x", b"data")
-    finally:
-        os.umask(before)
-    for path in (home / "a", home / "a" / "b", folder):
-        assert path.stat().st_mode & 0o777 == 0o700
-    assert (folder / "x").stat().st_mode & 0o777 == 0o600
-    assert recalled(folder / "x") == b"data"
-
-
 @pytest.mark.parametrize("mode", [0o770, 0o702, 0o777, 0o1777])
 @pytest.mark.parametrize("which", ["cache", "cache/templates"])
 def test_a_folder_that_others_can_write_is_none(
@@ -73,96 +53,6 @@ def test_a_folder_that_others_can_write_is_none(
     said = capsys.readouterr().err
     assert f"note[cache-not-private]: {which} can be written by others: nothing is kept in the cache" in said
     assert f"    chmod go-w {which}; or ROSORIN_COMPILE_CACHE names another folder (off: no cache)\n" in said
-
-
-def test_it_is_told_once_in_a_run_and_not_on_the_output_for_programs(
-    robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (robot / "cache").chmod(0o777)
-    capsys.readouterr()
-    assert main(["check", "--format", "json"]) == 0
-    out, err = capsys.readouterr()
-    assert [one["rule"] for one in json.loads(out)["diagnostics"]].count("cache-not-private") == 1
-    assert "cache-not-private" not in err
-
-
-@pytest.mark.parametrize(("mode", "taken"), [(0o777, False), (0o775, False), (0o1777, True), (0o755, True)])
-def test_folders_above(home: Path, monkeypatch: pytest.MonkeyPatch, mode: int, taken: bool) -> None:
-    """Where others may put another folder in its place, as long as it is not sticky."""
-    top = home / "top"
-    (top / "inner").mkdir(parents=True)
-    top.chmod(mode)
-    for chosen in (top / "inner" / "cache", top / "cache"):
-        monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(chosen))
-        assert (cache_folder("runs") is not None) == taken
-
-
-def test_a_shared_folder_itself(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shared = home / "shared"
-    shared.mkdir()
-    shared.chmod(0o1777)
-    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(shared))
-    assert cache_folder("runs") is None
-    (home / "link").symlink_to(shared)
-    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(home / "link"))
-    assert cache_folder("runs") is None
-
-
-def belongs_to(monkeypatch: pytest.MonkeyPatch, user: int) -> None:
-    monkeypatch.setattr(cache.os, "geteuid", lambda: user)
-
-
-def test_a_folder_of_somebody_else(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    belongs_to(monkeypatch, 12345)
-    assert cache_folder("templates") is None
-    told = cache_refused()
-    assert told is not None
-    assert told[0].partition(":")[0].endswith("belongs to another user")
-    assert cache_refused() is None
-    file = next((robot / "cache" / "templates").iterdir())
-    assert recalled(file) is None
-    monkeypatch.undo()
-    assert recalled(file) is not None
-
-
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files away")
-@pytest.mark.parametrize("which", ["cache", "cache/templates", "."])
-def test_a_folder_that_was_there_before(robot: Path, which: str) -> None:
-    os.chown(robot / which, 12345, 12345)
-    assert cache_folder("templates") is None
-
-
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files away")
-def test_links(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (robot / "mine").symlink_to(robot / "cache")
-    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(robot / "mine"))
-    assert cache_folder("templates") == (robot / "cache" / "templates").resolve()
-    (robot / "again").symlink_to("mine")
-    os.chown(robot / "mine", 12345, 12345, follow_symlinks=False)
-    for name in ("mine", "again"):
-        monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(robot / name))
-        assert cache_folder("templates") is None
-    (robot / "round").symlink_to("round")
-    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(robot / "round"))
-    assert cache_folder("templates") is None
-
-
-def test_the_base_folder_is_absolute(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A relative XDG_CACHE_HOME does not count by its specification, nor does the home of somebody who has none."""
-    monkeypatch.delenv("ROSORIN_COMPILE_CACHE")
-    monkeypatch.setenv("HOME", str(home / "me"))
-    monkeypatch.setenv("XDG_CACHE_HOME", "cache")
-    assert cache_folder("runs") == home.resolve() / "me/.cache/rosorin-compile/runs"
-    monkeypatch.setenv("XDG_CACHE_HOME", str(home / "xdg"))
-    assert cache_folder("runs") == home.resolve() / "xdg/rosorin-compile/runs"
-    monkeypatch.setenv("XDG_CACHE_HOME", "")
-    assert cache_folder("runs") == home.resolve() / "me/.cache/rosorin-compile/runs"
-    monkeypatch.setenv("HOME", "")
-    assert cache_folder("runs") is None
-    monkeypatch.setenv("HOME", str(home / "me"))
-    monkeypatch.setattr(cache.os.path, "expanduser", lambda text: text)
-    assert cache_folder("runs") is None
-    assert not (home / "~").exists()
 
 
 class Bomb:
@@ -180,28 +70,6 @@ def test_nothing_is_unpickled(robot: Path) -> None:
             path.with_name(f"__jinja2_{path.stem}.cache").write_bytes(b"j2" + pickle.dumps(Bomb()))
     assert main(["all"]) == 0
     assert not (robot / "bang").exists()
-
-
-def test_the_code_of_templates_is_found_again(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By name and text; a template of another name may be escaped otherwise."""
-    asked: list[str | None] = []
-    made = Environment.compile
-
-    def counted(self: Environment, source: str, name: str | None = None, filename: str | None = None) -> CodeType:
-        asked.append(name)
-        return made(self, source, name, filename)
-
-    monkeypatch.setattr(Environment, "compile", counted)
-    for name, text in (
-        ("a.txt", "1 {{ a }}"),
-        ("a.txt", "2 {{ a }}"),
-        ("a.xml", "2 {{ a }}"),
-        ("\udcff.txt", "{{ a }}"),
-    ):
-        (home / name).write_text(text)
-        printed = [Templates(home).render(name, {"a": value}) for value in ("<", "b")]
-        assert printed == [text.replace("{{ a }}", "&lt;" if name == "a.xml" else "<"), text.replace("{{ a }}", "b")]
-    assert asked == ["a.txt", "a.txt", "a.xml", "\udcff.txt"]
 
 
 @pytest.mark.parametrize("kind", ["runs", "templates"])
@@ -223,31 +91,3 @@ def test_any_damage_is_a_miss(robot: Path, kind: str, capsys: pytest.CaptureFixt
         path.unlink(missing_ok=True)
         path.mkdir()
     assert main(["all"]) == 0
-
-
-def test_a_pipe_and_a_link_are_no_entries(home: Path) -> None:
-    os.mkfifo(home / "pipe")
-    keep(home / "entry", b"1")
-    (home / "link").symlink_to("entry")
-    assert recalled(home / "entry") == b"1"
-    assert [recalled(home / name) for name in ("pipe", "link", "nothing", ".")] == [None] * 4
-    (home / "entry").chmod(0o620)
-    assert recalled(home / "entry") is None
-
-
-def test_a_template_that_changes_is_compiled_anew(home: Path) -> None:
-    for text in ("one {{ 1 }}", "two {{ 2 }}", "one {{ 1 }}"):
-        (home / "a.txt").write_text(text)
-        assert Templates(home).render("a.txt", {}) == text.replace("{{ ", "").replace(" }}", "")
-    (home / "a.xml").write_text("{{ a }}")
-    (home / "b.txt").write_text("{{ a }}")
-    assert [Templates(home).render(name, {"a": "<"}) for name in ("a.xml", "b.txt")] == ["&lt;", "<"]
-    assert len(list((home / "cache" / "templates").iterdir())) == 4
-
-
-def test_many_templates_do_not_fill_the_disk(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cache, "MAX_KEPT", 10)
-    for number in range(40):
-        keep(home / str(number), b"x")
-    (home / "folder").mkdir()
-    assert len(list(home.iterdir())) < 14

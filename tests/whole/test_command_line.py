@@ -120,9 +120,11 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
         (["tf", "a", "b", "--strct"], 'tf has no option --strct; did you mean "--strict"?'),
         (["all", "--dryrun"], 'all has no option --dryrun; did you mean "--dry-run"?'),
         (["frames", "--fram=a", "--publishr=b"], 'frames has no option --publishr=b; did you mean "--publisher"?'),
-        (["extract", "boxes", "a.stl", "--jsn"], 'extract has no option --jsn; did you mean "--json"?'),
+        (["extract", "boxes", "a.stl", "--formt"], 'extract has no option --formt; did you mean "--format"?'),
         (["extract", "heightmap", "a.stl", "--exact", "-1cm"], "extract has no option -1cm; "),
         (["init", "a", "arm", "b"], 'init takes no "b"; see rosorin-compile init --help'),
+        (["rule", "axis-zero", "--format", "json-list"], "invalid choice: 'json-list' (choose from "),
+        (["check", "--format", "json-list"], "invalid choice: 'json-list' (choose from "),
         (["schema", "recordin"], 'there is no schema "recordin"; did you mean "recording"?'),
     ],
 )

@@ -89,7 +89,7 @@ def test_frames_answers_for_the_robot(home: Path, capsys: Shown) -> None:
     (home / "r.yaml").write_text(SIMULATED)
     assert main(["frames", "r.yaml"]) == 0
     assert "roller" not in capsys.readouterr().out
-    assert main(["frames", "r.yaml", "--format", "json-list"]) == 0
+    assert main(["frames", "r.yaml", "--format", "json"]) == 0
     assert "roller" not in capsys.readouterr().out
     assert main(["frames", "r.yaml", "--frame", "roller"]) == 2
     assert 'there is no frame "roller"' in capsys.readouterr().err

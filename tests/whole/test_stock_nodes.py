@@ -110,8 +110,8 @@ def test_the_command_says_the_same(run, capsys):
     state, answers = run.states[-1], run.said["states"][-1]
     child, (root, xyz, quaternion) = max(answers.items(), key=lambda item: len(run.robot.chain(item[0])))
     joints = [word for name, value in state.items() for word in ("--joint", f"{name}={value!r}")]
-    assert main(["tf", str(run.path), root, child, "--format", "json-list", *joints]) == 0
-    said = json.loads(capsys.readouterr().out)
+    assert main(["tf", str(run.path), root, child, "--format", "json", *joints]) == 0
+    said = json.loads(capsys.readouterr().out)["result"]
     assert said["translation"] == pytest.approx(xyz, abs=TOLERANCE)
     assert abs(sum(a * b for a, b in zip(said["quaternion"], quaternion, strict=True))) == pytest.approx(
         1, abs=TOLERANCE

@@ -7,6 +7,7 @@ from ..model.footprint import CORNERS, Footprint, footprint, outside, padded, so
 from ..model.frame_tree import NO_TOPIC, NOBODY, Line, Row, lines, publishers, rows, way
 from ..model.geometry import IDENTITY, Rows, dot, norm, pose_of, rotation_about, rotation_of_rpy, unit
 from ..model.joint import MOVING_TYPES, NODE, UNPUBLISHED, Dynamics
+from ..model.kinematics import NoWay
 from ..model.link import NO_SOURCE, Source
 from ..model.looks import colours_of, with_visuals
 from ..model.mass import principal_moments
@@ -75,6 +76,7 @@ __all__ = [
     "Line",
     "Marked",
     "Material",
+    "NoWay",
     "Rename",
     "Renames",
     "Replicas",

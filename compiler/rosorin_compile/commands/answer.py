@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from .. import world
 from ..diagnostics import ERROR, Diagnostic
-from ..diagnostics.console import BARE, ENVELOPE, Console
+from ..diagnostics.console import ENVELOPE, Console
 from ..project import data_folder
 from ..world.memory import OUT, otherwise
 
@@ -45,9 +45,7 @@ class Answer:
     def console(self, quiet: bool = False, verbose: bool = False) -> Console:
         """Return what takes messages beside the result: as text, unless they are to be in the envelope."""
         form = self.form if self.form == ENVELOPE else "text"
-        made = Console(form, quiet, verbose, collected=self.diagnostics)
-        made.beside = self.form == BARE
-        return made
+        return Console(form, quiet, verbose, collected=self.diagnostics)
 
     def end(self) -> None:
         """Print the envelope, if it is asked for; what is said again of the run is what it would be the next time."""
@@ -81,15 +79,10 @@ def answer_of(options: argparse.Namespace) -> Answer:
 def give_result(
     options: argparse.Namespace, result: object, text: Callable[[], str], show: Callable[[str], object] = print
 ) -> None:
-    """Give the result of a command: a person reads it as ``text``, a program gets it in the envelope, or alone.
-
-    ``show`` prints the text. Alone, a command that has messages for people gives those, and no result.
-    """
+    """Give the result of a command: a person reads it as ``text``, which ``show`` prints, a program in the envelope."""
     answer = answer_of(options)
     answer.result = result
-    if answer.form == BARE and hasattr(options, "old_json"):
-        sys.stdout.write(document(envelope(answer)["result"]))
-    elif answer.form not in (BARE, ENVELOPE) and (shown := text()):
+    if answer.form != ENVELOPE and (shown := text()):
         show(shown)
 
 

@@ -1,4 +1,4 @@
-"""Which command or check a line calls: ``check physics ROBOT`` is a check, and so is ``check --deployed FOLDER``.
+"""Which command or check a line calls: ``check physics ROBOT`` is a check.
 
 The name of a check stands first. One of ours comes before a robot of that name, which is reached by its path; a robot
 of the project comes before a check of a plug-in, which is reached as DISTRIBUTION:NAME. Either way that is said.
@@ -6,7 +6,7 @@ of the project comes before a check of a plug-in, which is reached as DISTRIBUTI
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,9 +16,20 @@ from . import registry
 from .parser import Parser
 from .record import Check, Command
 from .registry import Registered
-from .usage import old_spelling
 
 CHECK = "check"  # the command that has checks
+
+# Words that people type for a command, and the command that they look for.
+INSTEAD = {
+    "build": "all",
+    "convert": "import",
+    "create": "init",
+    "generate": "all",
+    "lint": "check",
+    "new": "init",
+    "show": "view",
+    "validate": "check",
+}
 
 
 class Called(NamedTuple):
@@ -44,8 +55,7 @@ def called(words: Sequence[str]) -> Called:
         return plain
     names_option = _Options(found)
     first = _first_word(plain.words, at + 1, names_option)
-    by_name = _by_name(plain, first) or _by_old_option(plain, at + 1, names_option)
-    return by_name or _behind(plain, first, names_option) or _near(plain, first)
+    return _by_name(plain, first) or _behind(plain, first, names_option) or _near(plain, first)
 
 
 class _Options:
@@ -58,10 +68,6 @@ class _Options:
     def takes_value(self, word: str) -> bool:
         """Say whether a word is an option whose value is the next one."""
         return any(one.nargs != 0 for one in self._parser().options if word in one.option_strings)
-
-    def may_be(self, word: str) -> bool:
-        """Say whether a word is an option, or the beginning of one."""
-        return any(name.startswith(word) for name in self._parser().long_options())
 
     def _parser(self) -> Parser:
         if self.parser is None:
@@ -138,20 +144,9 @@ def _robot_by_path(name: str) -> str:
     return f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}'
 
 
-def _by_old_option(plain: Called, begin: int, options: _Options) -> Called | None:
-    """Return the check that an option of ``check`` asked for before it had a name."""
-    end = plain.words.index("--") if "--" in plain.words else len(plain.words)
-    given = [word.partition("=")[0] for word in plain.words[begin:end] if word.startswith("--")]
-    for one in registry.own_checks().values():
-        old = next((old for word in given for old in one.record.old if _is(old, word, options.may_be)), "")
-        new = f"{CHECK} {one.record.name} {one.record.words}"
-        if old and one.record.each:
-            return plain._replace(said=old_spelling(old, CHECK, new))
-        if old:
-            return Called(plain.name, one, plain.words, old_spelling(old, new))
-    return None
+def suggestion(word: str) -> str:
+    """Return a suggestion for a word that people type for a command, or an empty text."""
+    from ..formats import FORMATS
 
-
-def _is(old: str, word: str, may_be_other: Callable[[str], bool]) -> bool:
-    """Say whether a word is an option, or the beginning of it and of no other."""
-    return old == word or (len(word) > 2 and old.startswith(word) and not may_be_other(word))
+    command = INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
+    return f'say "{command}"' if command else ""

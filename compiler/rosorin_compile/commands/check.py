@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
 from dataclasses import replace
 from functools import partial
@@ -25,8 +25,8 @@ from ..project import ON_STDIN, Description
 from ..world import FOLDER, kind, spoil
 from .compiling import count, read_by, search_meshes, tell_build, warn_before
 from .pictures import pictures
-from .registry import checks, own_checks
-from .robots import check_depfile, is_foreign
+from .registry import checks
+from .robots import check_depfile
 from .run import Run, console_of, for_each, once
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -37,10 +37,7 @@ if TYPE_CHECKING:
     from .comparing import Checked
     from .parser import Parser
     from .pictures import Pictures
-    from .record import Check
-    from .registry import Registered
 
-OfRobot = Callable[[Run, Description], int]
 RULES = (
     Rule(
         "outputs-differ",
@@ -59,7 +56,7 @@ RULES = (
 
 
 def options(command: Parser) -> None:
-    """Add what this command takes, and the options that asked for checks before those had names."""
+    """Add what this command takes."""
     command.add_check_options(hook=True)
     command.add_notes()
     command.listed, command.formatter_class = _listed, argparse.RawDescriptionHelpFormatter
@@ -71,8 +68,6 @@ def options(command: Parser) -> None:
     command.add_argument("--full", action="store_true", help="show text differences in full")
     command.add_page("write a page that shows the robots, what is committed under what is compiled, and what changed")
     command.add_depfile("none, it has to be named")
-    for one in _comparing():
-        command.add_argument(*one.record.old, action="store_true", dest=one.record.name, help=argparse.SUPPRESS)
 
 
 def _listed() -> str:
@@ -83,25 +78,16 @@ def _listed() -> str:
     return f"\nother checks; rosorin-compile check CHECK --help says more about one:{lines}"
 
 
-def _comparing() -> list[Registered[Check]]:
-    """Return the checks that an option asks for besides the comparison."""
-    return [one for one in own_checks().values() if one.record.each]
-
-
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
-    more = [one for one in _comparing() if getattr(options, one.record.name)]
-    if more:
-        spoil("what a check reads is not noted yet")
-    _check_options(options, more)
+    _check_options(options)
     if options.every_argument:
         return for_each(options, check_every)
-    after = [one.function(one.record.each)(options) for one in more]
     if options.html is None:
-        return for_each(options, _each(check_one, after))
+        return for_each(options, check_one)
     spoil("a page is written")
     page = pictures(options)
-    each = _each(partial(check_one, page=page), after)
+    each = partial(check_one, page=page)
     try:
         code = for_each(options, each)
     except BrokenPipeError:  # who reads the messages has enough of them; the page is for somebody else
@@ -114,30 +100,15 @@ def run(options: argparse.Namespace) -> int:
     return code
 
 
-def _each(compare: OfRobot, after: Sequence[OfRobot]) -> OfRobot:
-    """Return what compares a robot, unless it is in a file of another format, and does other things then."""
-    if not after:
-        return compare
-
-    def every(run: Run, description: Description) -> int:
-        compared = FINE if is_foreign(description.path) else compare(run, description)
-        return max(compared, *(one(run, description) for one in after))
-
-    return every
-
-
-def _check_options(options: argparse.Namespace, more: Sequence[Registered[Check]]) -> None:
+def _check_options(options: argparse.Namespace) -> None:
     """Raise WrongUsage for options that do not go together, and for a depfile that cannot be."""
-    if options.every_argument and more:
-        raise WrongUsage(f"{more[0].record.old[0]} does not go with --every-argument")
     if options.every_argument and options.html is not None:
         raise WrongUsage("--html shows a comparison with what is committed; it does not go with this option")
     check_depfile(options)
     if options.depfile is None:
         return
-    if options.every_argument or more:
-        other = "--every-argument" if options.every_argument else more[0].record.old[0]
-        raise WrongUsage(f"--depfile is about what is committed: it does not go with {other}")
+    if options.every_argument:
+        raise WrongUsage("--depfile is about what is committed: it does not go with --every-argument")
     if options.depfile_target is None:
         raise WrongUsage("a depfile needs a target: --depfile-target NAME")
 
@@ -198,8 +169,7 @@ def _differ(run: Run, held: Checked) -> None:
 
 def _tell_no_folder(run: Run, description: Description) -> None:
     """Say that the folder of -o, as a build file may name it, has nothing of a robot."""
-    named = run.options.output is not None or run.options.outputs is not None
-    if named and kind(description.outputs) != FOLDER:
+    if run.options.output is not None and kind(description.outputs) != FOLDER:
         way = "rosorin-compile all with the same -o and arguments writes it"
         run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
 

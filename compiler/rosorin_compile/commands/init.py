@@ -40,7 +40,6 @@ def options(command: Parser) -> None:
         metavar="FOLDER",
         help="the project, which has or gets descriptions/; default: .",
     )
-    command.add_older(["--folder"], "NAME -o {}", dest="output", metavar="FOLDER")
 
 
 def run(options: argparse.Namespace) -> int:

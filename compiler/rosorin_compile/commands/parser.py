@@ -8,11 +8,10 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
-from ..diagnostics.console import BARE, ENVELOPE, MARKDOWN
-from .older import Older
+from ..diagnostics.console import ENVELOPE, MARKDOWN
 from .usage import USAGE
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
             """Add an option, as argparse does."""
 
 
-FORMAT_NAMES = ("text", ENVELOPE, BARE, "github", "sarif", MARKDOWN)
+FORMAT_NAMES = ("text", ENVELOPE, "github", "sarif", MARKDOWN)
 PAGE_MEGABYTES = 40  # of the meshes of a page
 _ROBOT = "name in descriptions/, folder or file"
 _ROBOTS = f"{_ROBOT}; default: every robot"
@@ -77,10 +76,6 @@ class Parser(argparse.ArgumentParser):
         """Add what a command takes that goes through robots: its words, which name them, and what they are given."""
         self.add_argument("words", nargs="*", metavar=words, help=help)
         self.add_given()
-
-    def add_older_robot(self) -> None:
-        """Add the option that named the robot of commands whose words may be other names, too."""
-        self.add_older(("-r", "--robot"), "{} ...", dest="robot", default="", metavar="ROBOT")
 
     def add_given(self) -> None:
         """Add what robots are given: folders of ROS packages, trust in a xacro, and arguments, last in the help."""
@@ -140,7 +135,6 @@ class Parser(argparse.ArgumentParser):
             help="where the artifacts stand: of one robot the folder itself, of several a folder for each in it; "
             "default: outputs/ROBOT",
         )
-        self.add_older(["--outputs"], "", dest="outputs", type="path", metavar="FOLDER")
 
     def add_messages(self, summary: bool = False) -> None:
         """Add how messages are printed, where they are all there is; with ``summary`` also that a file keeps them."""
@@ -171,9 +165,9 @@ class Parser(argparse.ArgumentParser):
 
     def add_result_form(self, to: Group | None = None) -> None:
         """Add how a result is printed that is more than messages, to a group of options if one is given."""
-        forms, to = ("text", ENVELOPE, BARE), to or self
-        to.add_argument("--format", choices=forms, default="text", help="form of the result; default: text")
-        to.add_argument("--json", action=_Old, dest="old_json", nargs=0, default=False, help=argparse.SUPPRESS)
+        (to or self).add_argument(
+            "--format", choices=("text", ENVELOPE), default="text", help="form of the result; default: text"
+        )
 
     def add_quiet(self) -> None:
         """Add the option to hear of errors only."""
@@ -221,14 +215,6 @@ class Parser(argparse.ArgumentParser):
             help=f'a mode that is on, or off: slam, "not slam", slam=off; others: {unnamed}',
         )
 
-    def add_older(self, old: Sequence[str], new: str, **settings: Any) -> None:
-        """Add an option under its old names, which the help and the completion do not show.
-
-        ``new`` is what is to be said, with its value for ``{}``; it is empty where that depends on more: then the
-        command says it. ``settings`` are those of the new one, with its ``dest``.
-        """
-        self.add_argument(*old, action=Older, new=new, help=argparse.SUPPRESS, **settings)
-
     def add_argument_group(self, *words: Any, **settings: Any) -> Any:
         """Return a new group; what is added to it is noted here."""
         return self._noted(super().add_argument_group(*words, **settings))
@@ -250,17 +236,12 @@ class Parser(argparse.ArgumentParser):
         raise Refused(message)
 
     def shown(self) -> list[argparse.Action]:
-        """Return the options and words that the help shows: no older spellings."""
+        """Return the options and words that the help shows."""
         return [option for option in self.options if option.help != argparse.SUPPRESS]
 
     def long_options(self) -> list[str]:
         """Return the names of all options that begin with --, those of the commands within as well, each once."""
-        names = [
-            name
-            for option in self.options
-            for name in option.option_strings
-            if name.startswith("--") and not hasattr(option, "new")
-        ]
+        names = [name for option in self.options for name in option.option_strings if name.startswith("--")]
         names += [name for inner in self.within.values() for name in inner.long_options()]
         return list(dict.fromkeys(names))
 
@@ -309,14 +290,6 @@ def _seconds(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) < 9 and int(text) > 0):
         raise argparse.ArgumentTypeError(f'"{text[:20]}" is no number of whole seconds')
     return int(text)
-
-
-class _Old(argparse.Action):
-    """The old spelling of a result alone; the command line says the new one."""
-
-    def __call__(self, _: object, namespace: argparse.Namespace, *__: object) -> None:
-        """Set it."""
-        namespace.format, namespace.old_json = BARE, True
 
 
 def _completed(action: argparse.Action, completes: object) -> argparse.Action:

@@ -108,24 +108,10 @@ def _asked(run: Run) -> tuple[Description, str]:
             if is_robot(words[0]):
                 raise WrongUsage(_meant(words[0])) from None
             raise
-    robot, (output,) = run.robot_first(partial(_has_output, run.given))
-    if _is_format(robot) and not is_robot(robot):
-        robot, output = output, robot  # in the old order, and no robot
+    robot, output = words
+    if not is_robot(robot) and is_robot(output):
+        raise WrongUsage(f"the robot comes first: {_CALL} {output} {robot}")
     return one(robot, f"{_CALL} ROBOT {output}"), output
-
-
-def _is_format(word: str) -> bool:
-    from ..formats import FORMATS
-
-    return word in FORMATS
-
-
-def _has_output(given: Given, robot: str, words: list[str]) -> bool:
-    """Say whether a word is an output of a robot, or a format."""
-    if _is_format(words[0]):
-        return True
-    outputs = _listed(_understood(given, one(robot, ""), Console("json")))
-    return words[0] in [output.name for output in outputs or ()]
 
 
 def _meant(robot: str) -> str:

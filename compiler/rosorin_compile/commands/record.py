@@ -54,11 +54,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Check:
-    """A check: ``rosorin-compile check NAME WORDS``; ``help``, ``exits``, ``options`` and ``run`` are as a command's.
-
-    ``old`` are options of ``check`` that once asked for it. Where such an option compares as well, ``each(options)``
-    returns what is done with each robot after that, and returns the exit code: ``each(options)(run, description)``.
-    """
+    """A check: ``rosorin-compile check NAME WORDS``. The other fields are as in ``Command``."""
 
     name: str
     words: str
@@ -66,8 +62,6 @@ class Check:
     options: str
     run: str
     exits: str = "0 nothing is wrong, 1 errors"
-    old: tuple[str, ...] = ()
-    each: str = ""
 
     def __post_init__(self) -> None:
         """Check the fields. Raises TypeError or ValueError for one that no record may have."""

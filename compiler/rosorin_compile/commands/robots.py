@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -102,17 +101,9 @@ def described(options: argparse.Namespace, names: list[str]) -> list[Description
 
     That is the folder of one robot itself; several get a folder each in it, as all robots of a project with --hook.
     """
-    output, outputs = getattr(options, "output", None), getattr(options, "outputs", None)
-    if output is not None and outputs is not None:
-        raise WrongUsage("--outputs is an older name of -o: say one of them")
-    found = descriptions(names, output if outputs is None else outputs)
-    many = len(found) > 1 or getattr(options, "hook", False)
-    if outputs is not None:
-        from .older import say_new
-
-        where = outputs if many or not found else str(found[0].outputs)
-        say_new(f"{options.called} -o {shlex.quote(where)}", "--outputs")
-    elif output is not None and not many:
+    output = getattr(options, "output", None)
+    found = descriptions(names, output)
+    if output is not None and len(found) == 1 and not getattr(options, "hook", False):
         found = [replace(one, outputs=Path(output)) for one in found]
     return found
 

@@ -75,18 +75,6 @@ class Run:
         """Return the robots of these names; without one that of this folder, else all here. Raises WrongUsage."""
         return descriptions_of(names)
 
-    def robot_first(
-        self, fits: Callable[[str, list[str]], bool], robot: Callable[[str], bool] | None = None
-    ) -> tuple[str, list[str]]:
-        """Return the robot that the words name first, or last as they once did, and the other words.
-
-        Where both may be a robot, it is the first unless the rest ``fits`` the last one alone. ``robot`` says whether
-        a word can be one.
-        """
-        from .older import robot_first
-
-        return robot_first(self.options.called, self.words, fits, robot)
-
     def compiled(self, description: Description) -> Compiled | None:
         """Return what a robot is compiled to, its meshes found and all of it proven; None, once said, with errors."""
         from ..diagnostics import has_errors
@@ -204,12 +192,7 @@ def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
 
 
 def console_of(options: argparse.Namespace) -> Console:
-    """Return where a command prints what it has to say, in the form that the options choose.
-
-    Beside a result alone it is text. Raises WrongUsage.
-    """
-    if hasattr(options, "old_json"):
-        return answer_of(options).console(options.quiet, getattr(options, "verbose", False))
+    """Return where a command prints what it has to say, in the form that the options choose. Raises WrongUsage."""
     summary = getattr(options, "summary", None)
     if summary is not None:
         check_summary(Path(summary))

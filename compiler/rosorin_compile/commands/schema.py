@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 _NAMES = {
     "authoring": "a description as people write it, with expressions, parts and loops: for editors (default)",
     "description": "a description after includes, arguments and expressions",
-    "robot_diff": "what diff --format json-list prints",
-    "recording": "what verify --format json-list prints",
+    "robot_diff": "the result of diff --format json",
+    "recording": "the result of verify --format json",
 }
 _ENDING = ".schema.json"
 

@@ -38,15 +38,6 @@ RULES = (
 FINE, PROBLEMS, USAGE = 0, 1, 2
 
 
-UNTIL = "0.5.0"  # the release that takes no old spelling any more
-
-
-def old_spelling(old: str, *new: str) -> str:
-    """Return the sentence that a command line is spelled otherwise now; ``new`` are the commands that do the same."""
-    said = " and ".join(f'"rosorin-compile {one}"' for one in new)
-    return f"say {said}; {old} ends with {UNTIL}"
-
-
 class WrongUsage(Exception):
     """The command line cannot be followed; the message says why."""
 

@@ -74,7 +74,7 @@ class _Stop:
 def _notice_new(watched: dict[Path, _Robot], run: Run) -> None:
     """Compile descriptions that were not there before."""
     try:
-        found = Description.find([], run.options.output or run.options.outputs)
+        found = Description.find([], run.options.output)
     except NoDescription:
         return
     for description in found:

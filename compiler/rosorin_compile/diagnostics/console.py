@@ -31,7 +31,7 @@ MAX_SHOWN = 200
 
 PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: nothing is shown of what takes long
 MARKDOWN = "markdown"  # a form in which a run is told robot by robot
-ENVELOPE, BARE = "json", "json-list"  # a result with all that was said around it, and a list or a result alone
+ENVELOPE = "json"  # a result with all diagnostics of the run
 
 _STAND_IN = "stand-in"  # the rule, and what is counted of it
 _LAYOUT = "\n\t"
@@ -150,7 +150,6 @@ class Console:
         self.counts = False  # whether notes are counted for people, and not listed
         self.listing = "without -q they are listed"
         self.differing: list[str] = []  # what differs of the robot at hand, in lines
-        self.beside = False  # whether standard output is for a result alone
 
     @property
     def for_people(self) -> bool:
@@ -256,7 +255,7 @@ class Console:
         """
         if self.quiet and not needed:
             return
-        kind, stream = (OUT, sys.stdout) if self.for_people and not self.beside else (ERR, sys.stderr)
+        kind, stream = (OUT, sys.stdout) if self.for_people else (ERR, sys.stderr)
         with otherwise(kind, printable(f"{self._inert(next_time or line)}\n", _LAYOUT)):
             print(self._inert(line), file=stream)
         if self.keeps:

@@ -99,13 +99,6 @@ def _property(value: str) -> str:
     return _escaped(value).replace(":", "%3A").replace(",", "%2C")
 
 
-def as_json(diagnostics: Sequence[Diagnostic]) -> str:
-    """Return diagnostics as a JSON list of objects."""
-    import json
-
-    return json.dumps([as_object(diagnostic) for diagnostic in diagnostics], indent=2) + "\n"
-
-
 def as_object(diagnostic: Diagnostic) -> dict[str, object]:
     """Return a diagnostic as JSON has it."""
     related = [{"message": r.message, **_where(r.span)} for r in diagnostic.related]
@@ -192,7 +185,6 @@ def _location(span: Span) -> dict[str, object]:
 
 FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {
     "text": text,
-    "json-list": as_json,
     "github": github,
     "sarif": sarif,
 }

@@ -7,7 +7,7 @@ another package comes by an entry point (``docs/extend.md``). Nothing else in th
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
@@ -476,42 +476,4 @@ class Format:
         return next((output for output in robot.outputs if output.backend == self.name), None)
 
 
-# ---- What 0.2 said without groups: said, and read, so until 0.5.0 ----
-
 GROUPS = {"reading": Importing, "writing": Writing, "proving": Proving, "ros": InRos}
-_GROUP_OF = {one.name: group for group, kind in GROUPS.items() for one in fields(kind)}
-
-
-def _warn(names: Collection[str]) -> None:
-    import warnings
-
-    said = ", ".join(f"{_GROUP_OF[name]}.{name}" for name in names)
-    message = f"a Format says {said} in groups, since 0.3.0; without them it is none any more in 0.5.0"
-    warnings.warn(message, DeprecationWarning, stacklevel=3)
-
-
-def _in_groups(init: Callable[..., None]) -> Callable[..., None]:
-    """Return the ``__init__`` of Format, which also takes the fields of its groups by their names."""
-
-    def made(self: Format, **given: Any) -> None:
-        flat = {name: given.pop(name) for name in [*given] if name in _GROUP_OF}
-        if flat:
-            _warn(flat)
-        for name, value in flat.items():
-            group = _GROUP_OF[name]
-            given[group] = replace(given.get(group, GROUPS[group]()), **{name: value})
-        init(self, **given)
-
-    return made
-
-
-def _of_group(self: Format, name: str) -> Any:
-    if name not in _GROUP_OF:
-        raise AttributeError(f"a Format has no {name}")
-    _warn([name])
-    return getattr(getattr(self, _GROUP_OF[name]), name)
-
-
-# Set here, so that type checkers see the groups alone.
-setattr(Format, "__init__", _in_groups(Format.__init__))  # noqa: B010
-setattr(Format, "__getattr__", _of_group)  # noqa: B010

@@ -103,13 +103,24 @@ def _check_options(format: Format) -> None:
 
 def _guarded(plugin: Plugin, format: Format) -> Format:
     """Return a format whose functions raise nothing, and give nothing, that their callers do not expect."""
-    whole: dict[str, Any] = {name: _stopping(plugin, getattr(format, name), fit) for name, fit in _GIVES.items()}
-    whole["facts"] = _to_value_error(plugin, format.facts, _facts)
-    whole |= {name: _to_value_error(plugin, getattr(format, name), _any) for name in ("syntax", "data", "against")}
-    whole["check"] = _telling(plugin, format.check)
-    whole["disagreements"] = _yielding(plugin, format.proving.disagreements)
-    write = _written(plugin, format.write, whole["facts"])
-    return replace(format, write=write, read=_read(plugin, format.read), **whole)
+
+    def guarded(group: Any) -> Any:
+        changed: dict[str, Any] = {}
+        for field in fields(group):
+            name, value = field.name, getattr(group, field.name)
+            if name in _GIVES:
+                changed[name] = _stopping(plugin, value, _GIVES[name])
+            elif name in ("syntax", "data", "against"):
+                changed[name] = _to_value_error(plugin, value, _any)
+            elif name == "disagreements":
+                changed[name] = _yielding(plugin, value)
+        return replace(group, **changed)
+
+    groups = {name: guarded(getattr(format, name)) for name in GROUPS}
+    facts = _to_value_error(plugin, format.facts, _facts)
+    write = _written(plugin, format.write, facts)
+    check = _telling(plugin, format.check)
+    return replace(format, facts=facts, check=check, write=write, read=_read(plugin, format.read), **groups)
 
 
 def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[..., Any] | None) -> Any:

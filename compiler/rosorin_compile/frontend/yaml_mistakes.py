@@ -22,6 +22,7 @@ _QUOTE = "put the text in quotes"
 _COLON_IN_TEXT = 'a text with a ":" stands here without quotes'
 _ITEM = re.compile(r"(- +)*")
 _COLON = re.compile(r":(\s|$)")
+_CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 
 
 class Trouble(NamedTuple):
@@ -73,6 +74,16 @@ def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
         if told is not None:
             return told
     return trouble.describe("YAML cannot be read on from here", f"indent with spaces; {_QUOTE}", line, column)
+
+
+def _conflict(trouble: Trouble) -> Diagnostic | None:
+    """Find the marks that a merge leaves where both sides changed the same lines."""
+    mark = _CONFLICT.search(trouble.source.text)
+    if mark is None:
+        return None
+    line = trouble.source.text.count("\n", 0, mark.start()) + 1
+    help = "choose a version between <<<<<<< and >>>>>>>, and remove the marks"
+    return trouble.describe("a conflict of a merge is not resolved", help, line, 1, 7)
 
 
 def _tab(trouble: Trouble) -> Diagnostic | None:
@@ -420,6 +431,7 @@ def _open_at_the_end(trouble: Trouble) -> Diagnostic | None:
 
 
 _CAUSES: tuple[Callable[[Trouble], Diagnostic | None], ...] = (
+    _conflict,
     _tab,
     _expression,
     _comment_of_others,

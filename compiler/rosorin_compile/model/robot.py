@@ -475,6 +475,19 @@ class Robot:
         # Each link but one has one joint above it; what is not reached from there goes round in a circle.
         return len(children) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
+    @cached_property
+    def mimics_resolve(self) -> bool:
+        """Whether each mimic joint leads, directly or not, to a joint that exists and mimics no other."""
+        for joint in self.joints:
+            leader: Joint | None = joint
+            for _ in self.joints:
+                if leader is None or leader.mimic is None:
+                    break
+                leader = self.joint.get(leader.mimic.joint)
+            if leader is None or leader.mimic is not None:
+                return False
+        return True
+
     def shapes_at(self, link: str, carried: Set[str], purpose: str, form: str = ROWS) -> tuple[list[Shape], set[str]]:
         """Return the solids of a link where only some frames are ``carried``, and the frames that lend it theirs.
 

@@ -2,7 +2,7 @@
 
 A run is a function of what it was told. Whoever reads asks here, and while ``noting`` is open, each question is taken
 down with its answer: a run whose questions would all be answered the same is the same run. So nothing of the program
-asks the system itself, but for the modules that ``tests/whole/test_world.py`` lists: those that write, and this room.
+asks the system itself, but for the modules that write, and this room.
 
     instead of                                    write
     Path.read_bytes, open(path, "rb").read()      read(path), of a regular file; OSError for all else, a pipe too

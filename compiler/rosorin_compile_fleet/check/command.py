@@ -282,9 +282,8 @@ class Fleet:
 
 
 def options(command: Parser) -> None:
-    """Add what this check takes; ``--fleet`` is what its word was before it had a name."""
+    """Add what this check takes."""
     command.add_argument("words", nargs="*", metavar="FILE", help="the sweep.json of a sweep, or its folder")
-    command.add_argument("--fleet", type="path", metavar="FILE", help=argparse.SUPPRESS)
     command.add_argument("--full", action="store_true", help="show all numbers")
     command.add_page("write a page that shows the numbers of all robots")
     command.add_messages(summary=True)
@@ -292,7 +291,7 @@ def options(command: Parser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Check the robots of a sweep as one; return the exit code."""
-    files = [one for one in (options.fleet, *options.words) if one is not None]
+    files = options.words
     if len(files) != 1:
         many = f'; what is "{files[1]}" for?' if files else ""
         raise WrongUsage(f"a fleet is the sweep.json of one sweep{many}: rosorin-compile check fleet FILE")

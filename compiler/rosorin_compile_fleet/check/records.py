@@ -11,6 +11,5 @@ CHECKS = (
         help="hold the robots of a sweep against each other: what differs, likely typos, stand-ins",
         options="command:options",
         run="command:run",
-        old=("--fleet",),
     ),
 )

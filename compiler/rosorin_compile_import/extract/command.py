@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -168,12 +167,7 @@ def _boxes(run: Run) -> int:
     fitted = boxes.fit_parts(parts(run), decimals, options.stack, options.axis)
     lines = boxes.table(fitted, KINDS)
     made = boxes.json_values(fitted, KINDS)
-    text = (
-        json.dumps(made, indent=1) + "\n"
-        if options.format == "json-list"
-        else _head(options) + boxes.yaml_text(fitted, options.shape)
-    )
-    return _give(options, made, text, lines)
+    return _give(options, made, _head(options) + boxes.yaml_text(fitted, options.shape), lines)
 
 
 def _heightmap(run: Run) -> int:
@@ -201,7 +195,7 @@ def _heightmap(run: Run) -> int:
         return _replace(options, source, block, made, note)
     values = writing.driver_height_map(frame, made)
     text = _head(options) + "\n".join(writing.height_map(frame, made, options.status, note)) + "\n"
-    return _give(options, values, json.dumps(values) + "\n" if options.format == "json-list" else text, [summary(made)])
+    return _give(options, values, text, [summary(made)])
 
 
 def _replace(options: argparse.Namespace, source: Source, block: Block, made: HeightMap, note: str) -> int:

@@ -19,12 +19,11 @@ from rosorin_compile.diagnostics import ERROR, Diagnostic, Span, has_errors, lis
 from rosorin_compile.extending import Description, Packages, Proof, Tolerance, world
 from rosorin_compile.model import Robot
 
-from ..merging.record import ENDING, read, text_of
-from ..merging.together import renewed
+from ..reimport import ENDING, read_record, text_of
 from .pieces import File, Macro
 from .program import Program
 from .proving import MAX_COMBINATIONS
-from .uniting import Apart, united
+from .uniting import Apart, renewed, united
 
 COMMON = "common"
 _MOST, _BYTES = 2000, 2_000_000
@@ -76,7 +75,7 @@ class Sharing:
 
         What somebody has edited since is put together with that later: here it is what the import wrote that counts.
         """
-        record = read(self.folder) if world.kind(self.folder) == world.FOLDER else None
+        record = read_record(self.folder) if world.kind(self.folder) == world.FOLDER else None
         if record is None:
             return None
         if name in record.files:

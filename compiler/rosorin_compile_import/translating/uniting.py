@@ -62,6 +62,39 @@ def united(there: str, own: str, theirs: bool = False) -> United:
     return United(there)
 
 
+def renewed(record: str, text: str) -> str:
+    """Return a shared file as an import wrote it, with its entries as one robot needs them now; the others stay."""
+    made, wanted = record, {}
+    try:
+        old, new = parse_yaml(Source("", record)), parse_yaml(Source("", text))
+        for section, entries in new.items():
+            before = old.get(section, Map(entries.span)) if isinstance(entries, Map) else None
+            if not isinstance(before, Map):
+                wanted[section] = entries
+                continue
+            wanted[section] = {**before, **entries}
+            for key in entries:
+                if key in before and not _same(before[key], entries[key]):
+                    made = _replaced(made, text, section, key)
+            added = [key for key in entries if key not in before]
+            if added:
+                made = _with(made, text, section, added)
+        return made if _same(parse_yaml(Source("", made)), {**old, **wanted}) else text
+    except LoadError:  # an entry is not on lines of its own
+        return text
+
+
+def with_more(record: str, before: str, after: str) -> str:
+    """Return the record of a shared file with the entries that a robot has added to the file."""
+    own, new = parse_yaml(Source("", before)), parse_yaml(Source("", after))
+    for section in ASKED_FOR:
+        there = parse_yaml(Source("", record)).get(section, ())
+        added = [key for key in new.get(section, ()) if key not in own.get(section, ()) and key not in there]
+        if added:
+            record = _with(record, after, section, added)
+    return record
+
+
 def _line(problem: LoadError) -> int:
     return problem.diagnostic.span.line if problem.diagnostic.span else 1
 
@@ -168,6 +201,17 @@ def _with(there: str, own: str, section: str, keys: Sequence[str]) -> str:
     moved = [[_indented(line, pad) for line in entry] for entry in entries.values()]
     made = _parted([block, *moved])[len(block) :]
     return "\n".join([*lines[:end], *made, *lines[end:]]) + "\n"
+
+
+def _replaced(there: str, own: str, section: str, key: str) -> str:
+    """Return a text with an entry as another text has it."""
+    one, other = parse_yaml(Source("", there)), parse_yaml(Source("", own))
+    lines = there.rstrip("\n").split("\n")
+    at = _first(lines, one[section].key_spans[key].line)
+    entry = _block(own.rstrip("\n").split("\n"), other, section, key)
+    pad = one[section].key_spans[key].column - other[section].key_spans[key].column
+    lines[at : at + len(_block(lines, one, section, key))] = [_indented(line, pad) for line in entry]
+    return "\n".join(lines) + "\n"
 
 
 def _parted(entries: Iterable[list[str]]) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,6 @@ from rosorin_compile.extending import (
     Run,
     WrongUsage,
     for_each,
-    is_foreign,
 )
 
 from .checking import Looked, lacking, look
@@ -36,12 +34,6 @@ def run(options: argparse.Namespace) -> int:
     return for_each(options, _answered)
 
 
-def after(_options: argparse.Namespace) -> Callable[[Run, Description], int]:
-    """Return what does so with a robot that was compared; what its description says wrongly was told then."""
-    _check_installed()
-    return lambda run, description: _code(_check(run, description, was_told=not is_foreign(description.path)))
-
-
 def _check_installed() -> None:
     missing = lacking()
     if missing:
@@ -54,8 +46,8 @@ def _answered(run: Run, description: Description) -> int:
     return _code(looked)
 
 
-def _check(run: Run, description: Description, was_told: bool = False) -> Looked | None:
-    case = run.understood(description, quietly=was_told)
+def _check(run: Run, description: Description) -> Looked | None:
+    case = run.understood(description)
     if case is None:
         return None
     looked = look(case, description, run.given.packages)

@@ -99,7 +99,6 @@ class Timing(TypedDict):
 
 class _SimulatedMore(TypedDict, total=False):
     energy: KeptEnergy
-    findings: Annotated[list[Any], "with `--format json-list` alone: the diagnostics"]
     timing: Annotated[Timing, "without `--no-timing`"]
 
 

@@ -167,12 +167,8 @@ def _tell(
 
     timing = not options.no_timing
     if options.format != "text":
-        made = report.as_json(world, trials, limits, timing)
-        if options.format == "json":
-            console.show(found)
-        else:
-            made["findings"] = [one.as_object() for one in found]
-        give_result(options, made, str)
+        console.show(found)
+        give_result(options, report.as_json(world, trials, limits, timing), str)
         return
     name = world.robot.name
     print(f"{name}: {report.about(world)}\n")

@@ -33,11 +33,11 @@ _MOST = 1_000_000  # bytes of a file that are looked at
 
 
 def options(command: Parser) -> None:
-    """Add what this check takes; ``--parameters`` is what its words were before it had a name."""
+    """Add what this check takes."""
     command.add_check_options("ROBOT FILE", "the robot, where there are several, and the parameter files of its nodes")
     add = command.add_argument_group("parameter files").add_argument
     many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": "path", "metavar": "FILE"}
-    add("--parameters", **{**many, "help": argparse.SUPPRESS})
+    command.set_defaults(parameters=[])
     add("--controllers", **many, help="files of a controller_manager: they have to name controllers")
     add("--launch", **many, help="launch files that say remaps")
     add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="a remap")
@@ -68,17 +68,15 @@ def run(options: argparse.Namespace) -> int:
 
 def _take_words(options: argparse.Namespace) -> None:
     """Leave the robot and its arguments in the words; the others are parameter files. Raises WrongUsage."""
-    for words in (options.parameters, options.controllers, options.launch):  # arguments may stand behind files
+    for words in (options.controllers, options.launch):  # arguments may stand behind files
         options.words += [word for word in words if _MARK in word]
         words[:] = [word for word in words if _MARK not in word]
     names = Run.of(options).words
     arguments = [word for word in options.words if word not in names]
-    robots = names if options.parameters else names[: bool(names) and _is_robot(names[0])]
-    options.parameters = [*options.parameters, *names[len(robots) :]]  # the list of none is one for all options
+    robots = names[: bool(names) and _is_robot(names[0])]
+    options.parameters = names[len(robots) :]
     if not options.parameters and not options.controllers:
         raise WrongUsage(f"there is no parameter file to hold against a robot: {_HOW}")
-    if len(robots) > 1:
-        raise WrongUsage(f"parameter files are those of one robot: {_HOW}")
     options.words = [*robots, *arguments]
 
 

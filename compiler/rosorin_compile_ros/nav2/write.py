@@ -109,7 +109,7 @@ def basics(robot: Robot, output: Output) -> tuple[Basics | None, list[Found]]:
     base = str(output.options.get("base_frame", frames.moved))
     of_base = list(_base(robot, base, frames))
     wrong += [*of_base, *_owners(robot, frames)]
-    if pose in poses and not of_base and robot.is_tree:
+    if pose in poses and not of_base and robot.is_tree and robot.mimics_resolve:
         wrong += _left_out(robot, base, str(pose), poses[str(pose)])
     if not frames.map and not any(one.rule == "navigation-owner" for one in wrong):
         message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"

@@ -44,7 +44,6 @@ def options(command: Parser) -> None:
     command.add_argument(
         "-o", "--output", type="path", metavar="FOLDER", help="the package, or any other folder; it is there already"
     )
-    command.add_older(["--to"], "-o {}", dest="output", type="path", metavar="FOLDER")
     command.add_argument(
         "--map",
         action="append",

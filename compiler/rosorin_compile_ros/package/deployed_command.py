@@ -42,23 +42,20 @@ _HOW = "rosorin-compile check deployed ROBOT FOLDER"
 
 
 def options(command: Parser) -> None:
-    """Add what this check takes; ``--deployed`` is what its last word was before it had a name."""
+    """Add what this check takes."""
     command.add_check_options(
         "ROBOT FOLDER", "the robot, where there are several, and a package, install space or folder"
     )
     command.add_argument("--full", action="store_true", help="show text differences in full")
-    command.add_argument("--deployed", type="path", metavar="FOLDER", help=argparse.SUPPRESS)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compare the copies in a folder with what robots are compiled to."""
-    folder = options.deployed
-    if folder is None:
-        names = Run.of(options).words
-        if not names:
-            raise WrongUsage(f"there is no folder to look into: {_HOW}")
-        folder = names[-1]
-        options.words = [word for word in options.words if word != folder] + names[:-1].count(folder) * [folder]
+    names = Run.of(options).words
+    if not names:
+        raise WrongUsage(f"there is no folder to look into: {_HOW}")
+    folder = names[-1]
+    options.words = [word for word in options.words if word != folder] + names[:-1].count(folder) * [folder]
     try:
         world.names(folder)
     except (FileNotFoundError, NotADirectoryError):

@@ -90,8 +90,8 @@ def test_open_mesh_is_said_to_be_open(here: Path, capsys: Said) -> None:
     assert main(["extract", "boxes", "open.stl", "-o", "boxes.yaml"]) == 0
     row = capsys.readouterr().out.splitlines()[1].split()
     assert row == ["open", "box", "1200.0", "cm3", "open", "mesh", "20.8", "mm", "100%", "of", "surface"]
-    assert main(["extract", "boxes", "open.stl", "--format", "json-list"]) == 0
-    found = json.loads(capsys.readouterr().out)["open"]
+    assert main(["extract", "boxes", "open.stl", "--format", "json"]) == 0
+    found = json.loads(capsys.readouterr().out)["result"]["open"]
     assert (found["closed"], found["triangles"]) == (False, 11)
     assert found["shapes"]["box"]["overhang_volume"] is None
     assert found["shapes"]["box"]["overlap_of"] == "surface"
@@ -127,10 +127,10 @@ def test_heightmap_of_a_link_in_another_frame(here: Path, capsys: Said) -> None:
         "--from",
         "visual",
         "--format",
-        "json-list",
+        "json",
     ]
     assert main([*words, "--cell", "2cm"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)["result"]
     Draft7Validator(SCHEMA["properties"]["chassis_heightmap"]).validate(found)
     assert (found["frame"], found["cell"], found["origin_xy"]) == ("floor", 0.02, [-0.1, 0])
     assert found["z"] == [[0.16] * 10] * 5
@@ -169,7 +169,7 @@ def test_the_bottom_stands_in_the_map_and_compiles(here: Path, capsys: Said) -> 
     (box,) = compiled(here / "r.yaml").robot.link["base"].collision[0].solids("merged")
     assert (box.geometry.lower[2], box.geometry.upper[2]) == (0.025, 0.1)
     capsys.readouterr()
-    for more in (["--format", "json-list"], ["--into", "r.yaml"]):
+    for more in (["--format", "json"], ["--into", "r.yaml"]):
         assert main([*words, *more]) == 2
         assert "--bottom goes with neither --into nor JSON" in capsys.readouterr().err
 
@@ -184,23 +184,23 @@ def test_the_bottom_stands_in_the_map_and_compiles(here: Path, capsys: Said) -> 
 )
 def test_method_says_what_was_done(here: Path, capsys: Said, words: list[str], method: str) -> None:
     assert here.is_dir()
-    assert main(["extract", "heightmap", "brick.stl", "--format", "json-list", *words]) == 0
-    assert json.loads(capsys.readouterr().out)["method"] == method
+    assert main(["extract", "heightmap", "brick.stl", "--format", "json", *words]) == 0
+    assert json.loads(capsys.readouterr().out)["result"]["method"] == method
 
 
 def test_size_and_cells_and_origin(here: Path, capsys: Said) -> None:
     assert here.is_dir()
-    words = ["extract", "heightmap", "brick.stl", "--format", "json-list", "--cell", "1cm"]
+    words = ["extract", "heightmap", "brick.stl", "--format", "json", "--cell", "1cm"]
     for more in (["--size", "300mm,23cm"], ["--cells", "30x23"]):
         assert main([*words, "--origin", "-.05,-50mm", *more]) == 0
-        found = json.loads(capsys.readouterr().out)
+        found = json.loads(capsys.readouterr().out)["result"]
         assert (len(found["z"]), len(found["z"][0]), found["origin_xy"]) == (30, 23, [-0.05, -0.05])
 
 
 def test_what_is_not_carried_is_said(here: Path, capsys: Said) -> None:
     assert here.is_dir()
     words = ["extract", "heightmap", "brick.stl", "--origin", "0,0", "--cells", "10x20", "--xyz", "0,-1cm,-10mm"]
-    assert main([*words, "--format", "json-list"]) == 0
+    assert main(words) == 0
     lines = capsys.readouterr().err.splitlines()
     assert lines[:4] == [
         "warning[height-map-outside]: the mesh reaches beyond the grid: 100.0 mm at high x, 10.0 mm at low y",
@@ -351,5 +351,5 @@ def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
 def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     assert here.is_dir()
     monkeypatch.setattr("rosorin_compile.diagnostics.progress.AFTER", -1.0)
-    assert main(["extract", "heightmap", "brick.stl", "--format", "json-list"]) == 0
+    assert main(["extract", "heightmap", "brick.stl", "--format", "json"]) == 0
     assert "sampling [" not in capsys.readouterr().err

@@ -31,8 +31,11 @@ def options(case: Path) -> argparse.Namespace:
     lines = case.read_text("utf-8").splitlines()
     words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
     command = parser(["check", "parameters"]).within["check"]
-    flag = words.pop(0) if words[:1] == ["--controllers"] else "--parameters"
-    return command.parse_args(["robot.yaml", flag, case.name, *words])
+    if words[:1] == ["--controllers"]:
+        return command.parse_args(["robot.yaml", "--controllers", case.name, *words[1:]])
+    made = command.parse_args(["robot.yaml", *words])
+    made.parameters = [case.name]
+    return made
 
 
 def looked_at(case: Path) -> list[Diagnostic]:

@@ -156,7 +156,8 @@ def test_the_default_name_is_legal(name: str) -> None:
 def test_names_that_are_refused(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert not is_legal(name)
     if name:
-        assert main(["package", str(ROSORIN), "-o", str(tmp_path / "p"), "--name", name]) == 2
+        robot = describe(tmp_path, "robot: r\nlinks: {base_link: {}}\noutputs: {urdf: {file: r.urdf}}\n")
+        assert main(["package", str(robot), "-o", str(tmp_path / "p"), "--name", name]) == 2
         assert f'"{name}" is no name for a ROS 2 package' in capsys.readouterr().err
         assert not (tmp_path / "p").exists()
 

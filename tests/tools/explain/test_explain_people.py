@@ -80,8 +80,8 @@ def test_for_people_in_a_part(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.usefixtures("project")
 def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "eye", "--format", "json-list", "-a", "scale=2"]) == 0
-    (eye,) = json.loads(capsys.readouterr().out)
+    assert main(["explain", "eye", "--format", "json", "-a", "scale=2"]) == 0
+    (eye,) = json.loads(capsys.readouterr().out)["result"]
     assert eye["chain"][0]["transform"]["xyz"] == [0.1, 0.12, 2.0]
     z = eye["chain"][0]["numbers"][2]
     assert z["origin"]["where"]["line"] == 12

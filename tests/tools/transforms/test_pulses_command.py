@@ -41,7 +41,7 @@ def test_positions_become_pulses_and_the_rounding_is_told(capsys: Shown) -> None
 
 @pytest.mark.usefixtures("rosorin")
 def test_all_joints_of_a_pose(capsys: Shown) -> None:
-    said = json.loads(pulses(capsys, "--pose", "tuck", "--format", "json-list"))
+    said = json.loads(pulses(capsys, "--pose", "tuck", "--format", "json"))["result"]
     assert {joint["joint"]: joint["pulse"] for joint in said["joints"]} == RECORDED["tuck"]["pulses"]
     assert [joint["position"] for joint in said["joints"]] == RECORDED["tuck"]["positions_rad"]
     assert said["joints"][0]["pulses_within_limits"] == [2, 998]
@@ -53,7 +53,7 @@ def test_all_joints_of_a_pose(capsys: Shown) -> None:
         "flipped": True,
         "pulse_range": [0, 1000],
     }
-    changed = json.loads(pulses(capsys, "--pose", "tuck", "joint1=400", "--format", "json-list"))
+    changed = json.loads(pulses(capsys, "--pose", "tuck", "joint1=400", "--format", "json"))["result"]
     assert changed["joints"][0]["pulse"] == 400
 
 
@@ -75,7 +75,7 @@ def test_nothing_asked_shows_the_calibration(capsys: Shown) -> None:
     assert lines[0] == "arm: position = (500 - pulse) * 0.0041887902047863905"
     assert lines[2] == ("joint1  arm     0 to 1000  -2.0944 to 2.0944 rad  -120 to 120  -2.09 to 2.09 rad  2 to 998")
     assert len(lines) == 7
-    assert json.loads(pulses(capsys, "--format", "json-list"))["joints"] == []
+    assert json.loads(pulses(capsys, "--format", "json"))["result"]["joints"] == []
 
 
 @pytest.mark.usefixtures("rosorin")

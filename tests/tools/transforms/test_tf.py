@@ -42,7 +42,7 @@ def test_the_lines_of_the_real_robot(asked: tuple[str, str], capsys: Shown) -> N
 def test_every_recorded_transform(capsys: Shown) -> None:
     for recorded in RECORDED["tf"]:
         pose = ["--pose", recorded["pose"]] if "pose" in recorded else []
-        said = json.loads(tf(capsys, recorded["from"], recorded["to"], *pose, "--format", "json-list"))
+        said = json.loads(tf(capsys, recorded["from"], recorded["to"], *pose, "--format", "json"))["result"]
         assert [round(value, 3) for value in said["translation"]] == recorded["translation"]
         if "rpy_deg" in recorded:
             assert [round(value, 3) for value in said["rpy_degrees"]] == recorded["rpy_deg"]
@@ -100,7 +100,7 @@ def test_more_digits_widen_the_matrix(capsys: Shown) -> None:
 
 @pytest.mark.usefixtures("rosorin")
 def test_json_has_the_chain_with_its_publishers(capsys: Shown) -> None:
-    said = json.loads(tf(capsys, "laser", "camera_link", "--joint", "joint1=30deg", "--format", "json-list"))
+    said = json.loads(tf(capsys, "laser", "camera_link", "--joint", "joint1=30deg", "--format", "json"))["result"]
     assert said["positions"] == {"joint1": pytest.approx(math.pi / 6)}
     assert [(step["parent"], step["child"], step["direction"]) for step in said["chain"][:2]] == [
         ("base_link", "laser", "up"),
@@ -172,5 +172,5 @@ def test_several_sweeps_are_all_combinations_and_csv_reads_back(capsys: Shown) -
     assert robot is not None
     expected = robot.transform("base_link", "link5", {"joint1": 1.0, "joint2": 0.5})
     assert rows[-1][2:5] == pytest.approx(expected.xyz, abs=1e-12)
-    said = json.loads(tf(capsys, "base_link", "link5", *sweeps, "--format", "json-list"))
+    said = json.loads(tf(capsys, "base_link", "link5", *sweeps, "--format", "json"))["result"]
     assert [state["translation"] for state in said] == [row[2:5] for row in rows]

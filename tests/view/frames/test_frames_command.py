@@ -129,7 +129,7 @@ def test_the_edges_of_one_publisher(capsys: Shown) -> None:
 
 
 def test_json_says_all_of_it(capsys: Shown) -> None:
-    document = json.loads("\n".join(shown(capsys, "--format", "json-list")))
+    document = json.loads("\n".join(shown(capsys, "--format", "json")))["result"]
     assert document["robot"] == "rosorin"
     on, off = document["situations"]
     assert (on["when"], on["modes"], off["modes"]) == (ON, [{"slam": True}], [{"slam": False}])
@@ -151,12 +151,12 @@ def test_json_says_all_of_it(capsys: Shown) -> None:
         "base_joint",
         "fixed",
     )
-    way = json.loads("\n".join(shown(capsys, "--format", "json-list", "--frame", "link2", "--mode", "slam")))[
+    way = json.loads("\n".join(shown(capsys, "--format", "json", "--frame", "link2", "--mode", "slam")))["result"][
         "situations"
     ][0]
     assert [edge["child"] for edge in way["edges"]] == ["odom", "base_link", "link1", "link2"]
     assert way["frames"] == ["map", "odom", "base_link", "link1", "link2"]
-    ekf = json.loads("\n".join(shown(capsys, "--format", "json-list", "--publisher", "ekf")))["situations"]
+    ekf = json.loads("\n".join(shown(capsys, "--format", "json", "--publisher", "ekf")))["result"]["situations"]
     assert [[edge["child"] for edge in one["edges"]] for one in ekf] == [["base_link"], ["base_link"]]
 
 
@@ -263,7 +263,7 @@ def test_too_many_trees_ask_for_modes(capsys: Shown, rosorin: Path) -> None:
     assert refused(capsys) == (
         "the tree of frames differs in 64 combinations of modes: too many to show; name modes: --mode NAME"
     )
-    assert len(json.loads("\n".join(shown(capsys, "--mode", "m0", "--format", "json-list")))["situations"]) == 32
+    assert len(json.loads("\n".join(shown(capsys, "--mode", "m0", "--format", "json")))["result"]["situations"]) == 32
 
 
 def test_a_description_with_errors(capsys: Shown, rosorin: Path) -> None:

@@ -134,5 +134,7 @@ def test_no_line_is_wider_than_a_terminal_that_has_room_for_the_rest(names: list
 def test_json_is_json_whatever_the_terminal_can_print(monkeypatch: pytest.MonkeyPatch, rosorin: Path) -> None:
     path = rosorin / "robot.yaml"
     path.write_text("robot: r\nlinks: {räder: {}}\noutputs: {urdf: {file: r.urdf}}\n", "utf-8")
-    (situation,) = json.loads(seen(monkeypatch, Terminal("ascii"), str(path), "--format", "json-list"))["situations"]
+    (situation,) = json.loads(seen(monkeypatch, Terminal("ascii"), str(path), "--format", "json"))["result"][
+        "situations"
+    ]
     assert situation["frames"] == ["räder"]

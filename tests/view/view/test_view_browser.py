@@ -132,9 +132,9 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
             "--joint",
             f"joint2={value!r}",
             "--format",
-            "json-list",
+            "json",
         )
-    )
+    )["result"]
     place = browser.evaluate("(({p}) => p)(app.kinematics.between('base_link', 'link3', app.state))")
     assert place == pytest.approx(told["translation"], abs=1e-9)
     shown = browser.evaluate("document.querySelector('[data-joint=joint2] input[type=number]').value")

@@ -9,7 +9,7 @@ from ...project import Description, NoDescription, all_here, here
 from ..answer import give_result
 from ..compiling import warn_before
 from ..given import Given
-from ..robots import descriptions, take_stdin
+from ..robots import take_stdin
 from ..run import Run
 from ..usage import FINE, PROBLEMS, WrongUsage
 
@@ -29,7 +29,6 @@ def options(command: Parser) -> None:
         help="frames, links, joints, sensors, uses of parts, and numbers of theirs (z, mass); before them the robot",
     )
     command.add_argument("--pose", default="", metavar="POSE", help="show the frames in this named pose, too")
-    command.add_older_robot()
     command.add_result()
     command.add_given()
 
@@ -37,8 +36,8 @@ def options(command: Parser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Explain frames of one robot."""
     run = Run.of(options)
-    take_stdin([*run.words, options.robot])
-    description, names = _asked(run.words, options.robot)
+    take_stdin(run.words)
+    description, names = _asked(run.words)
     found = _explained(run.given, description, names, options.pose, run.console)
     if found is None:
         return PROBLEMS
@@ -50,10 +49,8 @@ def run(options: argparse.Namespace) -> int:
     return FINE
 
 
-def _asked(words: list[str], robot: str) -> tuple[Description, list[str]]:
+def _asked(words: list[str]) -> tuple[Description, list[str]]:
     """Return the robot and the names that are meant: of several words the first is the robot if it can be."""
-    if robot:
-        return descriptions([robot])[0], words
     if len(words) > 1:
         try:
             return Description.find(words[:1])[0], words[1:]

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ... import world
 from ...project import Description
 from ..answer import give_result
-from ..older import later_robot
 from ..robots import one
 from ..run import Run
 from ..understanding import RobotCase, understood
@@ -46,7 +45,6 @@ def options(command: Parser) -> None:
         completes="[ROBOT] SERVO=VALUE ...",
         help="a whole number is a pulse, a number with a unit (30deg) a position; without any: the calibration",
     )
-    command.add_older_robot()
     plain = command.add_mutually_exclusive_group()
     plain.add_argument("--radians", action="store_true", help="numbers without a unit are radians (or metres)")
     plain.add_argument("--degrees", action="store_true", help="numbers without a unit are degrees (or metres)")
@@ -64,10 +62,9 @@ def run(options: argparse.Namespace) -> int:
     run = Run.of(options)
     words, console = run.words, run.console
     values = [word for word in words if "=" in word]
-    names = [options.robot] * bool(options.robot) + [word for word in words if "=" not in word]
+    names = [word for word in words if "=" not in word]
     if len(names) > 1:
         raise WrongUsage(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither; {_HOW}')
-    later_robot("pulses", words, names if not options.robot else [])
     known = understood(run.given, _named("".join(names)), console)
     if known is None:
         return PROBLEMS

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics.console import Console
@@ -13,7 +12,6 @@ from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
 from ...project import Description
 from ..answer import give_result
-from ..given import Given
 from ..robots import one
 from ..run import Run
 from ..understanding import RobotCase, mode_states, understood
@@ -76,7 +74,6 @@ def options(command: Parser) -> None:
         completes="[ROBOT] FRAME FRAME",
         help="the robot, needed where there are several; the answer is where TARGET sits in SOURCE",
     )
-    command.add_older_robot()
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
     state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
     for option, dest, form, help in _STATE:
@@ -105,14 +102,12 @@ def run(options: argparse.Namespace) -> int:
     value = next((word for word in words if "=" in word), None)
     if value is not None:
         raise WrongUsage(f"write --joint {value} for a position, --pulse {value} for a pulse")
-    if not 2 <= len(words) <= 3 or (len(words) == 3 and options.robot):
+    if not 2 <= len(words) <= 3:
         raise WrongUsage(f"two frames are needed, and at most one robot: {_HOW}")
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
         raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
-    robot, frames = options.robot, words
-    if len(words) > 2:
-        robot, frames = run.robot_first(partial(_has_frames, run.given))
-    known = understood(run.given, _robot(robot), console)
+    *robot, source, target = words
+    known = understood(run.given, _robot("".join(robot)), console)
     if known is None:
         return PROBLEMS
     from ...sections.servos.pulses import NoPulse
@@ -123,7 +118,7 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
     code = _limits(known, asked, options.strict, console)
-    return code or _answer(known, frames[0], frames[1], asked, options, console)
+    return code or _answer(known, source, target, asked, options, console)
 
 
 def _robot(name: str) -> Description:
@@ -132,14 +127,6 @@ def _robot(name: str) -> Description:
         return one(name, _HOW)
     except WrongUsage as problem:
         raise WrongUsage(f"{problem}; {_HOW}" if name else str(problem)) from None
-
-
-def _has_frames(given: Given, robot: str, frames: list[str]) -> bool:
-    """Say whether a robot has frames of these names."""
-    from ...model.kinematics.graph import Graph
-
-    known = understood(given, one(robot, _HOW), Console("json"))
-    return known is not None and set(frames) <= set(Graph(known.robot).frames)
 
 
 def _asked(known: RobotCase, options: argparse.Namespace) -> Asked:

@@ -46,10 +46,10 @@ _HEAD = """
 
 <!-- Made by: python tests/renew.py from-xacro. Edit tests/xacro, or the head in tests/support/xacro_page.py. -->
 
-Read this page to find the replacement of one feature of [xacro](https://github.com/ros/xacro); [From xacro](from-xacro.md) moves a
-complete package. Each section shows the same robot in both languages. A test expands the one with xacro 2.1, compiles the other,
-and compares links, joints, poses, axes, limits, masses and shapes to 1e-12. Features without a counterpart have a reason and an
-alternative.
+Read this page to find the replacement of one feature of [xacro](https://github.com/ros/xacro); [From
+xacro](from-xacro.md) moves a complete package. Each section shows the same robot in both languages. A test expands the
+one with xacro 2.1, compiles the other, and compares links, joints, poses, axes, limits, masses and shapes to 1e-12.
+Features without a counterpart have a reason and an alternative.
 """
 
 _OUTCOMES = {

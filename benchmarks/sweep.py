@@ -1,8 +1,8 @@
-"""What many variants of the reference robot cost: a variant of many against one of a hundred, memory, cores, a cluster.
+"""Measure ``rosorin-compile sweep``: time per variant and memory for many variants, processes, a Dask cluster.
 
-Each line is a ratio of two runs of ``rosorin-compile sweep`` side by side on this machine, with its goal. The robot is
-that of descriptions/rosorin with the height of its lidar as an argument. Run with the environment's Python:
-``python benchmarks/sweep.py [MANY] [FEW]``; MANY is 1,000 by default, and 10,000 for the goals of the project.
+Each line is the ratio of two runs on this machine, with its goal. The robot is that of descriptions/rosorin with the
+height of its lidar as an argument. Usage: ``python benchmarks/sweep.py [MANY] [FEW]``, by default 1,000 and 100; the
+goals are for 10,000.
 """
 
 from __future__ import annotations
@@ -84,15 +84,14 @@ def sweep(count: int, *words: str, anew: bool = True) -> Run:
 
 
 def cluster(*counts: int) -> None:
-    """Compare a cluster of two processes with two processes, in pairs that alternate.
+    """Compare a running cluster of two processes with two processes, in pairs that alternate.
 
-    The cluster runs already and has imported what it needs, as one does that is there for many sweeps; the client's
-    start, with its import of dask and its way to the scheduler, counts.
+    The time to import Dask and to connect counts.
     """
     try:
         from distributed import LocalCluster
     except ImportError:
-        print("dask.distributed is not installed: no cluster is measured")
+        print("distributed is not installed: no cluster is measured")
         return
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as workers:
         words = ("--dask", workers.scheduler_address)

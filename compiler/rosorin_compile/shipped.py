@@ -19,7 +19,6 @@ SHIPPED = (
     "rosorin_compile_mujoco.records",
     "rosorin_compile_view.records",
     "rosorin_compile_fleet.sweep.records",
-    "rosorin_compile_fleet.check.records",
 )
 
 # The formats that packages beside the core bring; the name of one is that of its module. Those of the core are found.

@@ -29,5 +29,3 @@ def test_functions_that_are_named_as_text_are_there() -> None:
 def test_a_name_that_is_wrong_is_found() -> None:
     with pytest.raises(AttributeError, match="no attribute 'wirte'"):
         by_name("rosorin_compile.formats.urdf")("write:wirte").function()
-
-

@@ -119,9 +119,6 @@ sensors:
         at = step.then(at)
 
 
-USED = 'sensor type "{}" of "probe" used here'
-
-
 @pytest.mark.parametrize(
     ("kind", "given", "rule", "at"),
     [

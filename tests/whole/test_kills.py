@@ -104,7 +104,7 @@ def _possible() -> None:
 def seen(home: Path) -> dict[str, bytes]:
     """Return the files of the project, but for notes that name where Python looks for modules: here that is not one."""
     found = {path.relative_to(home).as_posix(): path.read_bytes() for path in home.rglob("*") if path.is_file()}
-    return {name: data for name, data in found.items() if "/made_of/" not in name and "/records/" not in name}
+    return {name: data for name, data in found.items() if "/records/" not in name}
 
 
 def shown(files: dict[str, bytes], depth: int) -> dict[str, dict[str, bytes]]:

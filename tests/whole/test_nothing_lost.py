@@ -158,7 +158,6 @@ PAGES = [
     (["print", "json", "-o", "mine"], 1),
     (["all", "--depfile", "mine"], 1),
     (["check", "--depfile", "mine", "--depfile-target", "x"], 1),
-    (["sweep", "--over", "list.csv", "-o", "fleet", "--ninja", "mine"], 1),
     (["collisions", "-o", "mine"], 1),
     (["check", "--summary", "mine"], 2),
 ]
@@ -177,7 +176,6 @@ def test_one_file(
     """A file that this tool did not write is refused; one that it did is replaced, also with another content."""
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", cache if cache == "off" else str(home / cache))
     describe(home, ROBOT + "  json: {file: tf.json, backend: static_tf_json}\n")
-    (home / "list.csv").write_text("name\nr0\n")
     assert main(["all"]) == 0
     file = home / words[-1] if words[0] == "diff" else home / "mine"
     for text in (BY_HAND, ROBOT, "all:\n\techo mine\n", "{}\n"):
@@ -191,7 +189,6 @@ def test_one_file(
     file.unlink()
     assert main(words) == 0
     assert file.read_text() not in ("", text)
-    (home / "list.csv").write_text("name\nr0\nr1\n")
     describe(home, (home / "descriptions/mine/robot.yaml").read_text().replace("base_link", "base"), "two\n")
     assert main(["all"]) == 0
     nobody_knows = "table" in words and cache == "off"

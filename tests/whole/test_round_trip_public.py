@@ -63,8 +63,6 @@ def here(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: 
     return folder
 
 
-
-
 @pytest.mark.landing("robots", *ACCEPTED[::4])
 @pytest.mark.parametrize("name", ACCEPTED)
 def test_robot_of_other_people(here: Path, name: str) -> None:

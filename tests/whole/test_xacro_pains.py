@@ -223,7 +223,7 @@ def test_number_is_printed_in_one_form(make: Make, written: str, exact: str, six
 
 
 EXTRAS = {"collada", "mujoco", "numpy", "pydrake", "rosbags", "scipy", "trimesh", "xacro"}
-EXTRAS |= {"dask", "distributed", "fsspec"}
+EXTRAS |= {"dask", "distributed"}
 EXTRAS |= {"backports", "compression", "lz4"}  # what rosbags decompresses with
 
 

@@ -9,7 +9,6 @@ import { Frames, JointAxis, Masses, Sensors } from "./overlays.js";
 import { Card } from "./panels/card.js";
 import { Problem, Warnings } from "./panels/banner.js";
 import { Changes } from "./panels/changes.js";
-import { Fleet } from "./panels/fleet.js";
 import { Joints } from "./panels/joints.js";
 import { Look, onKey } from "./panels/look.js";
 import { Tree, situationFor } from "./panels/tree.js";
@@ -46,7 +45,6 @@ export class App {
     this.stage.scene.add(this.frames.lines);
     this.#colours();
     this.#listen();
-    if (data.fleet && NARROW.matches) root.classList.remove("no-left"); // the numbers are what such a page is for
     if (data.robot) this.load(data, true);
     follow({ onrobot: (next) => this.load(next, !this.robot), onproblem: (said) => this.fail(said), onstate: (said) => this.say(said) });
   }
@@ -61,10 +59,9 @@ export class App {
     this.problem = new Problem();
     this.warnings = new Warnings(this);
     this.changesPanel = new Changes(this);
-    this.fleetPanel = new Fleet(this);
     const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
     root.replaceChildren(
-      element("nav", { class: "side left" }, element("header", {}, this.title, this.status, this.warnings.list), this.changesPanel.root, this.fleetPanel.root, this.panels.tree.root),
+      element("nav", { class: "side left" }, element("header", {}, this.title, this.status, this.warnings.list), this.changesPanel.root, this.panels.tree.root),
       element("main", {}, this.canvas, this.labels, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.warnings.root), this.card.root),
       element("nav", { class: "side right" }, this.panels.look.root, this.panels.joints.root),
     );
@@ -81,7 +78,7 @@ export class App {
   /** Show a robot: the first one, or what became of it; then camera, joints and toggles stay. */
   load(data, first) {
     const { robot, before, changes } = data;
-    Object.assign(this, { robot, before, changes: changes ?? null, became: data.moved ?? {}, said: data.said, notes: data.notes, fleet: data.fleet });
+    Object.assign(this, { robot, before, changes: changes ?? null, became: data.moved ?? {}, said: data.said, notes: data.notes });
     this.coloured = new Map((changes ?? []).filter((one) => one.colours).map((one) => [one.frame, one.colours]));
     this.kinematics = new Kinematics(robot);
     this.meshes = new Meshes(robot, this.meshes);
@@ -171,7 +168,6 @@ export class App {
   #redraw() {
     for (const panel of Object.values(this.panels)) panel.draw();
     this.changesPanel.draw();
-    this.fleetPanel.draw();
     this.card.draw();
   }
 

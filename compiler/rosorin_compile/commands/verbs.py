@@ -184,8 +184,8 @@ def sweep(
     ``variants`` is what ``rosorin-compile sweep --over`` takes, a CSV or YAML file or a folder; or arguments by name;
     or pairs of a name and arguments, or tables with ``name`` among the arguments, also from a generator. ``arguments``
     hold for all, where a variant has none of its own; they and ``packages`` are those of ``compile``. Each ``Compiled``
-    has its ``variant``. With ``client``, one of ``dask.distributed``, they are made on its cluster, and come in the
-    order in which they are done; else one after the other, here.
+    has its ``variant``. With ``client``, a ``distributed.Client``, they are compiled on its cluster; OutputError is
+    raised if that fails. The order is that of ``variants``.
 
     What is wrong with a variant is among its diagnostics; what is wrong with all, such as the list itself, is a single
     ``Compiled`` without a variant.

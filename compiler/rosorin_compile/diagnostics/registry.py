@@ -46,7 +46,6 @@ PHYSICS = "Physics"
 ASKING = "Asking for a transform, asking for pulses"
 PACKAGES = "ROS packages"
 RECORDINGS = "Recordings"
-FLEETS = "Fleets"
 PARAMETERS = "Parameters of nodes"
 NAVIGATION = "Navigation and localisation"
 PLUGINS = "Plug-ins"
@@ -75,7 +74,6 @@ class Heading:
     ASKING = ASKING
     PACKAGES = PACKAGES
     RECORDINGS = RECORDINGS
-    FLEETS = FLEETS
     PARAMETERS = PARAMETERS
     NAVIGATION = NAVIGATION
     PLUGINS = PLUGINS

@@ -150,14 +150,19 @@ def write_outputs(folder: Path, files: Mapping[str, str | bytes], prune: bool = 
 
 
 def write_set(
-    folder: Path, files: Mapping[str, str | bytes], prune: bool = False, judge: Judge | None = None
+    folder: Path,
+    files: Mapping[str, str | bytes],
+    prune: bool = False,
+    judge: Judge | None = None,
+    tidied: bool = False,
 ) -> Written:
     """Make ``files``, text or bytes by relative POSIX name, the set of artifacts in ``folder``.
 
     After a kill at any moment the folder holds the old set or the new one. If every file is equal already, nothing is
     touched. Other files in the folder are kept, or removed with ``prune``. ``judge`` says of a file that would be
     replaced, by its name, its bytes and the new ones, whether that is refused (``ours.FOREIGN``), or it is kept under
-    another name (any other word). Raises OutputError.
+    another name (any other word). With ``tidied``, the caller has removed what killed runs left in the parent folder.
+    Raises OutputError.
     """
     _check_place(folder)
     check_names(files)
@@ -165,7 +170,7 @@ def write_set(
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with _locked(folder.parent, exclusive=True) as alone:
-            if alone:
+            if alone and not tidied:
                 tidy(folder.parent)
             return _update(folder, contents, prune, judge)
     except OSError as problem:

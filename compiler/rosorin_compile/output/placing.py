@@ -138,19 +138,25 @@ class Holding(NamedTuple):
 
     @staticmethod
     def write_set(
-        folder: Path, files: Mapping[str, str | bytes], replaces: Callable[[str, bytes], bool], *, refuse: bool = False
+        folder: Path,
+        files: Mapping[str, str | bytes],
+        replaces: Callable[[str, bytes], bool],
+        *,
+        refuse: bool = False,
+        tidied: bool = False,
     ) -> Written:
         """Make ``files``, by relative POSIX name, the set in a folder: after a kill it holds the old or the new set.
 
         ``replaces`` says of a file, by its name and its bytes, whether it is replaced; others are put aside, or with
-        ``refuse`` nothing is written. Raises OutputError.
+        ``refuse`` nothing is written. With ``tidied``, the caller has removed what killed runs left in the parent folder.
+        Raises OutputError.
         """
         from . import write_set
 
         def judge(name: str, old: bytes, _: bytes) -> str:
             return "" if replaces(name, old) else ours.FOREIGN if refuse else ours.UNKNOWN
 
-        return write_set(folder, files, judge=judge)
+        return write_set(folder, files, judge=judge, tidied=tidied)
 
     @staticmethod
     def write_text(path: Path, text: str, rule: str) -> None:

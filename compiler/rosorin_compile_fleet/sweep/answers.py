@@ -1,29 +1,16 @@
-"""What sweep answers as JSON: the types of results, of which the schemas are made.
+"""The type of the JSON result of sweep, from which its schema is generated."""
 
-Nothing imports this module at run time.
-"""
-
-from __future__ import annotations
-
-from typing import Annotated, Any, TypedDict
+from typing import Any, TypedDict
 
 
 class SweepCounts(TypedDict):
-    """What came of the variants of a list; `sweep.json` in the folder has each of them."""
-
-    description: Annotated[str, "the first file of the robot"]
-    folder: str
-    made: int
-    unchanged: int
-    error: Annotated[int, "how many have errors"]
-
-
-class NinjaFile(TypedDict):
-    """A build file for Ninja that makes the variants."""
+    """The number of variants by their status; `sweep.json` in the folder lists them."""
 
     description: str
     folder: str
-    ninja: Annotated[str, "the file"]
+    made: int
+    unchanged: int
+    error: int
 
 
-ANSWERS: dict[str, Any] = {"sweep": SweepCounts | NinjaFile}
+ANSWERS: dict[str, Any] = {"sweep": SweepCounts}

@@ -1,4 +1,4 @@
-"""What this package brings to the command line."""
+"""The command and the function that this package adds to the tool."""
 
 from __future__ import annotations
 

@@ -5,7 +5,6 @@ The cluster and its client run in processes of their own.
 
 from __future__ import annotations
 
-import json
 import shutil
 import subprocess
 import sys
@@ -15,9 +14,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile.world.asking import BYTES
-from rosorin_compile_fleet.sweep import cluster, worker
-from rosorin_compile_fleet.sweep.folder import VariantsFolder
+from rosorin_compile_fleet.sweep import pool
 from support.commands import Shown
 
 pytest.importorskip("distributed")
@@ -71,6 +68,24 @@ def main():
             words = ["sweep", "mast", "--over", "fleet.csv", "-o", out, "--dask", cluster.scheduler_address]
             print("code", main(words), flush=True)
             print("code", main(words), flush=True)
+
+if __name__ == "__main__":
+    main()
+""",
+    "version.py": """\
+def set_version():
+    from rosorin_compile_fleet.sweep import compiling
+    compiling.__version__ = "0.0.1"
+
+def main():
+    import sys
+    from distributed import Client, LocalCluster
+    from rosorin_compile.cli import main
+    sys.stderr = sys.stdout
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+        with Client(cluster) as client:
+            client.run(set_version)
+        main(["sweep", "mast", "--over", "fleet.csv", "-o", "out", "--dask", cluster.scheduler_address])
 
 if __name__ == "__main__":
     main()
@@ -157,107 +172,30 @@ def test_a_killed_worker_loses_nothing() -> None:
 
 @pytest.mark.tier("outside")
 @pytest.mark.slow
-def test_workers_write_where_fsspec_leads(here: Path) -> None:
-    alone = without()
-    said = ran("run.py", f"file://{here}/out", "2", "0")
-    assert said.count("code 1") == 2
-    assert json.loads(Path("out/sweep.json").read_bytes())["variants"] == json.loads(alone)["variants"]
-    assert same_files()
-
-
-@pytest.mark.tier("outside")
-@pytest.mark.slow
 def test_the_library_asks_a_cluster() -> None:
     assert "fine" in ran("library.py")
 
 
-def test_a_bundle_has_what_a_description_is_made_of() -> None:
-    from rosorin_compile.pipeline import compile_robot
-
-    first = Path("descriptions/mast/robot.yaml")
-    made = cluster.bundle(first, compile_robot(first, {"table": "../../tables/far.yaml"}), {})
-    assert sorted(Path(name).name for name in made.files) == [
-        *("cal.yaml", "far.yaml", "more.yaml", "notes.txt.jinja", "robot.yaml")
-    ]
-    assert made.first == str(first.absolute())
-
-
-def asked() -> tuple[worker.Bundle, worker.Batch]:
-    """Return what a worker is given: the bundle, and the last four variants."""
-    from rosorin_compile.pipeline import compile_robot
-    from rosorin_compile_fleet.sweep.variants import Variants
-
-    first = Path("descriptions/mast/robot.yaml")
-    made = cluster.bundle(first, compile_robot(first, {}), {})
-    variants = Variants(Path("fleet.csv"), ["height", "table"])
-    assert variants.check() == []
-    return made, [(number, variant, {}) for number, variant in enumerate(variants)][-4:]
-
-
-def test_a_worker_names_files_as_they_are_named_here(here: Path) -> None:
-    """What runs on a worker, run here."""
-    made, batch = asked()
-    answers = dict(worker.work(made, worker.Task({}, False, worker.tool()), batch).answers)
-    assert [answer.lacking for answer in answers.values()] == [False, True, True, False]
-    own = here / "descriptions/mast"
-    read = {of for question, of, _ in answers[ROWS + 2].read if question == BYTES and Path(of).parent == own}
-    assert read == {str(own / name) for name in ("robot.yaml", "more.yaml", "cal.yaml", "notes.txt.jinja")}
-    notes = [one for one in json.loads(answers[ROWS + 2].line)["diagnostics"] if one["rule"] == "stand-in"]
-    assert notes[0]["file"] == "descriptions/mast/robot.yaml"
-
-
-def test_a_worker_writes_where_it_sees_the_folder_of_the_run(here: Path) -> None:
-    """And not when that run has ended, or where it stands in the way of something."""
-    made, batch = asked()
-    folder = VariantsFolder(Path("out"))
-    with folder.opened():
-        task = worker.Task({}, False, worker.tool(), out=str(here / "out"), run=folder.announced())
-        answers = dict(worker.work(made, task, batch).answers)
-        assert answers[ROWS + 2].made is not None
-        assert answers[ROWS + 2].files == {}
-        assert Path("out/zero/mast.urdf").exists()
-        assert [answer.lacking for answer in answers.values()] == [False, True, True, False]
-        again = dict(worker.work(made, task, batch).answers)[ROWS + 2].made
-        assert again is not None
-        assert not again.edited, "as after the death of a worker that had written already"
-        folder.drop("zero")
-        Path("out/zero").mkdir(exist_ok=True)
-        Path("out/zero/notes.txt").write_text("of somebody else")
-        assert dict(worker.work(made, task, batch).answers)[ROWS + 2].made is None, "the message is said here"
-        Path("out/zero/notes.txt").unlink()
-    shutil.rmtree("out/zero")
-    answers = dict(worker.work(made, task, batch).answers)
-    assert answers[ROWS + 2].made is None
-    assert answers[ROWS + 2].files.keys() == {"mast.urdf", "notes.txt"}
-    assert not Path("out/zero").exists()
-
-
-def test_another_tool_makes_nothing(here: Path) -> None:
-    made, batch = asked()
-    answers = worker.work(made, worker.Task({}, False, "another", out=f"file://{here}/out"), batch)
-    assert answers.answers == []
-    assert not Path("out").exists()
-
-
-def test_a_scheduler_with_another_tool_is_one_sentence() -> None:
-    text = "Error during deserialization of the task graph. This frequently\noccurs if the Scheduler and Client differ."
-    told = cluster._failed(RuntimeError(text))  # as distributed raises it where the classes of a task are not there
-    assert (
-        told.message
-        == f"the scheduler and its workers have another rosorin-compile than here ({worker.tool()}), or none"
-    )
-    assert told.help.startswith("install there what is installed here, with its extra; here that is: ")
+@pytest.mark.tier("outside")
+@pytest.mark.slow
+def test_a_worker_of_another_version_is_one_error() -> None:
+    said = ran("version.py")
+    assert "error[cluster-failed]" in said
+    assert "the worker has rosorin-compile 0.0.1" in said
+    assert "Traceback" not in said
 
 
 def test_a_scheduler_that_is_not_there(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "_PATIENCE", 0.3)
+    monkeypatch.setattr(pool, "_TIMEOUT", 0.3)
     assert main(["sweep", "mast", "--over", "fleet.csv", "-o", "out", "--dask", "tcp://127.0.0.1:9"]) == 1
-    assert "error[cluster-failed]: there is no scheduler of dask at tcp://127.0.0.1:9: " in capsys.readouterr().err
+    assert "error[cluster-failed]: no scheduler with workers at tcp://127.0.0.1:9: " in capsys.readouterr().err
 
 
-def test_without_dask_the_line_is_told_that_installs_it(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_dask_the_error_names_the_command_that_installs_it(
+    capsys: Shown, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert main(["sweep", "mast", "--over", "fleet.csv", "-o", "out", "--dask", "tcp://127.0.0.1:9"]) == 1
     said = capsys.readouterr().err
-    assert "error[cluster-failed]: --dask needs dask.distributed, which is not installed" in said
+    assert "error[cluster-failed]: --dask needs distributed, which is not installed" in said
     assert pip_install("dask") in said

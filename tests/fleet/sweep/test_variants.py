@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.diagnostics import report
-from rosorin_compile.frontend.load import LoadError
-from rosorin_compile_fleet.sweep.variants import Names, Variants
+from rosorin_compile_fleet.sweep.variants import Variants
 
 ARGUMENTS = ["mast", "label", "calibration"]
 
@@ -95,7 +94,7 @@ def test_a_folder_has_a_file_a_variant() -> None:
     whole = Variants(folder, ARGUMENTS, "mast")
     assert whole.check() == []
     assert plain(whole)["r2"] == {"mast": {"calibration": {"x": [1, 2]}}}
-    path = Variants(folder, ARGUMENTS, "mast", by_path=True, home=Path("descriptions/rover"))
+    path = Variants(folder, ARGUMENTS, "mast", home=Path("descriptions/rover"))
     assert path.check() == []
     assert plain(path)["r1"] == {"mast": "../../cal/r1.yaml"}
 
@@ -110,144 +109,65 @@ def test_a_broken_file_of_a_folder_is_wrong_with_its_variant_alone() -> None:
     variants = Variants(folder, ARGUMENTS)
     assert variants.check() == []
     wrong = {one.name: report.text(one.diagnostics).partition("\n")[0] for one in variants if one.diagnostics}
-    assert wrong["list"] == "cal/list.yaml:1:1: error[not-a-mapping]: cal/list.yaml is no table of values"
+    assert wrong["list"].startswith("cal/list.yaml:1:1: error[not-a-mapping]: ")
     assert wrong["torn"].startswith("cal/torn.yaml:1:7: error[yaml-syntax]: ")
-    assert wrong["sum"] == (
-        'cal/sum.yaml:1:7: error[bad-argument]: the argument "mast" is an expression; a list of variants holds values'
-    )
+    assert wrong["sum"].startswith("cal/sum.yaml:1:7: error[bad-argument]: ")
     assert "good" not in wrong
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "place"),
     [
-        ("", "error[variants-list]: fleet.csv is empty; write a header: name, and a column for each argument"),
-        ("name,mast\n", "error[variants-list]: fleet.csv has no variant; write one row, entry or file for each"),
-        (
-            "Name,mast\nr1,1\n",
-            'fleet.csv:1:1: error[variants-list]: fleet.csv has no column "name"; '
-            'each variant needs a name; call "Name" so?',
-        ),
-        (
-            "name,mats\nr1,1\n",
-            'fleet.csv:1:6: error[unknown-argument]: the description has no argument "mats"; did you mean "mast"?',
-        ),
-        (
-            "name,mast,mast\nr1,1,2\n",
-            'fleet.csv:1:11: error[variants-list]: the column "mast" stands twice; remove one',
-        ),
-        (
-            "name,mast\nr1\n",
-            "fleet.csv:2:1: error[variants-list]: this row has 1 cell, and the header 2; "
-            "an argument that is not given is an empty cell",
-        ),
-        (
-            "name,label\nr1,a,b\n",
-            "fleet.csv:2:6: error[variants-list]: this row has 3 cells, and the header 2; "
-            "put what has a comma into quotes",
-        ),
-        (
-            "name,mast,\nr1,1,2\n",
-            "fleet.csv:2:6: error[variants-list]: this cell stands in a column without a name; "
-            "name the column, or empty the cell",
-        ),
-        (
-            'name,label\nr1,"torn\n',
-            "fleet.csv:2:1: error[variants-list]: this is no CSV: unexpected end of data; "
-            'a cell in quotes ends with a quote; a quote within is written ""',
-        ),
-        (
-            "name\n\nr1\nr2\nr1\n",
-            'fleet.csv:5:1: error[variant-name]: two variants are called "r1", up to capital letters; '
-            "each needs a folder of its own",
-        ),
-        (
-            "name\nr1\nR1\n",
-            'fleet.csv:3:1: error[variant-name]: two variants are called "R1", up to capital letters; '
-            "each needs a folder of its own",
-        ),
-        (
-            "name\na/b\n",
-            'fleet.csv:2:1: error[variant-name]: no folder is made for the variant "a/b": its name has "/"; '
-            "use letters, digits, _, - and .",
-        ),
-        (
-            "name\n..\n",
-            'fleet.csv:2:1: error[variant-name]: no folder is made for the variant "..": its name begins with "."; '
-            "use letters, digits, _, - and .",
-        ),
-        (
-            "name\nSweep.json\n",
-            'fleet.csv:2:1: error[variant-name]: no folder is made for the variant "Sweep.json": '
-            "its name is that of a file that the sweep writes; use letters, digits, _, - and .",
-        ),
-        (
-            "name,mast\n,1\n",
-            "fleet.csv:2:1: error[variant-name]: this variant has no name; give it one of its own, such as r0007",
-        ),
-        (
-            "name\ngr\xf6\xdfe\n".encode("latin-1"),
-            "error[not-utf8]: fleet.csv is not UTF-8 text: invalid start byte; "
-            'save it as UTF-8; a spreadsheet calls that "CSV UTF-8"',
-        ),
-        ("name\nr\x001\n", 'fleet.csv:2:1: error[variant-name]: no folder is made for the variant "r\\x001": '),
+        ("", "fleet.csv:1:1: error[variants-list]"),
+        ("name,mast\n", "error[variants-list]"),
+        ("Name,mast\nr1,1\n", "fleet.csv:1:1: error[variants-list]"),
+        ("serial,mast\nr1,1\n", "fleet.csv:1:1: error[variants-list]"),
+        ("name,mats\nr1,1\n", "fleet.csv:1:6: error[unknown-argument]"),
+        ("name,mast,mast\nr1,1,2\n", "fleet.csv:1:11: error[variants-list]"),
+        ("name,mast\nr1\n", "fleet.csv:2:1: error[variants-list]"),
+        ("name,label\nr1,a,b\n", "fleet.csv:2:6: error[variants-list]"),
+        ("name,mast,\nr1,1,2\n", "fleet.csv:2:6: error[variants-list]"),
+        ('name,label\nr1,"torn\n', "fleet.csv:2:1: error[variants-list]"),
+        ("name\n\nr1\nr2\nr1\n", "fleet.csv:5:1: error[variant-name]"),
+        ("name\nr1\nR1\n", "fleet.csv:3:1: error[variant-name]"),
+        ("name\na/b\n", "fleet.csv:2:1: error[variant-name]"),
+        ("name\n..\n", "fleet.csv:2:1: error[variant-name]"),
+        ("name\nSweep.json\n", "fleet.csv:2:1: error[variant-name]"),
+        ("name,mast\n,1\n", "fleet.csv:2:1: error[variant-name]"),
+        ("name\nr\x001\n", "fleet.csv:2:1: error[variant-name]"),
+        (f"name\n{'r' * 201}\n", "fleet.csv:2:1: error[variant-name]"),
+        ("name\ngr\xf6\xdfe\n".encode("latin-1"), "fleet.csv:2:3: error[not-utf8]"),
     ],
 )
-def test_what_is_wrong_with_a_table(text: str | bytes, message: str) -> None:
-    assert any(line.startswith(message) for line in told(text)), told(text)
+def test_errors_in_a_table(text: str | bytes, place: str) -> None:
+    assert told(text)[0].startswith(f"{place}: "), told(text)
 
 
-def test_a_table_without_names_is_told() -> None:
-    assert told("serial,mast\nr1,1\n")[0] == (
-        'fleet.csv:1:1: error[variants-list]: fleet.csv has no column "name"; each variant needs a name'
-    )
+def test_suggestions_for_misspelt_columns() -> None:
+    assert "Name" in told("Name,mast\nr1,1\n")[0]
+    assert told("name,mats\nr1,1\n")[0].endswith('did you mean "mast"?')
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "place"),
     [
-        ("", "error[variants-list]: fleet.yaml has no variant"),
-        ("- r1\n", "fleet.yaml:1:3: error[variants-list]: this entry is no table; write - {name: NAME, "),
-        ("- {mast: 1}\n", "fleet.yaml:1:3: error[variant-name]: this entry has no name; write name: NAME first"),
-        ("r1: 5\n", 'fleet.yaml:1:5: error[variants-list]: variant "r1" is no table of arguments'),
-        ("r1: {}\nr1: {}\n", 'fleet.yaml:2:1: error[variant-name]: two variants are called "r1"'),
-        ("just text\n", "fleet.yaml:1:1: error[not-a-mapping]: fleet.yaml is a text"),
-        ("r1: {a: 1, a: 2}\n", 'fleet.yaml:1:12: error[duplicate-key]: the key "a" stands twice'),
-        ("r1: {\n", "fleet.yaml:1:5: error[yaml-syntax]: "),
-        ("r1: {}\n---\nr2: {}\n", "fleet.yaml:2:1: error[yaml-documents]: "),
+        ("", "error[variants-list]"),
+        ("- r1\n", "fleet.yaml:1:3: error[variants-list]"),
+        ("- {mast: 1}\n", "fleet.yaml:1:3: error[variant-name]"),
+        ("r1: 5\n", "fleet.yaml:1:5: error[variants-list]"),
+        ("r1: {}\nr1: {}\n", "fleet.yaml:2:1: error[variant-name]"),
+        ("just text\n", "fleet.yaml:1:1: error[not-a-mapping]"),
+        ("r1: {a: 1, a: 2}\n", "fleet.yaml:1:12: error[duplicate-key]"),
+        ("r1: {\n", "fleet.yaml:1:5: error[yaml-syntax]"),
+        ("r1: {}\n---\nr2: {}\n", "fleet.yaml:2:1: error[yaml-documents]"),
     ],
 )
-def test_what_is_wrong_with_a_tree(text: str, message: str) -> None:
-    assert told(text, "fleet.yaml")[0].startswith(message), told(text, "fleet.yaml")
+def test_errors_in_a_tree(text: str, place: str) -> None:
+    assert told(text, "fleet.yaml")[0].startswith(f"{place}: "), told(text, "fleet.yaml")
 
 
-def test_what_is_no_list() -> None:
-    assert told("", "fleet.xlsx") == [
-        "error[variants-list]: fleet.xlsx is no list of variants; "
-        "name a file .csv, .yaml or .json, or a folder of .yaml or .json files"
-    ]
-    assert str(Variants(Path("none.csv"), []).check()[0]) == (
-        'error[file-unreadable]: there is no file or folder "none.csv" of variants'
-    )
+def test_paths_that_are_not_lists() -> None:
+    assert told("", "fleet.xlsx")[0].startswith("error[variants-list]: ")
+    assert str(Variants(Path("none.csv"), []).check()[0]).startswith("error[file-unreadable]: ")
     Path("empty").mkdir()
-    assert str(Variants(Path("empty"), []).check()[0]) == "error[variants-list]: empty has no variant"
-
-
-def test_a_list_that_changes_under_way_is_told() -> None:
-    variants = listed("name,mast\nr1,1\nr2,2\n")
-    rows = iter(variants)
-    next(rows)
-    Path("fleet.csv").write_text("name,mast\nr1,1\nr2\n")
-    with pytest.raises(LoadError, match="this row has 1 cell"):
-        list(variants)
-
-
-def test_names_are_known_again_in_eight_bytes_each() -> None:
-    names = Names()
-    for number in range(5_000):
-        names.add(f"r{number}")
-    names.close()
-    assert not names.twice
-    assert all(f"r{number}" in names for number in range(5_000))
-    assert not any(f"x{number}" in names for number in range(5_000))
-    assert sum(bucket.itemsize * len(bucket) for bucket in names.buckets) == 8 * 5_000
+    assert str(Variants(Path("empty"), []).check()[0]).startswith("error[variants-list]: ")

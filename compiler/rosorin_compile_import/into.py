@@ -203,6 +203,15 @@ def _note(root: Path) -> str | None:
     return note if isinstance(note, str) else None
 
 
+def _arguments(root: Path) -> frozenset[str]:
+    """Return the names of the arguments that a description declares."""
+    try:
+        declared = Map.load(root, root.name).get("args")
+    except LoadError:
+        return frozenset()
+    return frozenset(declared) if isinstance(declared, Map) else frozenset()
+
+
 def put_into(
     package: Package,
     source: str,
@@ -243,7 +252,7 @@ def put_into(
         fresh = held.place({file: data for file, data in wanted.items() if file not in kept})
         if again:
             remove(there, again)
-    change = lines_to_change(package.folder, source, description, frozenset(tree.get("args") or ()))
+    change = lines_to_change(package.folder, source, description, _arguments(there / Description.ROOT_FILE))
     add = {file: found for file, found in _to_add(package, description, test, files).items() if found}
     written = tuple(file for file in fresh if not is_record(file))
     others = _others(package.folder, name, written) if again else []

@@ -34,6 +34,7 @@ _CALLS = (
 _OLD_FLAGS = re.compile(r"\s--(?:inorder|xacro-ns|check-order)\b")
 _MODULE = re.compile(r"\bxacro\.(?:process_file|process|parse)\(")
 _ADD_FILES = re.compile(r"\bxacro_add_files\s*\(")
+_FIND_PACKAGE = re.compile(r"\bfind_package\s*\(\s*xacro\b")
 
 
 class Line(NamedTuple):
@@ -98,6 +99,9 @@ def _lines(name: str, text: str, source: str, description: str, arguments: Set[s
         if _ADD_FILES.search(line):
             folder = description
             yield Line(name, number, bare, f"rosorin_compile_add_robot(DESCRIPTION {folder} OUTPUTS urdf INSTALL)")
+            continue
+        if _FIND_PACKAGE.search(line):
+            yield Line(name, number, bare, "find_package(rosorin_compile_cmake REQUIRED)")
             continue
         new = _renamed(line, source, f"{description}/{Description.ROOT_FILE}") if mine else line
         module = _MODULE.search(new)

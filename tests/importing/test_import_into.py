@@ -491,6 +491,22 @@ def test_arguments_that_the_description_does_not_have_are_told(tmp_path: Path) -
     assert one.remark == "the description has no argument h: leave it out, or add it under args"
 
 
+def test_a_kept_argument_and_the_cmake_package_get_their_lines(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("xacro")
+    (package / "urdf" / "cart.urdf").unlink()
+    xacro = package / "urdf" / "cart.urdf.xacro"
+    xacro.write_text(XACRO)
+    (package / "a.launch.py").write_text("c = Command(['xacro ', 'urdf/cart.urdf.xacro', ' height:=', h])\n")
+    (package / "CMakeLists.txt").write_text(f"find_package(xacro REQUIRED)\nxacro_add_files({xacro.name})\n{CMAKE}")
+    assert run(xacro, "--into", package, "--trust") == 0
+    printed = capsys.readouterr().out
+    assert "+ find_package(rosorin_compile_cmake REQUIRED)" in printed
+    assert "' height:=', h, ' urdf'])" in printed
+    assert "has no argument" not in printed
+
+
 def test_packages_beside_are_looked_through_and_builds_are_not(package: Path) -> None:
     bringup = package.parent / "bringup"
     for folder in (bringup, bringup / "build"):

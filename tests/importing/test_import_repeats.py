@@ -17,7 +17,7 @@ from rosorin_compile_import.repeats import finding, with_parts
 from rosorin_compile_import.repeats.forms import Form, flat, mirrored, nodes_of
 from rosorin_compile_import.repeats.names import split
 from rosorin_compile_import.round_trip import RoundTrip, check_round_trip
-from support.paths import DOCS, IMPORTED, ROOT
+from support.paths import ROOT
 from support.robots import compiled
 from support.unrounded import compile_unrounded
 
@@ -190,8 +190,7 @@ def test_with_all_digits_a_description_comes_back_as_it_was_written(name: str, t
     trip = trip_of(urdf_of(name, compile_unrounded, tmp_path))
     assert (trip.diagnostics, trip.largest) == ([], 0)
     assert uses_of(trip) == EXAMPLES[name]
-    shown = "\n".join(trip.files.values())
-    assert sum(block in shown for block in fragments()) == 2
+    assert "90 deg" in "\n".join(trip.files.values())
 
 
 def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
@@ -207,17 +206,6 @@ def uses_of(trip: RoundTrip) -> dict[str, list[str]]:
     """Return the names of the uses of each part."""
     tree = trip.shown.tree or {}
     return {part: [use for use, entry in tree["use"].items() if entry["part"] == part] for part in tree["parts"]}
-
-
-def test_the_page_shows_what_the_hand_becomes() -> None:
-    shown = "\n".join(path.read_text("utf-8") for path in (IMPORTED / "hand" / "expected").iterdir())
-    assert sum(block in shown for block in fragments()) == 2
-
-
-def fragments() -> list[str]:
-    """Return the pieces of descriptions that the page shows."""
-    page = (DOCS / "an-import-with-parts.md").read_text("utf-8")
-    return re.findall(r"```yaml fragment\n(.*?)```", page, re.DOTALL)
 
 
 MIRRORED = """

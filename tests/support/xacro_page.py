@@ -1,4 +1,4 @@
-"""docs/from-xacro-reference.md, made from the cases in tests/xacro.
+"""Generate docs/from-xacro-reference.md from the cases in tests/xacro.
 
     python tests/renew.py from-xacro
 
@@ -46,19 +46,19 @@ _HEAD = """
 
 <!-- Made by: python tests/renew.py from-xacro. Edit tests/xacro, or the head in tests/support/xacro_page.py. -->
 
-[From xacro](from-xacro.md) moves a package over by example. Here is each feature of
-[xacro](https://github.com/ros/xacro), with the same robot in both. A test lets the real xacro 2.1 expand the one and
-compiles the other: links, joints, poses, axes, limits, masses and shapes are equal, numbers to 1e-12. What is not
-carried over has its reason, and what to write instead. The [language](language.md) has the rest.
+Read this page to find the replacement of one feature of [xacro](https://github.com/ros/xacro); [From
+xacro](from-xacro.md) moves a complete package. Each section shows the same robot in both languages. A test expands the
+one with xacro 2.1, compiles the other, and compares links, joints, poses, axes, limits, masses and shapes to 1e-12.
+Features without a counterpart have a reason and an alternative.
 """
 
 _OUTCOMES = {
     "same": "the same robot",
-    "instead": "the same robot, said in another way",
-    "both": "refused, as xacro does, with a place",
-    "only": "refused; xacro takes it",
-    "otherwise": "in another way",
-    "none": "not carried over",
+    "instead": "the same robot, written differently",
+    "both": "an error in both, here with its line",
+    "only": "an error; xacro accepts it",
+    "otherwise": "another way",
+    "none": "not supported",
 }
 
 

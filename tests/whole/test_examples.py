@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 import json
-import re
 import textwrap
 from collections.abc import Mapping
 from functools import lru_cache
@@ -23,6 +22,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.pipeline import Compiled
 from support.engines import pose as placed
+from support.pages import blocks
 from support.paths import DOCS, ROOT
 from support.robots import compiled, texts
 from support.urdf_robots import differences, facts
@@ -109,12 +109,14 @@ def test_is_the_robot_of_its_xacro(name: str) -> None:
     assert differences(theirs, ours) == []
 
 
-def test_page_shows_what_the_examples_say() -> None:
+def test_page_quotes_the_examples() -> None:
     page = (DOCS / "examples.md").read_text("utf-8")
     assert all(f"[{name}](../examples/{name}/robot.yaml)" in page for name in NAMES)
-    said = "\n".join((folder / "robot.yaml").read_text("utf-8") for folder in EXAMPLES)
-    for block in re.findall(r"```yaml\n(.*?)```", page, re.DOTALL):
-        assert any(textwrap.indent(block, " " * depth) in said for depth in range(8)), block
+    descriptions = "\n".join(path.read_text("utf-8") for folder in EXAMPLES for path in sorted(folder.glob("*.yaml")))
+    for block in blocks(page):
+        if block.language == "yaml" and not block.mark[0]:
+            text = "\n".join(block.lines)
+            assert any(textwrap.indent(text, " " * depth) in descriptions for depth in range(8)), text
 
 
 def test_turtlebot_drives_on_wheels_of_the_published_size() -> None:

@@ -1,6 +1,6 @@
-"""The rows of daily life in docs/from-xacro.md: xacro and the compiler called in the same way, for the same robot.
+"""Call xacro and the compiler in the same way, as docs/from-xacro.md compares them, for the same robot.
 
-The package is that of the page. Each test carries the row that it proves, word for word.
+The package is that of the page.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ RULES = (
         "mesh-unreadable",
         "A mesh cannot be read: it is not there, broken, or of a format that `extract` does not know. A warning where "
         "a robot names it.",
-        "Export it anew; [which meshes](numbers-from-meshes.md#which-meshes).",
+        "Export it anew; [which meshes](meshes.md#supported-mesh-formats).",
         MESHES,
         asked="physics",
     ),

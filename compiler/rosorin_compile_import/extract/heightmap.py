@@ -1,7 +1,7 @@
 """Height maps: the top of a mesh as one height for each cell of a grid.
 
 Each triangle's surface is sampled (see ``grid``), by default a third of a cell apart. A cell's height is the highest
-sample in it. It is never above the surface; how far it may be below is said in docs/numbers-from-meshes.md. A triangle
+sample in it. It is never above the surface; how far it may be below is said in docs/meshes.md. A triangle
 with an edge longer than 32 spacings is not sampled: its highest points are calculated, which costs less then.
 
 ``height_map`` makes the heights; ``Wanted`` says of which surface and on which grid, and ``make_map`` takes both

@@ -1,7 +1,7 @@
 """Finding: subtrees of one shape, and whether they read better as a part and its uses.
 
-The largest come first; what is within a part is searched in the part. Which thresholds hold is told in
-``docs/bring-your-own-robot.md``.
+The largest come first; what is within a part is searched in the part. Which thresholds hold is given in
+``docs/import.md``.
 """
 
 from __future__ import annotations

@@ -183,7 +183,7 @@ def test_a_description_with_errors_has_no_answer(rosorin: Path, capsys: Shown) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", ["ask-for-a-transform.md", "pulses.md"])
+@pytest.mark.parametrize("page", ["ask-for-a-transform.md"])
 def test_the_python_on_the_pages_runs(page: str, tmp_path: Path) -> None:
     path = DOCS / page
     play(path, tmp_path)

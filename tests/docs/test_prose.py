@@ -9,6 +9,9 @@ from support.paths import DOCS
 
 # The pages that are rewritten. Call prose.main([]) instead as soon as all of them are.
 REWRITTEN = (
+    "agents.md",
+    "architecture.md",
+    "artifacts.md",
     "builds.md",
     "controllers.md",
     "extend.md",

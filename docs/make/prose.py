@@ -3,8 +3,9 @@
     python docs/make/prose.py [FILE ...]
 
 FILE is a file of the repository. Without arguments it checks README, all hand-written pages, CHANGELOG, CONTRIBUTING,
-SECURITY, RELEASING and the help of every command, and requires that each term that readers search for occurs on some page. Each expression to avoid is
-printed as FILE:LINE:COLUMN with its replacement. Exit codes: 0 nothing found, 1 findings.
+SECURITY, RELEASING and the help of every command, and requires that each term that readers search for occurs on some
+page. Each expression to avoid is printed as FILE:LINE:COLUMN with its replacement. Exit codes: 0 nothing found, 1
+findings.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ IDIOMS = {
     for pattern, replacement in WORDS["idioms"].items()
 }
 # Written by generators: their words are those of schemas, rules and parts, or of a head, which is checked itself.
-GENERATED = {"language.md", "rules.md", "json.md", "parts-library.md", "from-xacro-reference.md"}
+GENERATED = {"language.md", "rules.md", "json.md", "from-xacro-reference.md"}
 OTHERS = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "RELEASING.md")
 # Code, comments and addresses are not prose.
 NOT_PROSE = re.compile(r"^```.*?^```$|<!--.*?-->|`[^`]*`|(?<=\]\()[^)\s]+(?=\))|https?://\S+", re.MULTILINE | re.DOTALL)

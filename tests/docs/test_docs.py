@@ -38,7 +38,8 @@ from support.paths import DOCS, ROOT, TESTS
 HEAD = DOCS / "_language_head.md"
 RULES_HEAD = DOCS / "_rules_head.md"
 JSON_HEAD = DOCS / "_json_head.md"
-PAGES = sorted(path for path in DOCS.glob("*.md") if path not in (HEAD, RULES_HEAD, JSON_HEAD))
+LIBRARY_HEAD = DOCS / "_library_head.md"
+PAGES = sorted(path for path in DOCS.glob("*.md") if not path.name.startswith("_"))
 
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#{1,6} (.+)$", re.MULTILINE)
@@ -150,7 +151,7 @@ def rewrite(page: Path) -> None:
 
 
 if __name__ == "__main__":
-    for each in [HEAD, RULES_HEAD, JSON_HEAD, README, *PAGES]:
+    for each in [HEAD, RULES_HEAD, JSON_HEAD, LIBRARY_HEAD, README, *PAGES]:
         if each not in GENERATED:
             rewrite(each)
     for each in GENERATED:

@@ -18,6 +18,7 @@ REWRITTEN = (
     "moveit.md",
     "nav2.md",
     "own-artifacts.md",
+    "parts-library.md",
     "ros-package.md",
     "shell.md",
 )

@@ -2,7 +2,7 @@
 
 What it is made of is declared, and nothing else is read: no folder of the user, no cache, no ROS installation, no
 variable of the environment. The artifacts are the same to the byte wherever they are made, so a remote cache serves
-everybody. docs/build-with-bazel.md has an example.
+everybody. docs/builds.md has an example.
 """
 
 # No cache outside, and nothing that the machine or its user would say.

@@ -1,7 +1,7 @@
 # find_package(rosorin_compile): the program rosorin-compile, and functions that call it.
 #
 #   ROSORIN_COMPILE_EXECUTABLE   the program: that of this installation, unless somebody says otherwise
-#   rosorin_compile_add_robot()  compiles a robot as a part of the build; docs/build-with-cmake.md
+#   rosorin_compile_add_robot()  compiles a robot as a part of the build; docs/builds.md
 #
 # CMake 3.20 is the first that follows a dependency file with Ninja and with make.
 

@@ -1,5 +1,5 @@
 # rosorin_compile_add_robot(): a robot is compiled as a part of the build, and again when a file changes that it was
-# read from. docs/build-with-cmake.md shows it at work.
+# read from. docs/builds.md shows it at work.
 #
 #   rosorin_compile_add_robot(
 #     DESCRIPTION descriptions/arm       # folder, file, or a name in descriptions/

@@ -58,8 +58,6 @@ def files() -> Iterator[Path]:
 def pages() -> Iterator[tuple[str, str]]:
     """Yield the descriptions on the pages of the documentation."""
     for page in sorted(DOCS.glob("*.md")):
-        if page.name == "sections.md":  # its robot has a section of a package
-            continue
         for name, text in re.findall(
             r"<!-- file: (\S+\.yaml) -->\n```yaml\n(.*?)```", page.read_text("utf-8"), re.DOTALL
         ):

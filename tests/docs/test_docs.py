@@ -39,7 +39,8 @@ from support.paths import DOCS, ROOT, TESTS
 HEAD = DOCS / "_language_head.md"
 RULES_HEAD = DOCS / "_rules_head.md"
 JSON_HEAD = DOCS / "_json_head.md"
-PAGES = sorted(path for path in DOCS.glob("*.md") if path not in (HEAD, RULES_HEAD, JSON_HEAD))
+LIBRARY_HEAD = DOCS / "_library_head.md"
+PAGES = sorted(path for path in DOCS.glob("*.md") if not path.name.startswith("_"))
 
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#{1,6} (.+)$", re.MULTILINE)
@@ -125,6 +126,16 @@ def test_python_on_a_page_runs(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", "\n".join(block.lines)], cwd=tmp_path, check=True, capture_output=True)
 
 
+def test_excerpts_are_those_of_the_examples() -> None:
+    """The blocks of extend.md that no command runs are excerpts of files in examples/, whose tests run them."""
+    files = sorted(path for path in (ROOT / "examples").glob("rosorin-*/**/*.*") if path.is_file())
+    texts = [path.read_text("utf-8") for path in files if path.suffix in (".py", ".json", ".yaml")]
+    excerpts = [block for block in blocks((DOCS / "extend.md").read_text("utf-8")) if not block.mark[0]]
+    for block in excerpts:
+        if block.language in ("python", "json", "yaml"):
+            assert any("\n".join(block.lines) in text for text in texts), "\n".join(block.lines)
+
+
 def rewrite(page: Path) -> None:
     """Write into a page what its commands print."""
     lines = page.read_text("utf-8").splitlines()
@@ -139,7 +150,7 @@ def rewrite(page: Path) -> None:
 
 
 if __name__ == "__main__":
-    for each in [HEAD, RULES_HEAD, JSON_HEAD, README, *PAGES]:
+    for each in [HEAD, RULES_HEAD, JSON_HEAD, LIBRARY_HEAD, README, *PAGES]:
         if each.stem not in (sys.argv[1:] or [each.stem]):
             continue
         if each in GENERATED:

@@ -1,18 +1,64 @@
-"""The example package of docs/sections.md: it stands on the page as it is, whose tests install and use it."""
+"""The example package examples/rosorin-battery, installed with pip: a section of the language from a plug-in."""
 
 from __future__ import annotations
 
+import os
+import shutil
+from pathlib import Path
+
 import pytest
 
-from support.pages import blocks
-from support.paths import DOCS, ROOT
+from support import forks
+from support.pages import PACKAGES, install
+from support.paths import ROOT
 
 EXAMPLE = ROOT / "examples" / "rosorin-battery"
-PAGE = {block.mark[1]: "\n".join(block.lines) + "\n" for block in blocks((DOCS / "sections.md").read_text("utf-8"))}
-NAMES = ("pyproject.toml", *(f"rosorin_battery/{name}" for name in ("__init__.py", "section.py", "schema.json")))
-FILES = {f"rosorin-battery/{name}": EXAMPLE / name for name in NAMES} | {"cart/robot.yaml": EXAMPLE / "cart.yaml"}
+pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize("name", sorted(FILES))
-def test_the_page_shows_the_files_of_the_example(name: str) -> None:
-    assert PAGE[name] == FILES[name].read_text("utf-8")
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the installed package and a robot that uses it."""
+    folder = tmp_path_factory.mktemp("battery")
+    shutil.copytree(EXAMPLE, folder / "rosorin-battery")
+    assert install("./rosorin-battery", folder) == ("", 0)
+    shutil.copy(EXAMPLE / "cart.yaml", folder / "cart.yaml")
+    return folder
+
+
+def run(project: Path, *words: str) -> tuple[int, str]:
+    variables = {"PYTHONPATH": str(project / PACKAGES), "ROSORIN_COMPILE_CACHE": str(project / ".cache")}
+    return forks.run(words, project, {**os.environ, **variables})
+
+
+def changed(project: Path, old: str, new: str) -> str:
+    """Write the robot with one change, and return the name of the file."""
+    text = (project / "cart.yaml").read_text("utf-8")
+    assert text.count(old) == 1
+    (project / "changed.yaml").write_text(text.replace(old, new), "utf-8")
+    return "changed.yaml"
+
+
+def test_the_mass_of_the_battery_is_in_the_artifacts(project: Path) -> None:
+    code, printed = run(project, "print", "cart.yaml", "urdf")
+    assert code == 0
+    assert '<mass value="6"/>' in printed
+    assert "battery main mass  2 kg" in run(project, "explain", "cart.yaml", "base", "mass")[1]
+
+
+def test_a_change_is_a_difference_of_the_section(project: Path) -> None:
+    code, printed = run(project, "diff", "cart.yaml", changed(project, "mass: 2 kg", "mass: 2500 g"))
+    assert code == 1
+    assert "battery main: mass 2 -> 2.5" in printed
+
+
+def test_a_name_is_checked(project: Path) -> None:
+    code, printed = run(project, "check", changed(project, "link: base, mass", "link: bas, mass"))
+    assert code == 1
+    assert "changed.yaml:8:16: error[unknown-link]" in printed
+
+
+def test_the_rule_of_the_section(project: Path) -> None:
+    code, printed = run(project, "check", changed(project, "cells: 7", "cells: 2"))
+    assert code == 1
+    assert "changed.yaml:8:67: error[battery-cell-voltage]" in printed

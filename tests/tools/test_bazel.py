@@ -24,7 +24,7 @@ from rosorin_compile.project import data_folder
 from support.pages import MARK, blocks
 from support.paths import DATA, DOCS, ROOT
 
-PAGE = DOCS / "build-with-bazel.md"
+PAGE = DOCS / "builds.md"
 RULE = data_folder("bazel") / "rosorin_robot.bzl"
 GLOBALS = starlark.Globals.extended_by([starlark.LibraryExtension.StructType])
 BAZEL = shutil.which("bazel")

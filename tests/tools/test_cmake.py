@@ -1,6 +1,6 @@
 """rosorin_compile_add_robot in a plain project: what a build does, and what it leaves alone.
 
-Ninja and make, as far as they are here; docs/build-with-cmake.md is the page.
+Ninja and make, as far as they are here; docs/builds.md is the page.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""docs/build-with-cmake.md at work: its project in CMake, its build.ninja and its Makefile."""
+"""docs/builds.md at work: its project in CMake, its build.ninja and its Makefile."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from support.commands import edit, touch
 from support.pages import play
 from support.paths import DOCS
 
-PAGE = DOCS / "build-with-cmake.md"
+PAGE = DOCS / "builds.md"
 pytestmark = pytest.mark.slow
 
 
@@ -62,7 +62,7 @@ def test_ninja(lamp: Path) -> None:
     assert "no work to do" in run(lamp, "ninja")
     touch(lamp / "outputs/lamp/lamp.urdf")
     assert "[1/1]" in run(lamp, "ninja")
-    edit(shade, "30 cm", "40 cm")
+    edit(lamp / "descriptions/lamp/robot.yaml", "30 cm", "40 cm")
     assert "shade moved 100.0 mm" in run(lamp, "ninja", fails=True)
     assert "shade moved 100.0 mm" in run(lamp, "ninja", fails=True)
     run(lamp, "rosorin-compile all && ninja")

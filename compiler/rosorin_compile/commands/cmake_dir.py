@@ -11,7 +11,7 @@ from .usage import FINE
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes: nothing."""
     more = "find_package(rosorin_compile) takes it as rosorin_compile_DIR"
-    command.description = f"{command.description} {more}; see docs/build-with-cmake.md."
+    command.description = f"{command.description} {more}; see docs/builds.md."
 
 
 def run(_: argparse.Namespace) -> int:

@@ -35,7 +35,7 @@ RULES = (
     Rule(
         "template-failed",
         "A template asks for a name that does not exist, or fails in another way.",
-        "[What a template gets](add-an-artifact.md#what-a-template-gets).",
+        "[Names in a template](own-artifacts.md#names-in-a-template).",
         TEMPLATES,
     ),
     Rule("template-unsafe", "A template tries to leave the sandbox.", "Templates reach values, no Python.", TEMPLATES),

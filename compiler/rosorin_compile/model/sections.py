@@ -32,7 +32,7 @@ class Section(Generic[T]):
     ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
     entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of the schema of
     descriptions: JSON Schema of draft 7, which may refer to the definitions of ours, with the annotations of
-    docs/sections.md. ``adds`` returns the robot with what the section means for it: a mass, shapes, links that are
+    docs/extend.md. ``adds`` returns the robot with what the section means for it: a mass, shapes, links that are
     fixed, elements; it gets the robot and the value. ``checks`` are functions under ``@rule``.
     """
 

@@ -398,26 +398,23 @@ def test_a_package_without_a_urdf_is_refused_as_ever(tmp_path: Path, capsys: pyt
 @pytest.mark.slow
 @pytest.mark.landing("outside", "yaml")
 @pytest.mark.parametrize("form", FORMS)
-def test_the_launch_files_of_the_page(tmp_path: Path, form: str) -> None:
-    """What docs/compile-at-launch.md tells people to write does what it says, in each form and by its one line."""
-    text = (DOCS / "compile-at-launch.md").read_text("utf-8")
-    for name, block in re.findall(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```\n", text, re.DOTALL):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(block, "utf-8")
-    package = tmp_path / "mast_description"
-    shares = {"mast_description": package}
-    for height, half in (("0.3 m", "0.15"), ("50 cm", "0.25")):
-        eye, publisher = read(package / f"launch/mast.launch.{form}", shares, height=height, frame_prefix="a/").nodes
-        assert eye.arguments[:6] == ["--x", "0.05", "--y", "0", "--z", half]
-        assert command_line(eye.arguments)[:2] == ("a/mast", "a/eye")
-        made = compile_robot(package / "descriptions/mast/robot.yaml", {"height": height}, wanted=("urdf",))
-        assert publisher.parameters == {"robot_description": made.artifacts[0].text, "frame_prefix": "a/"}
+def test_the_lines_of_the_page_replace_a_call_of_xacro(tmp_path: Path, form: str) -> None:
+    """The table of docs/ros-package.md has the line of each form that compiles a description at launch."""
+    text = (DOCS / "ros-package.md").read_text("utf-8")
+    description = tmp_path / "robot.yaml"
+    description.write_text(
+        "robot: mast\nargs: {height: {type: length, default: 0.3 m}}\nlinks: {base_link: {}, mast: {}}\njoints:\n"
+        '  mast_joint: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, "${height}"]}\n'
+        "outputs: {urdf: {file: mast.urdf}}\n",
+        "utf-8",
+    )
+    made = compile_robot(description, {"height": "50 cm"}, wanted=("urdf",))
     row = next(line for line in text.splitlines() if line.startswith("| Python" if form == "py" else "| XML"))
-    said = row.split("`")[3]
-    context = Context(shares, {"height": "50 cm"})
-    path = str(package / "descriptions/mast/robot.yaml")
+    line = row.split("`")[3]
+    context = Context({}, {"height": "50 cm"})
+    path = str(description)
     if form == "py":
         known = {"Command": Command, "path": path, "height": LaunchConfiguration("height")}
-        assert eval(said, known).perform(context) == made.artifacts[0].text  # noqa: S307
+        assert eval(line, known).perform(context) == made.artifacts[0].text  # noqa: S307
     else:
-        assert performed(parsed(said.replace("PATH", path)), context) == made.artifacts[0].text
+        assert performed(parsed(line.replace("PATH", path)), context) == made.artifacts[0].text

@@ -15,8 +15,7 @@ from rosorin_compile.commands.transforms.states import NoState, free_joint, posi
 from rosorin_compile.commands.transforms.tf import _no_way
 from rosorin_compile.model.kinematics import NoWay
 from support.commands import HANDY, Shown, ask, edit, write_files
-from support.pages import blocks, play
-from support.paths import DOCS, ROOT
+from support.paths import ROOT
 from support.robots import compiled
 
 PROJECT = HANDY
@@ -180,15 +179,6 @@ def test_a_description_with_errors_has_no_answer(rosorin: Path, capsys: Shown) -
     assert said.endswith("rosorin: a description with errors has no frames and joints to ask about\n")
     said = tf(capsys, "base_link", "laser", "--args", "none.yaml", code=2)
     assert said == 'rosorin-compile: there is no file "none.yaml" of arguments\n'
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("page", ["pulses.md"])
-def test_the_python_on_the_pages_runs(page: str, tmp_path: Path) -> None:
-    path = DOCS / page
-    play(path, tmp_path)
-    (block,) = [block for block in blocks(path.read_text("utf-8")) if block.language == "python"]
-    subprocess.run([sys.executable, "-c", "\n".join(block.lines)], cwd=tmp_path, check=True, capture_output=True)
 
 
 def test_no_numpy_is_needed(tmp_path: Path) -> None:

@@ -148,7 +148,7 @@ class Holding(NamedTuple):
         """Make ``files``, by relative POSIX name, the set in a folder: after a kill it holds the old or the new set.
 
         ``replaces`` says of a file, by its name and its bytes, whether it is replaced; others are put aside, or with
-        ``refuse`` nothing is written. With ``tidied``, the caller has removed what killed runs left in the parent folder.
+        ``refuse`` nothing is written. With ``tidied``, the caller has removed what killed runs left beside the folder.
         Raises OutputError.
         """
         from . import write_set

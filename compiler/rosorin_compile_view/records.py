@@ -36,4 +36,4 @@ COMMANDS = (
         order=50,
     ),
 )
-SERVICES = {"pictures of changes": "view.changed:Pictures", "the page of a robot": "view.pages:page_of"}
+SERVICES = {"pictures of changes": "view.changed:Pictures"}

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile import Variant
+from rosorin_compile import Variant, __version__
 from rosorin_compile.diagnostics import Console, Diagnostic, Heading, Progress, Rule, and_more, counted, did_you_mean
 from rosorin_compile.extending import FINE, PROBLEMS, Argument, LoadError, OutputError, Run, WrongUsage, give_result
 
@@ -116,7 +116,7 @@ class _Sweep:
         head: dict[str, Any] = {"description": os.path.relpath(self.job.description.path, self.folder.path)}
         head |= {"arguments": plain(self.job.shared)} if self.job.shared else {}
         jobs, work = min(self.options.jobs or cores(), len(self.variants)), partial(compile_variant, self.job)
-        with self.folder.index(head) as add:
+        with self.folder.index({"tool": __version__, **head}) as add:
             for variant, result in compile_in_order(self.variants, work, jobs, client, self._unchanged):
                 entry = result if isinstance(result, dict) else self._write(variant, result)
                 self.counts["unchanged" if result is entry else entry["status"]] += 1

@@ -125,6 +125,7 @@ def test_a_file_that_is_nested_too_deep_has_its_place(
     assert expected in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_parameter_file_that_is_nested_too_deep_is_refused() -> None:
     for text in ("[" * DEEP, "{a: " * DEEP):
         with pytest.raises(ValueError, match="nested too deeply"):

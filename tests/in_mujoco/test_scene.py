@@ -154,6 +154,7 @@ def test_the_scene_brings_nothing_but_a_world() -> None:
     assert [child.tag for child in root.find("worldbody")] == ["light", "geom", "camera"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_scene_of_every_robot_here_loads_and_has_a_key_home(name: str, tmp_path: Path) -> None:
     for artifact in of_this_project(ROBOTS[name]).artifacts:

@@ -142,6 +142,7 @@ def test_the_targets_of_the_page_are_actions(lamp: Path) -> None:
     assert measured["env"]["ROSORIN_COMPILE_CACHE"] == "off"
 
 
+@pytest.mark.slow
 def test_an_action_needs_its_inputs_and_nothing_else(lamp: Path, tmp_path: Path) -> None:
     for target in targets((lamp / "BUILD.bazel").read_text("utf-8"), lamp):
         made = action(target)

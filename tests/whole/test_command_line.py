@@ -165,6 +165,7 @@ def test_every_schema_is_printed(capsys: Shown) -> None:
     assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_a_mode_is_said_in_the_same_ways_everywhere(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     session = str(DATA / "recordings" / "session.txt")

@@ -121,6 +121,7 @@ def killed_at(moments: int) -> None:
     assert int(done.stdout.split()[-1]) > moments / 3, "most runs were killed before they were done"
 
 
+@pytest.mark.slow
 def test_killed_at_some_moments() -> None:
     killed_at(5)
 

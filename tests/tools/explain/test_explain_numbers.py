@@ -52,6 +52,7 @@ def numbers(explanation: Explanation) -> Iterator[Number]:
         yield from shape.numbers
 
 
+@pytest.mark.slow
 def test_the_meanings_of_names_give_the_number() -> None:
     """Evaluate each expression anew, with nothing but the values that its names are said to have."""
     checked = 0
@@ -71,6 +72,7 @@ def test_the_meanings_of_names_give_the_number() -> None:
     assert checked > 100
 
 
+@pytest.mark.slow
 def test_every_number_of_every_robot_is_written_where_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     literal = expressions = 0

@@ -145,6 +145,7 @@ def test_collision_shapes_are_a_veil_over_visuals_and_all_there_is_without():
     assert not ((without[..., 3] > 80) & (without[..., 3] < 130)).sum() > 200
 
 
+@pytest.mark.slow
 def test_its_bytes_are_the_same_each_time():
     found = set()
     for seed in ("0", "77"):

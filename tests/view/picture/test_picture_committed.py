@@ -64,6 +64,7 @@ def test_a_committed_scene_is_that_of_the_robot(name, tmp_path):
     assert (FOLDER / name).stat().st_size < LARGEST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PICTURES)
 def test_a_committed_picture_shows_the_robot(name, tmp_path):
     draw(name, tmp_path / name)

@@ -32,6 +32,7 @@ PICTURES = {
     "rosorin_frames.png": (str(ROSORIN), "--pose", "tuck", "--frames"),
 }
 SCENES = {f"scene_{path.parent.name}.png": path for path in (ROSORIN, *EXAMPLES.glob("*/robot.yaml"))}
+SCREENSHOTS = {"page.png", "error.png"}  # by docs/make/screenshots.py
 LARGEST = 200_000  # bytes
 
 
@@ -77,7 +78,7 @@ def test_a_committed_picture_shows_the_robot(name, tmp_path):
 
 
 def test_no_picture_is_there_that_nobody_draws():
-    assert {path.name for path in FOLDER.iterdir()} == {*PICTURES, *SCENES}
+    assert {path.name for path in FOLDER.iterdir()} == {*PICTURES, *SCENES, *SCREENSHOTS}
 
 
 if __name__ == "__main__":

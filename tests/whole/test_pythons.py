@@ -117,7 +117,9 @@ def ran(tool: Path, place: Path, words: str) -> tuple[int, str]:
 def test_every_command_runs_and_the_bytes_are_the_same(version: str, wheel: Path, tmp_path: Path) -> None:
     tool = installed(version, tmp_path, f"{wheel}[import,physics,simulate]")
     place = project(tmp_path)
-    for words in (*COMMANDS, "simulate rosorin", *OF_MUJOCO, *OF_IMPORT):
+    everything = version in (VERSIONS[0], "3.13")  # the ones between run what needs no engine
+    engines = ("simulate rosorin", *OF_MUJOCO, *OF_IMPORT) if everything else ()
+    for words in (*COMMANDS, *engines):
         code, said = ran(tool, place, words)
         assert code == 0, f"{words}: exit code {code}\n{said[-2000:]}"
     made = files(place / "outputs" / "rosorin")
@@ -182,7 +184,7 @@ def test_the_packages_of_this_distribution_are_enough(tmp_path: Path) -> None:
 
 
 @pytest.mark.tier("pythons")
-@pytest.mark.parametrize("version", ["3.2.0", "4.0.0", "4.10.3", "4.17.3"])
+@pytest.mark.parametrize("version", ["3.2.0", "4.17.3"])
 def test_each_jsonschema_tells_every_mistake_in_the_same_words(version: str, tmp_path: Path) -> None:
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", tmp_path, f"jsonschema=={version}"]
     subprocess.run(pip, check=True)

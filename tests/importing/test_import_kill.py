@@ -90,7 +90,7 @@ def killed(folder: Path, lines: list[str]) -> list[tuple[int, str]]:
     return [(int(code), what) for code, what in (line.split(maxsplit=1) for line in ran.stdout.splitlines())]
 
 
-@pytest.mark.parametrize("each", [150, pytest.param(1, marks=pytest.mark.tier("builds"))], ids=["some", "all"])
+@pytest.mark.parametrize("each", [150, pytest.param(10, marks=pytest.mark.tier("builds"))], ids=["some", "more"])
 def test_killed_at_every_step_of_writing(tmp_path: Path, each: int) -> None:
     for existing, old in (("new", "nothing"), ("there", "before")):
         steps = [f"at {step} {existing}" for step in range(1, 361, each)]

@@ -142,14 +142,14 @@ def test_a_process_that_dies_takes_no_other_variant_along() -> None:
     assert Path("out/r5/mast.urdf").exists()
 
 
-KILLS = pytest.mark.tier("kills")
+KILLS = pytest.mark.tier("builds")
 ENDED = [
     *(pytest.param(rest, 24, id=f"{rest}-some calls") for rest in ("b.csv", "c.csv")),
-    *(pytest.param(rest, 1, id=f"{rest}-each call", marks=KILLS) for rest in ("b.csv", "c.csv")),
+    *(pytest.param(rest, 6, id=f"{rest}-more calls", marks=KILLS) for rest in ("b.csv", "c.csv")),
 ]
 
 
-@pytest.mark.landing("kills", "b.csv-some calls")
+@pytest.mark.landing("builds", "b.csv-some calls")
 @pytest.mark.slow
 @pytest.mark.parametrize(("rest", "each"), ENDED)
 def test_prune_after_a_kill_leaves_no_half_of_a_variant(here: Path, rest: str, each: int) -> None:

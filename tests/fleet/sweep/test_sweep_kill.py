@@ -126,7 +126,7 @@ def test_killed_at_some_moments() -> None:
     killed_at(5)
 
 
-@pytest.mark.tier("kills")
+@pytest.mark.tier("builds")
 def test_killed_at_a_hundred_moments() -> None:
     killed_at(100)
 

@@ -119,7 +119,7 @@ def _section_option(way: Parser) -> None:
         choices=("auto", "collision", "visual"),
         default="auto",
         dest="section",
-        help="use meshes of these shapes; default: collision, or visual if there are none",
+        help="use meshes of these shapes; default: collision, else visual",
     )
 
 

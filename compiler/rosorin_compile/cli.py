@@ -42,8 +42,8 @@ ASKED_BY_SHELLS = "complete"
 _NEEDED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # what writing to a stream can end in
 
-_WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
-_MORE = """rosorin-compile COMMAND --help says more about one.
+_WHAT = "Compile one YAML description of a robot to URDF, MJCF, SDF, launch files and other artifacts."
+_MORE = """Run rosorin-compile COMMAND --help for the options of a command.
 Exit codes: 0 fine, 1 problems or differences, 2 wrong usage."""
 
 
@@ -206,7 +206,9 @@ def _parser(line: Called) -> Parser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         listed=lambda: listed(commands().values()),
     )
-    top.add_argument("--version", action=Version, nargs=0, help="show the version, and the plug-ins with theirs")
+    top.add_argument(
+        "--version", action=Version, nargs=0, help="show the versions of the tool and its plug-ins, and exit"
+    )
     within = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
     if line.name and line.found is None:
         also = [name for one in commands(of_plugins=False).values() for name in one.also]
@@ -223,7 +225,7 @@ def _add(within: argparse._SubParsersAction[Parser], line: Called) -> None:
         return
     record, asked, first = found.record, _asked(line), line.name.split()[0]
     also = {record.name, *getattr(record, "also", ())} - {first} if not found.is_check else ()
-    other = f" Its other name: {', '.join(also)}." if also else ""
+    other = f" Alias: {', '.join(also)}." if also else ""
     added = within.add_parser(first, description=f"{record.help[0].upper()}{record.help[1:]}.{other}")
     added.prog = f"rosorin-compile {line.name}"
     found.add_options(added)

@@ -45,33 +45,41 @@ def options(command: Parser) -> None:
     *others, last = FORMATS.endings(include=True)
     command.add_argument("words", nargs="+", metavar="SOURCE", help=f"a {', '.join(others)} or {last} file")
     command.add_argument(
-        "-o", "--output", type="path", metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"
+        "-o",
+        "--output",
+        type="path",
+        metavar="FOLDER",
+        help="new folder of the description; default: descriptions/ROBOT",
     )
     command.add_argument(
         "--into",
         type="path",
         metavar="FOLDER",
-        help="put it into the ROS package that SOURCE is in, with a test of both",
+        help="write the description to the ROS package of SOURCE, with a test that compares both",
     )
-    command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
-    command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")
-    command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
-    command.add_argument("--no-parts", action="store_true", help="write what it has several times as often")
+    command.add_argument("--name", metavar="NAME", help="name of the robot; default: that of SOURCE")
+    command.add_argument("--strict", action="store_true", help="treat unsupported elements as errors")
+    command.add_argument("--lenient", action="store_true", help="accept violations of the specification where possible")
+    command.add_argument("--no-parts", action="store_true", help="do not factor repeated structures into parts")
     command.add_argument(
-        "--verbatim", action="store_true", help="keep what a URDF has for Gazebo and ros2_control as it stands"
+        "--verbatim", action="store_true", help="copy the Gazebo and ros2_control elements of a URDF unchanged"
     )
-    command.add_argument("--flat", action="store_true", help="of a xacro, the robot that it makes, without its macros")
-    command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
     command.add_argument(
-        "--ours", action="store_true", help="where SOURCE and its description both changed, keep the description"
+        "--flat", action="store_true", help="import the URDF that a xacro generates, without its macros"
+    )
+    command.add_argument("--force", action="store_true", help="write to a folder that is not empty")
+    command.add_argument(
+        "--ours", action="store_true", help="if both SOURCE and the description changed, keep the description"
     )
     command.add_argument(
         "--meshes",
         metavar="FOLDER",
-        help="put before relative names of meshes: a folder as seen from the artifacts, or package://NAME",
+        help="prefix of relative mesh names: a folder relative to the artifacts, or package://NAME",
     )
     for format in _companions():
-        command.add_argument(f"--{format.name}", type="path", metavar="FILE", help=f"read its {format.word} as well")
+        command.add_argument(
+            f"--{format.name}", type="path", metavar="FILE", help=f"also read the {format.word} of the robot"
+        )
     command.add_messages()
     command.add_given()
 

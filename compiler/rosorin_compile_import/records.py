@@ -7,9 +7,9 @@ from rosorin_compile import Command
 COMMANDS = (
     Command(
         name="import",
-        group="bring in",
+        group="import and compare",
         words="SOURCE",
-        help="make a description of a URDF, a xacro, an SDF or an MJCF",
+        help="convert a URDF, xacro, SDF or MJCF to a description",
         exits="0 written, 1 the source has errors",
         options="command:options",
         run="command:run",

@@ -56,25 +56,27 @@ def options(command: Parser) -> None:
         nargs="+",
         metavar="[ROBOT] SOURCE",
         completes="[ROBOT] FILE",
-        help="the robot, needed where there are several; a rosbag2 folder, a .mcap or .db3 file, a text file, or - for "
-        "text on standard input",
+        help="the robot, required if there are several, and a rosbag2 folder, a .mcap or .db3 file, a text file, or - "
+        "for text on standard input",
     )
-    command.add_modes("as fits best")
-    command.add_argument("--without", action="append", default=[], metavar="NODE", help="a node that was not to run")
-    command.add_argument("--pose", default="", metavar="POSE", help="the pose of the joints while tf2_echo was asked")
+    command.add_modes("detected")
     command.add_argument(
-        "--frames", nargs=2, metavar=("SOURCE", "TARGET"), completes="FRAME", help="what tf2_echo was asked for"
+        "--without", action="append", default=[], metavar="NODE", help="node that was not running; repeatable"
     )
-    command.add_argument("--since", type=float, metavar="S", help="begin S seconds into the recording")
-    command.add_argument("--until", type=float, metavar="S", help="end S seconds into the recording")
+    command.add_argument("--pose", default="", metavar="POSE", help="named pose of the joints while tf2_echo ran")
     command.add_argument(
-        "--stale", type=float, default=1.0, metavar="S", help="age in seconds that is too old; default: 1"
+        "--frames", nargs=2, metavar=("SOURCE", "TARGET"), completes="FRAME", help="frames of the tf2_echo output"
+    )
+    command.add_argument("--since", type=float, metavar="S", help="start S seconds after the start of the recording")
+    command.add_argument("--until", type=float, metavar="S", help="stop S seconds after the start of the recording")
+    command.add_argument(
+        "--stale", type=float, default=1.0, metavar="S", help="maximum age of a transform in seconds; default: 1"
     )
     command.add_argument("--namespace", default="", metavar="NS", help="namespace of the topics, such as robot1")
     command.add_argument("--prefix", default="", metavar="TEXT", help="prefix of the recorded frames, such as robot1/")
-    command.add_argument("--strict", action="store_true", help="take warnings for errors")
-    command.add_argument("--junit", metavar="FILE", help="write the result as JUnit XML, too")
-    command.add_argument("--picture", metavar="FILE.svg", help="draw rates and gaps over time")
+    command.add_argument("--strict", action="store_true", help="treat warnings as errors")
+    command.add_argument("--junit", metavar="FILE", help="also write the result as JUnit XML")
+    command.add_argument("--picture", metavar="FILE.svg", help="write a plot of rates and gaps over time")
     command.add_result()
     command.add_given()
 

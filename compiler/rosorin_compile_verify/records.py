@@ -7,10 +7,10 @@ from rosorin_compile import Command
 COMMANDS = (
     Command(
         name="verify",
-        group="run on the robot",
+        group="deploy and verify",
         words="[ROBOT] SOURCE",
-        help="hold a recording of the robot against its description",
-        exits="0 the robot that is described, 1 another one, or nothing that can be read",
+        help="compare a recording of the robot with its description",
+        exits="0 it matches, 1 it does not match or cannot be read",
         options="command:options",
         run="command:run",
         order=30,

@@ -31,18 +31,20 @@ _LINES = "└├│─╌"
 def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_robot()
-    command.add_argument("--frame", metavar="FRAME", help="only the way to a frame, and who publishes each step")
-    command.add_argument("--publisher", metavar="NODE", help="only the edges of a publisher; nobody is one, too")
-    command.add_modes("on and off, each in a tree")
+    command.add_argument("--frame", metavar="FRAME", help="show only the path from the root to a frame")
+    command.add_argument(
+        "--publisher", metavar="NODE", help='show only the edges of a publisher; "nobody": edges without one'
+    )
+    command.add_modes("one tree each for on and off")
     command.add_argument(
         "-o",
         "--output",
         type="path",
         metavar="FILE",
-        help="write a picture: .svg, .dot, .gv (Graphviz), .mmd (Mermaid), .md; FOLDER/: an SVG for each tree",
+        help="write a drawing: .svg, .dot or .gv (Graphviz), .mmd or .md (Mermaid); FOLDER/: one SVG per tree",
     )
-    command.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
-    command.add_argument("--ascii", action="store_true", help="draw the tree with plain letters")
+    command.add_argument("--force", action="store_true", help="replace a file that this command did not write")
+    command.add_argument("--ascii", action="store_true", help="draw the tree with ASCII characters")
     command.add_result()
     command.add_given()
 

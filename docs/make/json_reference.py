@@ -56,7 +56,7 @@ def _definitions(definitions: Mapping[str, Any], shown: set[str]) -> Iterator[st
         if name in shown:
             continue
         shown.add(name)
-        yield from ("", f"### {name}", "", node["description"], "", "| key | what it is | type |", "|---|---|---|")
+        yield from ("", f"### {name}", "", node["description"], "", "| key | meaning | type |", "|---|---|---|")
         for key, inner in node["properties"].items():
             often = "" if key in node["required"] else "not always; "
             about = (often + inner.get("description", "")).removesuffix("; ").replace("|", "\\|")

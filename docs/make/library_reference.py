@@ -69,7 +69,7 @@ def _element(entry: Mapping[str, Any]) -> str:
 
 def _parameters(params: Mapping[str, Any]) -> Iterator[str]:
     """Yield the table of arguments."""
-    yield "| argument | what it is | default | meaning |"
+    yield "| argument | type | default | meaning |"
     yield "|---|---|---|---|"
     for name, entry in params.items():
         given = entry if isinstance(entry, Mapping) else {"default": entry}

@@ -70,12 +70,14 @@ def pages() -> list[Path]:
 
 def help_texts(command: Sequence[str] = (), above: str = "") -> Iterator[tuple[str, str]]:
     """Yield the help of a command and of its subcommands, each with the command line that prints it."""
+    from rosorin_compile.commands.registry import commands
+
     text = _help_text(command)
     if text in ("", above):  # the word is an argument of the command above, not a command
         return
     yield " ".join(["rosorin-compile", *command, "--help"]), text
     if len(command) < 2:
-        for word in COMMAND.findall(text):
+        for word in COMMAND.findall(text) if command else commands():  # also those that the help does not list
             yield from help_texts([*command, word], text)
 
 

@@ -74,7 +74,7 @@ def _units() -> Iterator[str]:
     for name, meaning in LANGUAGE.units.items():
         by_meaning.setdefault(meaning, []).append(f"`{name}`")
     rows = [(_escaped(meaning), ", ".join(names)) for meaning, names in by_meaning.items()]
-    yield from _table(("what it is (its SI unit)", "units"), rows)
+    yield from _table(("quantity (SI unit)", "units"), rows)
 
 
 def _functions() -> Iterator[str]:

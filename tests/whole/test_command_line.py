@@ -72,8 +72,8 @@ def test_all_is_called_compile_as_well(capsys: Shown) -> None:
     assert main(["compile", "rosorin"]) == main(["all", "rosorin"]) == 0
     first, second = capsys.readouterr().out.splitlines()
     assert second == f"{first.partition(', written')[0]}, unchanged".replace(", unchanged, unchanged", ", unchanged")
-    assert "Its other name: all." in help_of(capsys, "compile")
-    assert "Its other name: compile." in help_of(capsys, "all")
+    assert "Alias: all." in help_of(capsys, "compile")
+    assert "Alias: compile." in help_of(capsys, "all")
 
 
 @pytest.mark.parametrize("name", COMMANDS)

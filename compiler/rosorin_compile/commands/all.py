@@ -35,19 +35,21 @@ RULES = (
 def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_robots()
-    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
-    command.add_argument("--prune", action="store_true", help="remove what is no artifact from the outputs folder")
-    command.add_hook("; exit 1 if anything was written")
+    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; print what would change")
+    command.add_argument(
+        "--prune", action="store_true", help="delete files in the output folder that are not artifacts"
+    )
+    command.add_hook("; exit with 1 if a file was written")
     command.add_argument(
         "--only",
         action="append",
         default=[],
         type="path",
         metavar="OUTPUT",
-        help="write this output, with the meshes that belong to it, and leave the others alone; may be given again",
+        help="write only this output and its meshes; repeatable",
     )
     command.add_output()
-    command.add_depfile("the first artifact of --only, else by the names of the outputs")
+    command.add_depfile("default: the first artifact, or that of the first --only")
     command.add_notes()
     command.add_messages()
 

@@ -10,7 +10,7 @@ from .usage import FINE
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes: nothing."""
-    more = "rosorin_robot.bzl has the rule; see docs/builds.md."
+    more = "rosorin_robot.bzl defines the rule; see docs/builds.md."
     command.description = f"{command.description} {more}"
 
 

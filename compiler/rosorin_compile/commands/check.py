@@ -63,11 +63,11 @@ def options(command: Parser) -> None:
     command.add_argument(
         "--every-argument",
         action="store_true",
-        help="compile with every combination of the arguments that have a list of values; nothing is compared",
+        help="compile with all combinations of arguments that have a list of values; do not compare",
     )
-    command.add_argument("--full", action="store_true", help="show text differences in full")
-    command.add_page("write a page that shows the robots, what is committed under what is compiled, and what changed")
-    command.add_depfile("none, it has to be named")
+    command.add_argument("--full", action="store_true", help="print differences of texts in full")
+    command.add_page("write a page that shows the robots, as committed and as compiled, and the changes")
+    command.add_depfile("required with --depfile")
 
 
 def _listed() -> str:
@@ -75,7 +75,7 @@ def _listed() -> str:
     every = checks().values()
     width = max(len(one.name) for one in every)
     lines = "".join(f"\n  {one.name:<{width}}  {one.help}" for one in every)
-    return f"\nother checks; rosorin-compile check CHECK --help says more about one:{lines}"
+    return f"\nother checks (run rosorin-compile check CHECK --help for their options):{lines}"
 
 
 def run(options: argparse.Namespace) -> int:

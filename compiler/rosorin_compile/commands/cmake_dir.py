@@ -10,7 +10,7 @@ from .usage import FINE
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes: nothing."""
-    more = "find_package(rosorin_compile) takes it as rosorin_compile_DIR"
+    more = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR"
     command.description = f"{command.description} {more}; see docs/builds.md."
 
 

@@ -37,7 +37,7 @@ def options(command: Parser) -> None:
         nargs="+",
         metavar="A B",
         completes="ROBOT ROBOT",
-        help=f"two robots: each the name, folder or file of a description, or a {', '.join(others)} or {last} file",
+        help=f"robots to compare: name, folder or file of a description, or a {', '.join(others)} or {last} file",
     )
     for side in _SIDES:
         command.add_argument(
@@ -45,22 +45,21 @@ def options(command: Parser) -> None:
             action="append",
             default=[],
             metavar="NAME=VALUE",
-            help=f"set an argument of {side} alone",
+            help=f"set an argument of {side} only",
         )
     command.add_argument(
         "--prefix",
         metavar="TEXT",
-        help="what the names of B begin with; default: found out where all of them do; empty: nothing",
+        help="prefix of all names in B; default: detected",
     )
     command.add_argument(
         "--tolerance",
         type=_tolerance,
         metavar="NUMBER",
-        help="what is no difference, besides the digits of a file: metres, radians, parts of other numbers; "
-        "default: 1e-9",
+        help="largest difference to ignore, in metres, radians or relative to the number; default: 1e-9",
     )
-    command.add_argument("--full", action="store_true", help="show every difference")
-    command.add_page("write a page that shows B, with A under it, and what differs")
+    command.add_argument("--full", action="store_true", help="print all differences")
+    command.add_page("write a page that shows both robots and their differences")
     command.add_result()
     command.add_given()
 

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 def options(command: Parser) -> None:
     """Add what this command takes."""
-    command.add_argument("name", metavar="NAME", help="name of the robot: letters, digits, underscores")
+    command.add_argument("name", metavar="NAME", help="name of the robot: letters, digits and underscores")
     command.add_argument(
         "template",
         nargs="?",
         choices=tuple(TEMPLATES),
         metavar="TEMPLATE",
-        help=f"what to start from: {', '.join(TEMPLATES)}; default: a terminal is asked, else {DEFAULT}",
+        help=f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}",
     )
     command.add_result_form()
     command.add_argument(
@@ -38,7 +38,7 @@ def options(command: Parser) -> None:
         default=".",
         type="path",
         metavar="FOLDER",
-        help="the project, which has or gets descriptions/; default: .",
+        help="folder of the project; default: .",
     )
 
 

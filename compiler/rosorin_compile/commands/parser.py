@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 FORMAT_NAMES = ("text", ENVELOPE, "github", "sarif", MARKDOWN)
 PAGE_MEGABYTES = 40  # of the meshes of a page
-_ROBOT = "name in descriptions/, folder or file"
-_ROBOTS = f"{_ROBOT}; default: every robot"
+_ROBOT = "name of a robot in descriptions/, or a folder or file"
+_ROBOTS = f"{_ROBOT}; default: all robots"
 
 # A number below zero, with a unit or more numbers after it; argparse knows that of plain numbers only.
 _NEGATIVE = r"-\.?\d"
@@ -70,7 +70,7 @@ class Parser(argparse.ArgumentParser):
 
     def add_robot(self) -> None:
         """Add the robot of a command that is about one."""
-        self.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; needed where there are several")
+        self.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; required if there are several")
 
     def add_robots(self, words: str = "ROBOT", help: str = _ROBOTS) -> None:
         """Add what a command takes that goes through robots: its words, which name them, and what they are given."""
@@ -85,25 +85,23 @@ class Parser(argparse.ArgumentParser):
             default=[],
             metavar="NAME=PATH",
             dest="packages",
-            help="folder of a ROS package, for $(find NAME) and package://NAME; may be given again",
+            help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
         )
-        self.add_argument(
-            "--trust", action="store_true", help="say nothing of what a xacro can run: you trust whoever wrote it"
-        )
+        self.add_argument("--trust", action="store_true", help="do not warn about code that a xacro file can run")
         self.add_argument(
             "--xacro-seconds",
             type=_seconds,
             metavar="S",
-            help="how long a xacro may calculate before it is ended; default: 60",
+            help="time limit for a xacro file in seconds; default: 60",
         )
-        group = self.add_argument_group("arguments of the description, or of a xacro")
+        group = self.add_argument_group("arguments of the description or the xacro file")
         group.add_argument(
             "-a",
             "--arg",
             action="append",
             default=[],
             metavar="NAME=VALUE",
-            help="set one; NAME:=VALUE without -a does the same",
+            help="set an argument; NAME:=VALUE without -a is the same",
         )
         group.add_argument(
             "--args",
@@ -111,7 +109,7 @@ class Parser(argparse.ArgumentParser):
             default=[],
             metavar="FILE",
             dest="args_files",
-            help="set those that a YAML file maps to values; -a goes before it",
+            help="read arguments from a YAML file; -a overrides them",
         )
 
     def add_check_options(self, words: str = "ROBOT", help: str = _ROBOTS, hook: bool = False) -> None:
@@ -132,8 +130,7 @@ class Parser(argparse.ArgumentParser):
             "--output",
             type="path",
             metavar="FOLDER",
-            help="where the artifacts stand: of one robot the folder itself, of several a folder for each in it; "
-            "default: outputs/ROBOT",
+            help="folder of the artifacts, with a subfolder for each of several robots; default: outputs/ROBOT",
         )
 
     def add_messages(self, summary: bool = False) -> None:
@@ -143,20 +140,20 @@ class Parser(argparse.ArgumentParser):
                 "--summary",
                 type="path",
                 metavar="FILE",
-                help="append what --format markdown prints to a file, whatever the form of the messages",
+                help="also append the messages to a file, as Markdown",
             )
-        self.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the messages; default: text")
+        self.add_argument(
+            "--format", choices=FORMAT_NAMES, default="text", help="format of the messages; default: text"
+        )
         how_much = self.add_mutually_exclusive_group()
         how_much.add_argument(
-            "-q", "--quiet", action="store_true", help="show errors only, and how many stand-ins there are"
+            "-q", "--quiet", action="store_true", help="print only errors and the number of stand-ins"
         )
-        how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
+        how_much.add_argument("-v", "--verbose", action="store_true", help="also list the files that were read")
 
     def add_notes(self) -> None:
         """Add the option to list the notes that a run counts for people."""
-        self.add_argument(
-            "--notes", action="store_true", help="list notes, stand-ins among them: without it they are counted"
-        )
+        self.add_argument("--notes", action="store_true", help="list notes and stand-ins instead of counting them")
 
     def add_result(self) -> None:
         """Add how a result is printed that is more than messages, and that of those only errors are."""
@@ -166,42 +163,42 @@ class Parser(argparse.ArgumentParser):
     def add_result_form(self, to: Group | None = None) -> None:
         """Add how a result is printed that is more than messages, to a group of options if one is given."""
         (to or self).add_argument(
-            "--format", choices=("text", ENVELOPE), default="text", help="form of the result; default: text"
+            "--format", choices=("text", ENVELOPE), default="text", help="format of the result; default: text"
         )
 
     def add_quiet(self) -> None:
         """Add the option to hear of errors only."""
-        self.add_argument("-q", "--quiet", action="store_true", help="of the messages show errors only")
+        self.add_argument("-q", "--quiet", action="store_true", help="do not print warnings and notes")
 
     def add_hook(self, more: str = "") -> None:
         """Add the option for pre-commit."""
         self.add_argument(
             "--hook",
             action="store_true",
-            help=f"for pre-commit: the words are files that changed, the robots all those of their projects{more}",
+            help=f"for pre-commit: take changed files as arguments and use all robots of their projects{more}",
         )
 
     def add_page(self, what: str) -> None:
         """Add the options of a page that is written into a file; ``what`` says what it shows."""
         self.add_argument("--html", type="path", metavar="FILE", help=what)
-        self.add_argument("--no-meshes", action="store_true", help="with --html: leave the meshes out")
+        self.add_argument("--no-meshes", action="store_true", help="with --html: leave out the meshes")
         self.add_argument(
             "--max-megabytes",
             type=float,
             metavar="NUMBER",
-            help=f"with --html: how much meshes may have together; default: {PAGE_MEGABYTES}",
+            help=f"with --html: size limit for all meshes together, in MB; default: {PAGE_MEGABYTES}",
         )
 
     def add_depfile(self, target: str) -> None:
-        """Add the options that tell a build tool which files were read; ``target`` says the default one."""
+        """Add the options for depfiles; ``target`` ends the help: the default target, or that it is required."""
         self.add_argument(
-            "--depfile", type="path", metavar="FILE", help="write which files were read, as Make and Ninja take it"
+            "--depfile", type="path", metavar="FILE", help="write the files that were read as a Make and Ninja depfile"
         )
         self.add_argument(
             "--depfile-target",
             type="path",
             metavar="NAME",
-            help=f"the target that the depfile names; default: {target}",
+            help=f"target in the depfile; {target}",
         )
 
     def add_modes(self, unnamed: str, to: Group | None = None) -> None:
@@ -212,7 +209,7 @@ class Parser(argparse.ArgumentParser):
             default=[],
             metavar="MODE",
             dest="modes",
-            help=f'a mode that is on, or off: slam, "not slam", slam=off; others: {unnamed}',
+            help=f'switch a mode on or off: slam, "not slam" or slam=off; other modes: {unnamed}',
         )
 
     def add_argument_group(self, *words: Any, **settings: Any) -> Any:

@@ -42,29 +42,29 @@ def options(command: Parser) -> None:
         nargs="*",
         metavar="[ROBOT] OUTPUT",
         completes="[ROBOT] ARTIFACT",
-        help="the robot (name, folder or file, also a URDF, xacro, SDF or MJCF), needed where there are several, and a "
-        "name under outputs, or a format such as urdf, which has its defaults then",
+        help="the robot (name, folder or file; also a URDF, xacro, SDF or MJCF), required if there are several, and "
+        "the name of an output or a format such as urdf",
     )
-    command.add_argument("-o", "--output", type="path", metavar="FILE", help="write this file instead, all at once")
     command.add_argument(
-        "--list", action="store_true", completes="[ROBOT]", help="list the outputs of the robot: name, format, file"
+        "-o", "--output", type="path", metavar="FILE", help="write to a file instead of standard output"
     )
+    command.add_argument("--list", action="store_true", completes="[ROBOT]", help="list the outputs of the robot")
     command.add_result_form()
-    command.add_depfile("the FILE of -o")
+    command.add_depfile("default: FILE of -o")
     # A launch file takes whatever stands on standard error for a failure.
     command.set_defaults(in_logs=False)
     how_much = command.add_mutually_exclusive_group()
-    how_much.add_argument("-q", "--quiet", action="store_true", help="show errors only; the default")
+    how_much.add_argument("-q", "--quiet", action="store_true", help="print only errors (default)")
     how_much.add_argument(
         "-v",
         "--verbose",
         action="store_true",
-        help="on standard error, show warnings and notes, and which files were read",
+        help="also print warnings, notes and the files that were read to standard error",
     )
     command.add_argument(
         "--lenient",
         action="store_true",
-        help="of a URDF, xacro, SDF or MJCF, take what breaks the specification where that works",
+        help="accept a URDF, xacro, SDF or MJCF that violates its specification, where possible",
     )
     command.add_given()
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from .parser import Parser
 
 # By what people want to do; the help lists the groups in this order, and those of plug-ins behind them.
-GROUPS = ("describe and compile", "bring in", "ask", "build with it", "run on the robot", "set up")
+GROUPS = ("describe and compile", "import and compare", "inspect", "build systems", "deploy and verify", "set up")
 
 Kind = TypeVar("Kind", bound="Command | Check")
 

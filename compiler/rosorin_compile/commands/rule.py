@@ -26,7 +26,7 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 
 def options(command: Parser) -> None:
     """Add what this command takes."""
-    what = "what a message has in brackets: axis-zero for error[axis-zero]; default: list all"
+    what = "id in the brackets of a message, such as axis-zero; default: list all rules"
     command.add_argument("words", nargs="*", metavar="ID", help=what)
     command.add_result_form()
 

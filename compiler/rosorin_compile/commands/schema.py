@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 # The schemas that are no format's, and whose form they describe.
 _NAMES = {
-    "authoring": "a description as people write it, with expressions, parts and loops: for editors (default)",
-    "description": "a description after includes, arguments and expressions",
+    "authoring": "a description as written, with expressions, parts and loops (default)",
+    "description": "a description after includes, arguments and expressions are evaluated",
     "robot_diff": "the result of diff --format json",
     "recording": "the result of verify --format json",
 }
@@ -32,11 +32,16 @@ def options(command: Parser) -> None:
     known = names()
     width = max(map(len, known))
     command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = "NAME is one of:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in known.items())
+    command.epilog = "schemas:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in known.items())
     command.add_argument(
-        "name", nargs="?", default="authoring", metavar="NAME", completes="SCHEMA", help="see below; default: authoring"
+        "name",
+        nargs="?",
+        default="authoring",
+        metavar="NAME",
+        completes="SCHEMA",
+        help="name of a schema, see below; default: authoring",
     )
-    command.add_argument("--list", action="store_true", help="list the names, and whose form each describes")
+    command.add_argument("--list", action="store_true", help="list the schemas")
     command.add_result_form()
 
 
@@ -50,7 +55,7 @@ def _of_answers() -> dict[str, str]:
     """Return the schemas of what commands answer, by their names."""
     files = [file for file in world.names(data_folder("schemas")) if file.startswith(GENERAL)]
     commands = {file.removesuffix(_ENDING): file.removesuffix(_ENDING).split("_")[1:] for file in files}
-    return {name: f"what {' '.join(words) or 'any command'} --format json prints" for name, words in commands.items()}
+    return {name: f"the result of {' '.join(words) or 'any command'} --format json" for name, words in commands.items()}
 
 
 def text_of(name: str) -> str:

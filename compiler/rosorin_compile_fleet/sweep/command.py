@@ -39,15 +39,22 @@ _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-
 
 def options(command: Parser) -> None:
     """Add the options of the command."""
-    over = "the variants: a CSV or YAML file with a row or entry each, or a folder with a file of arguments each"
-    whole = "with a folder: the argument that gets each file as a table, or its path if the argument is a text"
+    over = "variants: a CSV file with a row for each, a YAML list, or a folder with a file of arguments for each"
+    whole = "with a folder: argument to set to the content of each file, or to its path if it is a text"
     command.add_robot()
     command.add_argument("--over", required=True, type="path", metavar="LIST", completes="FILE", help=over)
-    command.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="a folder per variant")
+    command.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type="path",
+        metavar="FOLDER",
+        help="output folder, with a subfolder for each variant",
+    )
     command.add_argument("-j", "--jobs", type=int, metavar="NUMBER", help="number of processes; default: one per core")
     command.add_argument("--as", default="", dest="whole", metavar="ARGUMENT", help=whole)
-    command.add_argument("--dask", metavar="ADDRESS", help="compile on a Dask cluster, such as tcp://HOST:8786")
-    command.add_argument("--prune", action="store_true", help="remove variants that are not in the list any more")
+    command.add_argument("--dask", metavar="ADDRESS", help="address of a Dask scheduler, such as tcp://HOST:8786")
+    command.add_argument("--prune", action="store_true", help="delete variants that are no longer in the list")
     command.add_messages()
     command.add_given()
 

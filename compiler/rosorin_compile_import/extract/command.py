@@ -38,14 +38,14 @@ def options(command: Parser) -> None:
         (
             "boxes",
             "SOURCE ...",
-            "a box, an oriented box, a cylinder, a capsule and a stack of boxes around each part",
+            "fit boxes, oriented boxes, cylinders, capsules and stacks of boxes to meshes",
             _boxes_options,
         ),
-        ("heightmap", "SOURCE ...", "the top surface of a mesh as heights on a grid", _heightmap_options),
+        ("heightmap", "SOURCE ...", "compute the top surface of a mesh as heights on a grid", _heightmap_options),
         (
             "factory",
             "PACKAGE -o FOLDER",
-            "all numbers of a ROS description package: joints, boxes, height map",
+            "extract joints, boxes and a height map from a ROS description package",
             _factory_options,
         ),
     ):
@@ -58,45 +58,57 @@ def options(command: Parser) -> None:
 
 def _boxes_options(way: Parser) -> None:
     way.add_argument(
-        "words", nargs="+", metavar="SOURCE", help="mesh files, or one robot: URDF, xacro, SDF, MJCF, description"
+        "words", nargs="+", metavar="SOURCE", help="mesh files, or one robot: description, URDF, xacro, SDF or MJCF"
     )
-    way.add_argument("--link", action="append", default=[], help="only this link of the robot; may be given again")
+    way.add_argument("--link", action="append", default=[], help="use only this link of the robot; repeatable")
     _section_option(way)
-    way.add_argument("--shape", choices=_KINDS, default="box", help="the shape to write; default: box")
-    way.add_argument("--stack", type=int, default=4, metavar="N", help="boxes of a stack; default: 4")
+    way.add_argument("--shape", choices=_KINDS, default="box", help="shape to write; default: box")
+    way.add_argument("--stack", type=int, default=4, metavar="N", help="number of boxes in a stack; default: 4")
     way.add_argument(
-        "--axis", choices=("x", "y", "z", "auto"), default="auto", help="the axis of the stack; default: auto, the best"
+        "--axis", choices=("x", "y", "z", "auto"), default="auto", help="axis of the stack; default: auto, the best fit"
     )
-    way.add_argument("--scale", default="1", metavar="S", help="factor of mesh files; 0.001 for millimetres; or X,Y,Z")
-    way.add_argument("--digits", type=int, default=5, metavar="N", help="decimals of metres; default: 5")
+    way.add_argument("--scale", default="1", metavar="S", help="scale factor of mesh files, such as 0.001, or X,Y,Z")
+    way.add_argument("--digits", type=int, default=5, metavar="N", help="decimals of lengths in metres; default: 5")
     _output_options(way)
 
 
 def _heightmap_options(way: Parser) -> None:
     way.add_argument("words", nargs="+", metavar="SOURCE", help="mesh files, or one robot with --link")
-    way.add_argument("--link", help="the link of the robot whose meshes are taken")
+    way.add_argument("--link", help="link of the robot whose meshes are used")
     _section_option(way)
-    way.add_argument("--frame", help="the link that the map is given in; of a robot, its meshes are moved there")
+    way.add_argument("--frame", help="link whose frame the height map uses")
     _grid_options(way)
-    way.add_argument("--bottom", action="store_true", help="measure where the body begins in each cell, too")
-    way.add_argument("--xyz", default="0,0,0", metavar="X,Y,Z", help="where the mesh is in the frame, such as 0,0,25mm")
-    way.add_argument("--rpy", default="0,0,0", metavar="R,P,Y", help="how it is turned there: radians, or 90deg")
-    way.add_argument("--scale", default="1", metavar="S", help="factor of mesh files; 0.001 for millimetres; or X,Y,Z")
+    way.add_argument("--bottom", action="store_true", help="also compute the lowest point in each cell")
     way.add_argument(
-        "--into", metavar="FILE", help="replace the height map in this file of a description; grid as there"
+        "--xyz", default="0,0,0", metavar="X,Y,Z", help="position of the mesh in the frame, such as 0,0,25mm"
     )
-    way.add_argument("--status", choices=_STATUSES, default="calculated", help="status of its source")
-    way.add_argument("--note", help="note of its source; default: the names of the meshes")
+    way.add_argument(
+        "--rpy",
+        default="0,0,0",
+        metavar="R,P,Y",
+        help="orientation of the mesh in the frame, in radians or with a unit (90deg)",
+    )
+    way.add_argument("--scale", default="1", metavar="S", help="scale factor of mesh files, such as 0.001, or X,Y,Z")
+    way.add_argument("--into", metavar="FILE", help="replace the height map in a description file, with the same grid")
+    way.add_argument(
+        "--status",
+        choices=_STATUSES,
+        default="calculated",
+        help="status of the source in the description; default: calculated",
+    )
+    way.add_argument("--note", help="note of the source in the description; default: the names of the meshes")
     _output_options(way)
 
 
 def _factory_options(way: Parser) -> None:
-    way.add_argument("words", nargs="+", metavar="PACKAGE", help="the folder of a ROS description package")
-    way.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="the folder for the files")
-    way.add_argument("--robot", metavar="FILE", help="the file of the robot in the package; default: the only one")
-    way.add_argument("--heightmap-link", metavar="LINK", help="the link whose meshes become the height map")
-    way.add_argument("--frame", metavar="LINK", help="the link that the height map is given in; default: the same")
-    way.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
+    way.add_argument("words", nargs="+", metavar="PACKAGE", help="folder of a ROS description package")
+    way.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="folder to write")
+    way.add_argument("--robot", metavar="FILE", help="robot file in the package; default: the only one")
+    way.add_argument("--heightmap-link", metavar="LINK", help="link whose meshes are used for the height map")
+    way.add_argument(
+        "--frame", metavar="LINK", help="link whose frame the height map uses; default: that of --heightmap-link"
+    )
+    way.add_argument("--lenient", action="store_true", help="accept violations of the specification where possible")
     _section_option(way)
     _grid_options(way)
 
@@ -107,25 +119,29 @@ def _section_option(way: Parser) -> None:
         choices=("auto", "collision", "visual"),
         default="auto",
         dest="section",
-        help="meshes of which shapes; default: those of collision, and of visual where there are none",
+        help="use meshes of these shapes; default: collision, else visual",
     )
 
 
 def _grid_options(way: Parser) -> None:
-    way.add_argument("--cell", metavar="LENGTH", help="edge of a cell, such as 1cm; default: 10 mm")
-    way.add_argument("--origin", metavar="X,Y", help="corner of the first cell; default: that of the mesh")
-    way.add_argument("--cells", metavar="NXxNY", help="how many cells along x and y; default: to the end of the mesh")
-    way.add_argument("--size", metavar="X,Y", help="the same as lengths")
-    way.add_argument("--spacing", metavar="LENGTH", help="largest distance of samples; default: a third of a cell")
-    way.add_argument("--exact", action="store_true", help="calculate the highest point in each cell, sample nothing")
-    way.add_argument("--below", metavar="Z", help="leave out all surface above this height")
+    way.add_argument("--cell", metavar="LENGTH", help="edge length of a cell; default: 10mm")
+    way.add_argument("--origin", metavar="X,Y", help="corner of the first cell; default: corner of the mesh")
+    way.add_argument("--cells", metavar="NXxNY", help="number of cells along x and y; default: cover the mesh")
+    way.add_argument("--size", metavar="X,Y", help="size of the grid, instead of --cells")
+    way.add_argument("--spacing", metavar="LENGTH", help="maximum distance between samples; default: a third of a cell")
+    way.add_argument(
+        "--exact", action="store_true", help="compute the highest point in each cell exactly instead of sampling"
+    )
+    way.add_argument("--below", metavar="Z", help="ignore surfaces above this height")
     way.add_argument("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4")
-    way.add_argument("--step", metavar="LENGTH", help="heights of the boxes are multiples of this; default: a cell")
+    way.add_argument(
+        "--step", metavar="LENGTH", help="round heights of boxes to multiples of this length; default: the cell"
+    )
 
 
 def _output_options(way: Parser) -> None:
-    way.add_argument("-o", "--output", type="path", metavar="FILE", help="write a file instead of standard output")
-    way.add_argument("--force", action="store_true", help="overwrite a file that extract did not make")
+    way.add_argument("-o", "--output", type="path", metavar="FILE", help="write to a file instead of standard output")
+    way.add_argument("--force", action="store_true", help="replace a file that this command did not write")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,10 +7,10 @@ from rosorin_compile import Command
 COMMANDS = (
     Command(
         name="extract",
-        group="bring in",
+        group="import and compare",
         words="",
-        help="take boxes and height maps out of meshes",
-        exits="0 taken out, 1 it cannot be",
+        help="compute boxes and height maps from meshes",
+        exits="0 written, 1 errors",
         options="command:options",
         run="command:run",
         order=20,

@@ -45,8 +45,10 @@ _HOW = "rosorin-compile collisions ROBOT"
 def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_robot()
-    command.add_argument("-o", "--output", type="path", metavar="FILE", help=f"default: {FILE} beside the description")
-    command.add_argument("--force", action="store_true", help="compute it anew, though it is that of the robot")
+    command.add_argument(
+        "-o", "--output", type="path", metavar="FILE", help=f"file to write; default: {FILE} next to the description"
+    )
+    command.add_argument("--force", action="store_true", help="compute again, even if the file is up to date")
     command.add_result()
     command.add_given()
 

@@ -59,10 +59,10 @@ def options(command: Parser) -> None:
     command.add_argument(
         "--base",
         choices=("fixed", "free"),
-        help="fixed: held in the world; free: on a floor; default: free where it has a drive",
+        help="fix the base to the world, or put the robot on a floor; default: free if it has a drive",
     )
     command.add_argument(
-        "--seconds", type=float, default=2.0, metavar="NUMBER", help="how long a pose is held; default: 2"
+        "--seconds", type=float, default=2.0, metavar="NUMBER", help="time to hold each pose; default: 2"
     )
     said = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" for name, one in LIMITS.items())
     command.add_argument(
@@ -71,10 +71,10 @@ def options(command: Parser) -> None:
         default=[],
         metavar="NAME=NUMBER",
         dest="limits",
-        help=f"another limit, for what is beyond it fails; default: {said}",
+        help=f"override a limit; defaults: {said}",
     )
-    command.add_argument("--no-timing", action="store_true", help="leave out how fast it was: no two runs agree on it")
-    command.add_argument("--html", type="path", metavar="FILE", help="write a page with the curves")
+    command.add_argument("--no-timing", action="store_true", help="leave out the run time, which differs between runs")
+    command.add_argument("--html", type="path", metavar="FILE", help="write a page with plots")
     command.add_result()
     command.add_given()
 

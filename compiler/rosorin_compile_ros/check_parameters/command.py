@@ -34,18 +34,20 @@ _MOST = 1_000_000  # bytes of a file that are looked at
 
 def options(command: Parser) -> None:
     """Add what this check takes."""
-    command.add_check_options("ROBOT FILE", "the robot, where there are several, and the parameter files of its nodes")
+    command.add_check_options(
+        "ROBOT FILE", "the robot, required if there are several, and parameter files of its nodes"
+    )
     add = command.add_argument_group("parameter files").add_argument
     many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": "path", "metavar": "FILE"}
     command.set_defaults(parameters=[])
-    add("--controllers", **many, help="files of a controller_manager: they have to name controllers")
-    add("--launch", **many, help="launch files that say remaps")
-    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="a remap")
-    add("--namespace", default="", metavar="NS", help="the namespace that the nodes run in")
+    add("--controllers", **many, help="parameter files of a controller_manager")
+    add("--launch", **many, help="launch files to read remappings from")
+    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="add a remapping")
+    add("--namespace", default="", metavar="NS", help="namespace of the nodes")
     add(
         "--distribution",
         choices=DISTRIBUTION["enum"],
-        help="that of ROS 2; default: that of the outputs, else any of them",
+        help="ROS 2 distribution; default: that of the outputs, else any",
     )
 
 

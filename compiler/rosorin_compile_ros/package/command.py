@@ -39,34 +39,34 @@ _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_robot()
-    command.add_argument(
-        "-o", "--output", required=True, type="path", metavar="FOLDER", help="the folder of the package"
-    )
+    command.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="folder of the package")
     command.add_argument("--name", metavar="NAME", help="name of the package; default: ROBOT_description")
-    command.add_argument("--build-type", choices=("ament_cmake", "ament_python"), help="default: ament_cmake")
-    command.add_argument("--package-version", metavar="X.Y.Z", help="default: 0.1.0")
-    command.add_argument("--maintainer", metavar="'NAME <MAIL>'", help="who answers for the package")
-    command.add_argument("--license", metavar="SPDX", help="such as Apache-2.0")
-    command.add_argument("--url", metavar="URL", help="where the package is at home")
+    command.add_argument(
+        "--build-type", choices=("ament_cmake", "ament_python"), help="build type of the package; default: ament_cmake"
+    )
+    command.add_argument("--package-version", metavar="X.Y.Z", help="version of the package; default: 0.1.0")
+    command.add_argument("--maintainer", metavar="'NAME <MAIL>'", help="maintainer of the package")
+    command.add_argument("--license", metavar="SPDX", help="license of the package, such as Apache-2.0")
+    command.add_argument("--url", metavar="URL", help="website of the package")
     command.add_argument(
         "--topic",
         action="append",
         default=[],
         dest="topics",
         metavar="SENSOR=TOPIC",
-        help="where a sensor publishes, for the view in RViz",
+        help="topic of a sensor, for the RViz configuration; repeatable",
     )
     command.add_argument(
         "--compile-at-launch",
         action=argparse.BooleanOptionalAction,
-        help="let the package compile the description whenever it is launched, its arguments as launch arguments",
+        help="compile the description at launch, with its arguments as launch arguments",
     )
     for word, what in (
         (CONTROL, "the controller_manager and the controllers"),
         (MOVEIT, "MoveIt"),
-        (NAV2, "Nav2 and the filter of odometry"),
+        (NAV2, "Nav2 and robot_localization"),
     ):
-        help = f"let the package start {what}, with the parameters that the robot has outputs for"
+        help = f"add a launch file that starts {what} with the parameters of the robot"
         command.add_argument(f"--{word}", action=argparse.BooleanOptionalAction, help=help)
     command.add_messages()
     command.add_given()

@@ -41,21 +41,19 @@ _HOW = "rosorin-compile deploy ROBOT -o FOLDER"
 def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_robot()
-    command.add_argument(
-        "-o", "--output", type="path", metavar="FOLDER", help="the package, or any other folder; it is there already"
-    )
+    command.add_argument("-o", "--output", type="path", metavar="FOLDER", help="existing package or folder")
     command.add_argument(
         "--map",
         action="append",
         default=[],
         metavar="OUTPUT=PLACE",
-        help="where an output goes in FOLDER (none: nowhere); remembered there",
+        help="path of an output in FOLDER, or none to skip it; stored in FOLDER",
     )
     command.add_argument(
-        "--install", type="path", metavar="FOLDER", help="the install space; default: the one beside, if any"
+        "--install", type="path", metavar="FOLDER", help="install space; default: the one of the workspace, if any"
     )
-    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
-    command.add_argument("--full", action="store_true", help="show text differences in full")
+    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; print what would change")
+    command.add_argument("--full", action="store_true", help="print differences of texts in full")
     command.add_messages()
     command.add_given()
 

@@ -44,9 +44,9 @@ _HOW = "rosorin-compile check deployed ROBOT FOLDER"
 def options(command: Parser) -> None:
     """Add what this check takes."""
     command.add_check_options(
-        "ROBOT FOLDER", "the robot, where there are several, and a package, install space or folder"
+        "ROBOT FOLDER", "the robot, required if there are several, and a package, install space or folder"
     )
-    command.add_argument("--full", action="store_true", help="show text differences in full")
+    command.add_argument("--full", action="store_true", help="print differences of texts in full")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -37,41 +37,45 @@ _SMALLEST, _LARGEST = 16, 8192  # pixels
 def options(command: Parser) -> None:
     """Add the options of this command."""
     command.add_robot()
-    command.add_argument("-o", "--output", type="path", required=True, metavar="FILE", help="the picture: FILE.png")
-    command.add_argument("--force", action="store_true", help="replace a file that this tool did not write")
-    state = command.add_argument_group("state of the joints; those that are not named are at zero")
-    state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
+    command.add_argument(
+        "-o", "--output", type="path", required=True, metavar="FILE", help="picture to write: FILE.png"
+    )
+    command.add_argument("--force", action="store_true", help="replace a file that this command did not write")
+    state = command.add_argument_group("joint positions (default: zero)")
+    state.add_argument("--pose", default="", metavar="POSE", help="named pose of the description")
     for option, dest, form, help in (
-        ("--joint", "joints", "JOINT=VALUE", "30deg, 0.5 (rad or m), pi/2, 5cm; planar: 1,2,30deg; over the pose"),
-        ("--pulse", "pulses", "JOINT=PULSE", "what the servo is sent; over the pose"),
+        ("--joint", "joints", "JOINT=VALUE", "position, such as 30deg, 5cm or 1,2,30deg; overrides --pose"),
+        ("--pulse", "pulses", "JOINT=PULSE", "pulse sent to the servo; overrides --pose"),
     ):
         state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
-    look = command.add_argument_group("look")
+    look = command.add_argument_group("appearance")
     look.add_argument(
         "--from",
         dest="view",
         default="iso",
         metavar="VIEW",
-        help="iso, front, side, top, or AZIMUTH,ELEVATION of the camera: 30deg,20deg; default: iso",
+        help="camera: iso, front, side, top or AZIMUTH,ELEVATION (30deg,20deg); default: iso",
     )
-    look.add_argument("--size", default="1280x800", metavar="WxH", help="in pixels; default: 1280x800")
+    look.add_argument("--size", default="1280x800", metavar="WxH", help="size in pixels; default: 1280x800")
     look.add_argument(
-        "--collision", action="store_true", help="show what collides, too; default: where nothing else is"
+        "--collision", action="store_true", help="show collision shapes of all links; default: of links without visuals"
     )
-    look.add_argument("--frames", action="store_true", help="show the frames that are published, with their names")
+    look.add_argument("--frames", action="store_true", help="show published frames with their names")
     look.add_argument(
         "--frame",
         action="append",
         default=[],
         metavar="FRAME",
         dest="chosen",
-        help="show one frame; may be given again",
+        help="show a frame; repeatable",
     )
-    command.add_modes("on, as in frames", look)
+    command.add_modes("on", look)
     look.add_argument(
-        "--theme", choices=("light", "dark"), default="light", help="the colours around the robot; default: light"
+        "--theme", choices=("light", "dark"), default="light", help="colours of background and floor; default: light"
     )
-    look.add_argument("--transparent", action="store_true", help="no background and no floor, but its shadow")
+    look.add_argument(
+        "--transparent", action="store_true", help="draw only the robot and its shadow, on a transparent background"
+    )
     command.add_result()
     command.add_given()
 

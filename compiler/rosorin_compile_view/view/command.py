@@ -44,14 +44,16 @@ _LAST_PORT = 65535
 def options(command: Parser) -> None:
     """Add what this command takes."""
     command.add_robot()
-    command.add_page("write the page into a file instead of serving it")
-    command.add_argument("--no-open", action="store_true", help="open no browser")
-    command.add_argument("--port", type=int, metavar="NUMBER", help="default: 8642, or another one where that is taken")
+    command.add_page("write the page to a file instead of serving it")
+    command.add_argument("--no-open", action="store_true", help="do not open a browser")
+    command.add_argument(
+        "--port", type=int, metavar="NUMBER", help="port of the server; default: 8642, or another one if it is in use"
+    )
     command.add_argument(
         "--host",
         default=LOOPBACK,
         metavar="ADDRESS",
-        help="show it to other machines, too: whoever reaches the address sees the robot; default: this machine alone",
+        help="address of the server, to make the page accessible from other machines; default: this machine only",
     )
     command.add_result()
     command.add_given()

@@ -4,7 +4,7 @@ from rosorin_compile import Check, Command
 
 BALLS = Command(
     name="balls",
-    group="ask",
+    group="inspect",
     words="[ROBOT]",
     help="list the balls of a robot",
     exits="0 listed, 1 the robot has errors",

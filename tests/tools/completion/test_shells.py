@@ -11,6 +11,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.commands.completion.command import SCRIPTS
+from rosorin_compile.commands.registry import commands
 from support.commands import HANDY
 from support.shells import environment, shell
 
@@ -93,8 +94,8 @@ def test_zsh_shows_what_each_is_and_loads_it_from_a_file(project: Path) -> None:
     needs("zsh")
     with shell("zsh", project, ["LISTMAX=0"]) as made:
         made.send("rosorin-compile c\t\t")
-        seen = made.until("print the script")
-        assert "-- compile, and compare with the committed artifacts" in seen
+        seen = made.until("print the completion script")
+        assert f"-- {commands()['check'].help}" in seen
     assert SCRIPTS["zsh"].startswith("#compdef rosorin-compile\n")
     folder = project / "functions"
     folder.mkdir()
@@ -110,7 +111,7 @@ def test_zsh_shows_what_each_is_and_loads_it_from_a_file(project: Path) -> None:
 def test_fish_is_told_words_and_what_they_are(project: Path) -> None:
     needs("fish")
     wanted = {
-        "chec": "check\tcompile, and compare with the committed artifacts",
+        "chec": f"check\t{commands()['check'].help}",
         "tf map od": "odom",
         "all sc": "scale:=\tdefault: 1",
         "all scale:=": "scale:=1",

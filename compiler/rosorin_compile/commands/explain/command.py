@@ -26,9 +26,9 @@ def options(command: Parser) -> None:
         nargs="+",
         metavar="[ROBOT] NAME",
         completes="[ROBOT] THING ...",
-        help="frames, links, joints, sensors, uses of parts, and numbers of theirs (z, mass); before them the robot",
+        help="the robot, and names of frames, links, joints, sensors, parts or their values (z, mass)",
     )
-    command.add_argument("--pose", default="", metavar="POSE", help="show the frames in this named pose, too")
+    command.add_argument("--pose", default="", metavar="POSE", help="also print the frames in a named pose")
     command.add_result()
     command.add_given()
 

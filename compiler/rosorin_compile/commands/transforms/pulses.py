@@ -43,15 +43,15 @@ def options(command: Parser) -> None:
         nargs="*",
         metavar="[ROBOT] JOINT=VALUE",
         completes="[ROBOT] SERVO=VALUE ...",
-        help="a whole number is a pulse, a number with a unit (30deg) a position; without any: the calibration",
+        help="pulse as an integer, or position with a unit (30deg); default: print the calibration",
     )
     plain = command.add_mutually_exclusive_group()
-    plain.add_argument("--radians", action="store_true", help="numbers without a unit are radians (or metres)")
-    plain.add_argument("--degrees", action="store_true", help="numbers without a unit are degrees (or metres)")
-    command.add_argument("--pose", default="", metavar="POSE", help="all joints of a named pose")
-    command.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
+    plain.add_argument("--radians", action="store_true", help="read numbers without a unit as radians or metres")
+    plain.add_argument("--degrees", action="store_true", help="read numbers without a unit as degrees or metres")
+    command.add_argument("--pose", default="", metavar="POSE", help="convert all joints of a named pose")
+    command.add_argument("--strict", action="store_true", help="treat positions beyond a limit as errors")
     command.add_argument(
-        "--model", metavar="FILE", help="a robot_model.json: prove that it gives the same positions for every pulse"
+        "--model", metavar="FILE", help="check that a robot_model.json gives the same positions for every pulse"
     )
     command.add_result()
     command.add_given()

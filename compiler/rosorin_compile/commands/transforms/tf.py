@@ -52,9 +52,9 @@ _HOW = "rosorin-compile tf ROBOT SOURCE TARGET"
 _MOST_DIGITS = 17
 # Options that may come several times: option, destination, form, help.
 _STATE = (
-    ("--pulse", "pulses", "JOINT=PULSE", "what the servo is sent; over the pose"),
-    ("--joint", "joints", "JOINT=VALUE", "30deg, 0.5 (rad or m), pi/2, 5cm; planar: 1,2,30deg; over pose and pulses"),
-    ("--sweep", "sweeps", "JOINT=FROM:TO:COUNT", "an answer for each of COUNT positions; several: all combinations"),
+    ("--pulse", "pulses", "JOINT=PULSE", "pulse sent to the servo; overrides --pose"),
+    ("--joint", "joints", "JOINT=VALUE", "position, such as 30deg, 5cm or 1,2,30deg; overrides --pose and --pulse"),
+    ("--sweep", "sweeps", "JOINT=FROM:TO:COUNT", "use COUNT positions in turn; repeatable: all combinations"),
 )
 
 
@@ -72,25 +72,27 @@ def options(command: Parser) -> None:
         nargs="*",
         metavar="[ROBOT] SOURCE TARGET",
         completes="[ROBOT] FRAME FRAME",
-        help="the robot, needed where there are several; the answer is where TARGET sits in SOURCE",
+        help="the robot, required if there are several, and the frames: prints the pose of TARGET in SOURCE",
     )
-    state = command.add_argument_group("state of the joints; those that are not named are at zero")
-    state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
+    state = command.add_argument_group("joint positions (default: zero)")
+    state.add_argument("--pose", default="", metavar="POSE", help="named pose of the description")
     for option, dest, form, help in _STATE:
         state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
-    state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
-    command.add_modes("off, where one is named")
+    state.add_argument("--strict", action="store_true", help="treat positions beyond a limit as errors")
+    command.add_modes("off; without --mode all are on")
     answer = command.add_mutually_exclusive_group()
     command.add_result_form(answer)
-    answer.add_argument("--table", action="store_true", help="one line a state: x y z in m, roll pitch yaw in degrees")
-    answer.add_argument("--csv", action="store_true", help="one line a state: numbers in full, in m and rad")
+    answer.add_argument(
+        "--table", action="store_true", help="print one line per state: x y z in m, roll pitch yaw in degrees"
+    )
+    answer.add_argument("--csv", action="store_true", help="print one line per state: all digits, in m and rad")
     command.add_argument(
         "--distro",
         choices=("humble", "jazzy"),
         default="humble",
-        help="whose tf2_echo; jazzy says (xyzw); default: humble",
+        help="ROS distribution whose tf2_echo format is used; default: humble",
     )
-    command.add_argument("--digits", type=int, metavar="N", help="digits after the point; default: 3, as tf2_echo has")
+    command.add_argument("--digits", type=int, metavar="N", help="decimals; default: 3")
     command.add_quiet()
     command.add_given()
 

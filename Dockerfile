@@ -1,7 +1,7 @@
 # Compiles the project in /work: docs/install.md shows how to build and run the image.
 FROM python:3.12-slim AS build
 WORKDIR /src
-COPY pyproject.toml setup.py README.md LICENSE NOTICE package.xml ./
+COPY MANIFEST.in pyproject.toml setup.py README.md LICENSE NOTICE package.xml ./
 COPY ament/resource ament/resource
 COPY bazel bazel
 COPY cmake cmake

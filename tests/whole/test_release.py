@@ -55,6 +55,7 @@ def test_the_version_is_the_same_everywhere() -> None:
         found("CITATION.cff", r"^version: (.+)$"),
         found("cmake/rosorin_compileConfigVersion.cmake", r'^set\(PACKAGE_VERSION "(.+)"\)'),
         found("ament/rosorin_compile_cmake/package.xml", "<version>(.+)</version>"),
+        found("package.xml", "<version>(.+)</version>"),
         found("CHANGELOG.md", VERSION.pattern),
         page["version"],
     } == {__version__}

@@ -10,6 +10,7 @@ import re
 import sys
 import tarfile
 from pathlib import Path
+from typing import ClassVar
 
 from setuptools import Command, __version__, setup
 from setuptools.command.build_py import build_py
@@ -75,7 +76,7 @@ class Develop(Command):
     copies instead. ``pip install -e`` does not need it.
     """
 
-    user_options: list[tuple[str, str | None, str]] = []
+    user_options: ClassVar = []
 
     def initialize_options(self) -> None:
         """Do nothing: there are no options."""

@@ -1,4 +1,7 @@
-"""What pyproject.toml cannot say: the licence, the page for an index, archives that are made alike."""
+"""The parts of the build that pyproject.toml cannot describe.
+
+These are the licence, the page for PyPI, archives that are equal to the byte, and the installation by colcon.
+"""
 
 import gzip
 import io
@@ -7,19 +10,25 @@ import re
 import sys
 import tarfile
 from pathlib import Path
+from typing import ClassVar
 
-from setuptools import __version__, setup
+from setuptools import Command, __version__, setup
 from setuptools.command.build_py import build_py
 from setuptools.command.sdist import sdist
 
 sys.path.insert(0, "compiler")
-# Archives hold no time of their making and nothing of the umask: the same tree gives the same bytes. Zip goes back to
-# 1980; wheel reads the variable, too (https://reproducible-builds.org/docs/source-date-epoch/).
+# Archives contain no build time and do not depend on the umask: the same tree gives the same bytes. Zip begins in 1980;
+# wheel reads the variable, too (https://reproducible-builds.org/docs/source-date-epoch/).
 EPOCH = os.environ.setdefault("SOURCE_DATE_EPOCH", "315532800")
 os.umask(0o022)
-for paper in ("LICENSE", "NOTICE"):  # they are copied with their modes
-    if Path(paper).stat().st_mode & 0o777 != 0o644:
-        Path(paper).chmod(0o644)
+# A package of ROS: the marker of the ament index, and its package.xml.
+SHARED = {
+    "share/ament_index/resource_index/packages": ["ament/resource/rosorin_compile"],
+    "share/rosorin_compile": ["package.xml"],
+}
+for name in ("LICENSE", "NOTICE", *(file for files in SHARED.values() for file in files)):  # copied with their modes
+    if Path(name).stat().st_mode & 0o777 != 0o644:
+        Path(name).chmod(0o644)
 
 
 class BuildPy(build_py):
@@ -60,6 +69,25 @@ class Sdist(sdist):
         return str(made)
 
 
+class Develop(Command):
+    """Replaces a command of setuptools that only ``colcon build --symlink-install`` uses.
+
+    It cannot link folders such as templates/ into the package. Without the option --editable here, colcon installs
+    copies instead. ``pip install -e`` does not need it.
+    """
+
+    user_options: ClassVar = []
+
+    def initialize_options(self) -> None:
+        """Do nothing: there are no options."""
+
+    def finalize_options(self) -> None:
+        """Do nothing: there are no options."""
+
+    def run(self) -> None:
+        raise SystemExit("not supported: use pip install -e .")
+
+
 def page(text: str) -> str:
     """Return README.md for an index, which has no file that it names: without pictures and comments, links as words."""
     text = re.sub(r"<!--.*?-->\n?|<picture>.*?</picture>\n*", "", text, flags=re.DOTALL)
@@ -79,7 +107,9 @@ def addresses() -> dict[str, str]:
 LICENCE = "license_expression" if int(__version__.partition(".")[0]) >= 77 else "license"
 setup(
     **{LICENCE: "Apache-2.0", "license_files": ["LICENSE", "NOTICE"]},
-    cmdclass={"build_py": BuildPy, "sdist": Sdist},
+    python_requires=">=3.10",  # not in pyproject.toml: colcon cannot read the object that setuptools makes of that
+    data_files=list(SHARED.items()),
+    cmdclass={"build_py": BuildPy, "develop": Develop, "sdist": Sdist},
     long_description=page(Path("README.md").read_text("utf-8")),
     long_description_content_type="text/markdown",
     project_urls=addresses(),

@@ -45,19 +45,21 @@ FIRST_COMMIT = "6abe65265abf0e1a4c985ce4fc1b581b4781b3c3"
 
 
 def test_the_version_is_the_same_everywhere() -> None:
-    def found(file: str, pattern: str) -> str:
+    patterns = {
+        "pyproject.toml": r'^version = "(.+)"$',
+        "CITATION.cff": r"^version: (.+)$",
+        "cmake/rosorin_compileConfigVersion.cmake": r'^set\(PACKAGE_VERSION "(.+)"\)',
+        "package.xml": "<version>(.+)</version>",
+        "ament/rosorin_compile_cmake/package.xml": "<version>(.+)</version>",
+        "CHANGELOG.md": VERSION.pattern,
+    }
+    found = {}
+    for file, pattern in patterns.items():
         match = re.search(pattern, (ROOT / file).read_text("utf-8"), re.MULTILINE)
-        return match[1] if match else f"{file} has none"
-
-    page = json.loads((ROOT / "viewer" / "package.json").read_text("utf-8"))
-    assert {
-        found("pyproject.toml", r'^version = "(.+)"$'),
-        found("CITATION.cff", r"^version: (.+)$"),
-        found("cmake/rosorin_compileConfigVersion.cmake", r'^set\(PACKAGE_VERSION "(.+)"\)'),
-        found("ament/rosorin_compile_cmake/package.xml", "<version>(.+)</version>"),
-        found("CHANGELOG.md", VERSION.pattern),
-        page["version"],
-    } == {__version__}
+        found[file] = match[1] if match else ""
+    for file in ("viewer/package.json", "viewer/package-lock.json"):
+        found[file] = json.loads((ROOT / file).read_text("utf-8"))["version"]
+    assert found == dict.fromkeys(found, __version__)
 
 
 def sections() -> list[str]:

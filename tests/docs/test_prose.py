@@ -17,7 +17,6 @@ REWRITTEN = (
     "extend.md",
     "moveit.md",
     "nav2.md",
-    "own-artifacts.md",
     "parts-library.md",
     "ros-package.md",
     "shell.md",

@@ -115,7 +115,14 @@ def test_links_lead_somewhere(page: Path) -> None:
         name, _, anchor = target.partition("#")
         path = (page.parent / name).resolve() if name else page
         assert path.exists(), f"{page.name}: {target}"
+        assert page.parent != DOCS or DOCS in path.parents, f"{page.name}: {target} is not on the site"
         assert not anchor or anchor in anchors(path.read_text("utf-8")), f"{page.name}: {target}"
+
+
+def test_the_tree_of_frames_is_the_artifact() -> None:
+    """The site has only files of docs/, so the picture is a copy."""
+    picture = "frames_slam.svg"
+    assert (DOCS / "pictures" / picture).read_bytes() == (ROOT / "outputs" / "rosorin" / picture).read_bytes()
 
 
 def test_python_on_a_page_runs(tmp_path: Path) -> None:

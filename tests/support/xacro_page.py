@@ -125,7 +125,7 @@ def _section(case: Case) -> list[str]:
         lines += ["", f"```{piece.language}", piece.text, "```"]
     if case.expected:
         lines += ["", *_message(case)]
-    files = [f"[{name}]({_address(case, name)})" for name in ("robot.xacro", "robot.yaml") if case.has(name)]
+    files = [f"`tests/xacro/{case.name}/{name}`" for name in ("robot.xacro", "robot.yaml") if case.has(name)]
     lines += ["", f"Whole files: {', '.join(files)}"] if files else []
     return lines[1:] if lines[0] == "" else lines  # no remarks
 
@@ -159,10 +159,6 @@ def _names_section() -> list[str]:
 
 def _anchor(title: str) -> str:
     return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
-
-
-def _address(case: Case, name: str) -> str:
-    return f"../tests/xacro/{case.name}/{name}"
 
 
 def _wrapped(text: str) -> str:

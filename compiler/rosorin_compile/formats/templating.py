@@ -35,7 +35,7 @@ RULES = (
     Rule(
         "template-failed",
         "A template asks for a name that does not exist, or fails in another way.",
-        "[Names in a template](own-artifacts.md#names-in-a-template).",
+        "[Names in a template](artifacts.md#names-in-a-template).",
         TEMPLATES,
     ),
     Rule("template-unsafe", "A template tries to leave the sandbox.", "Templates reach values, no Python.", TEMPLATES),

@@ -1,0 +1,182 @@
+"""The site of the documentation, which zensical.toml configures: it builds strictly and needs no other host."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from html.parser import HTMLParser
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from support.paths import DOCS, ROOT
+
+CONFIGURATION = (ROOT / "zensical.toml").read_text("utf-8")
+PAGES = sorted(path.name for path in DOCS.glob("*.md") if not path.name.startswith("_"))
+CHROMIUM = shutil.which("chromium")
+# Browsers load the targets of these attributes; that of a link to click is not loaded.
+LOADED = {"src", "srcset", "data", "poster"}
+LOADED_LINKS = {"stylesheet", "icon", "preload", "modulepreload", "prefetch", "preconnect", "dns-prefetch", "manifest"}
+ELSEWHERE = re.compile(r"^\s*(?:\w+:)?//")
+# Only from this host, and what the page itself contains; the browser posts each violation to /violation.
+POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline' blob:; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data:; report-uri /violation"
+)
+
+
+class Loads(HTMLParser):
+    """The addresses that a browser loads for the elements of a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.addresses: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = {name: value or "" for name, value in attrs}
+        self.addresses += [value for name, value in values.items() if name in LOADED]
+        if tag == "link" and LOADED_LINKS & set(values.get("rel", "").split()):
+            self.addresses.append(values["href"])
+
+
+@pytest.fixture(scope="module")
+def zensical(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Install the version that zensical.toml names."""
+    pinned = re.search(r"zensical==\S+", CONFIGURATION)
+    assert pinned
+    folder = tmp_path_factory.mktemp("zensical")
+    subprocess.run([sys.executable, "-m", "venv", folder], check=True)
+    subprocess.run([folder / "bin/pip", "install", "--quiet", pinned[0]], check=True)
+    return folder / "bin/zensical"
+
+
+@pytest.fixture(scope="module")
+def site(zensical: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the site as the head of zensical.toml documents."""
+    assert " build --clean --strict\n" in CONFIGURATION
+    project = copied(tmp_path_factory.mktemp("project"))
+    built = build(zensical, project)
+    assert built.returncode == 0, built.stdout + built.stderr
+    return project / "site"
+
+
+def copied(project: Path) -> Path:
+    shutil.copytree(DOCS, project / "docs")
+    shutil.copy(ROOT / "zensical.toml", project)
+    return project
+
+
+def build(zensical: Path, project: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([zensical, "build", "--clean", "--strict"], cwd=project, capture_output=True, text=True)
+
+
+def folder_of(page: str) -> str:
+    return "" if page == "README.md" else page.removesuffix(".md") + "/"
+
+
+def test_every_page_is_in_the_navigation_once() -> None:
+    assert sorted(re.findall(r'"([\w-]+\.md)"', CONFIGURATION)) == PAGES
+
+
+@pytest.mark.slow
+@pytest.mark.tier("outside")
+def test_the_site_has_every_page_and_a_search_index(site: Path) -> None:
+    built = sorted(path.relative_to(site).as_posix() for path in site.rglob("*.html"))
+    assert built == sorted(["404.html", *(f"{folder_of(page)}index.html" for page in PAGES)])
+    assert "override" in (site / "search.json").read_text("utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.tier("outside")
+@pytest.mark.parametrize("link", ["no-page.md", "sensors.md#no-such-section"])
+def test_a_broken_link_fails_the_build(zensical: Path, tmp_path: Path, link: str) -> None:
+    page = copied(tmp_path) / "docs" / "parts.md"
+    page.write_text(page.read_text("utf-8") + f"\n[broken]({link})\n", "utf-8")
+    built = build(zensical, tmp_path)
+    assert built.returncode != 0
+    assert "does not exist" in built.stdout + built.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.tier("outside")
+def test_no_page_loads_anything_from_another_host(site: Path) -> None:
+    found = []
+    for path in site.rglob("*.html"):
+        page = Loads()
+        page.feed(path.read_text("utf-8"))
+        found += [f"{path.name}: {address}" for address in page.addresses if ELSEWHERE.match(address)]
+    for path in (*site.rglob("*.css"), *site.rglob("*.html")):
+        loaded = re.findall(r"(?:url\(|@import\s)\s*[\"']?((?:https?:)?//[^\"')\s]+)", path.read_text("utf-8"))
+        found += [f"{path.name}: {address}" for address in loaded]
+    assert found == []
+
+
+class Handler(SimpleHTTPRequestHandler):
+    """Serve the site with the policy; collect what the browser requests and reports."""
+
+    def __init__(self, *arguments: Any, log: list[str], **more: Any) -> None:
+        self.log = log
+        super().__init__(*arguments, **more)
+
+    def end_headers(self) -> None:
+        self.send_header("Content-Security-Policy", POLICY)
+        super().end_headers()
+
+    def do_POST(self) -> None:
+        """Keep the report of a violation."""
+        self.log.append(self.rfile.read(int(self.headers["Content-Length"])).decode())
+        self.send_response(204)
+        self.end_headers()
+
+    def log_request(self, *_: object) -> None:
+        """Keep the address instead of printing it."""
+        self.log.append(self.path)
+
+
+@contextmanager
+def served(site: Path) -> Iterator[tuple[str, list[str]]]:
+    """Serve a folder; give its address, and the requests and violations so far."""
+    log: list[str] = []
+    handler = partial(Handler, directory=str(site), log=log)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}/", log
+        server.shutdown()
+        thread.join()
+
+
+def opened(address: str, profile: Path) -> None:
+    """Open a page in Chromium and let its scripts run."""
+    options = ("--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000", "--dump-dom")
+    command = [str(CHROMIUM), *options, f"--user-data-dir={profile}", address]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+
+
+@pytest.mark.slow
+@pytest.mark.tier("outside")
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium opens the pages")
+def test_scripts_load_nothing_from_another_host(site: Path, tmp_path: Path) -> None:
+    with served(site) as (address, log):
+        for page in ("README.md", "language.md", "frames.md"):
+            opened(address + folder_of(page), tmp_path / "profile")
+    assert "/search.json" in log
+    assert [entry for entry in log if not entry.startswith("/")] == []
+
+
+@pytest.mark.slow
+@pytest.mark.tier("outside")
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium opens the pages")
+def test_a_request_to_another_host_would_be_noticed(tmp_path: Path) -> None:
+    (tmp_path / "index.html").write_text("<script>fetch('https://fonts.example/roboto.css')</script>", "utf-8")
+    with served(tmp_path) as (address, log):
+        opened(address, tmp_path / "profile")
+    assert any("fonts.example" in entry for entry in log)

@@ -32,7 +32,6 @@ PICTURES = {
     "rosorin_frames.png": (str(ROSORIN), "--pose", "tuck", "--frames"),
 }
 SCENES = {f"scene_{path.parent.name}.png": path for path in (ROSORIN, *EXAMPLES.glob("*/robot.yaml"))}
-SCREENSHOTS = {"page.png", "error.png"}  # by docs/make/screenshots.py
 LARGEST = 200_000  # bytes
 
 
@@ -75,10 +74,6 @@ def test_a_committed_picture_shows_the_robot(name, tmp_path):
     assert (off > 24).mean() < 0.002  # another numpy may move an edge, and no more
     assert off.mean() < 0.5
     assert (FOLDER / name).stat().st_size < LARGEST
-
-
-def test_no_picture_is_there_that_nobody_draws():
-    assert {path.name for path in FOLDER.iterdir()} == {*PICTURES, *SCENES, *SCREENSHOTS}
 
 
 if __name__ == "__main__":

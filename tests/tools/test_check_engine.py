@@ -122,7 +122,7 @@ def test_a_refusal_that_names_no_mesh_stands_at_the_output(
     engine = sys.modules["rosorin_compile_mujoco.mjcf.engine"]
     monkeypatch.setattr(engine, "load", lambda *_: ("Error: no room, is too old for it\nline 3", False))
     assert said(capsys, 1) == [
-        "descriptions/cart/robot.yaml:7:11: error[engine-refuses]: cart.xml is not loaded by the engine that it is for:"
+        "descriptions/cart/robot.yaml:7:11: error[engine-refuses]: MuJoCo cannot load cart.xml:"
         " no room, is too old for it line 3"
     ]
 
@@ -153,9 +153,7 @@ def test_an_engine_that_is_too_old_is_a_warning(home: Path, capsys: Shown, monke
     assert main(["all"]) == 0
     monkeypatch.setattr(process, "import_module", lambda name: OldMuJoCo(name))
     (line,) = said(capsys, 0)
-    assert line.startswith(
-        "warning[engine-refuses]: cart.xml is not loaded by the engine that it is for: MuJoCo 3.3.0 is"
-    )
+    assert line.startswith("warning[engine-refuses]: MuJoCo cannot load cart.xml: MuJoCo 3.3.0 is")
     assert "MuJoCo 4 may know it: XML Error: Schema violation: unrecognized attribute: 'output' Element" in line
     monkeypatch.setattr(OldMuJoCo, "__version__", "4.0.0")
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", "off")  # an engine is not put in the place of another as one is here

@@ -100,7 +100,7 @@ def _refusal(given: Given, description: Description, artifact: Artifact, found: 
     from ..frontend.tree import locate
     from ..model import Mesh
 
-    message = f"{artifact.file} is not loaded by the engine that it is for: {found.reason}"
+    message = f"MuJoCo cannot load {artifact.file}: {found.reason}"
     if found.outdated:  # which says nothing of the artifact
         return [Diagnostic("engine-refuses", WARNING, message)]
     known = understood(given, description, Console("json"))  # a second time, for the places; said is nothing

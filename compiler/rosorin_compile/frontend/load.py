@@ -317,7 +317,7 @@ class _Composer:
         if event.anchor not in self.anchors:
             help = "define it above, name a value in let, or put the text in quotes"
             meant = nearest(event.anchor, self.anchors)
-            near = [Related("what may be meant stands here", self.anchors[meant][2])] if meant else []
+            near = [Related("the suggestion is defined here", self.anchors[meant][2])] if meant else []
             help = f'did you mean "*{meant}"? else {help}' if meant else help
             message = f'no anchor "&{event.anchor}" stands before this alias'
             raise LoadError(error("yaml-alias", message, self.span(event), help, near))

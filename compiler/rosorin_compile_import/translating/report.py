@@ -34,9 +34,9 @@ def translation_report(translation: Translation) -> Iterator[str]:
     if translation.environment:
         yield f"variables of the environment that are arguments now: {listed(translation.environment)}"
     if translation.fixed:
-        them = "it changes" if len(translation.fixed) == 1 else "they change"
+        them = "it" if len(translation.fixed) == 1 else "them"
         said = listed([f"{name} ({' '.join(value.split())})" if value else name for name, value in translation.fixed])
-        yield f"arguments that are none any more, because what {them} is written out as it is: {said}"
+        yield f"arguments replaced by their value, because expanded elements depend on {them}: {said}"
     frozen = [one for one in translation.frozen if one.reason]
     for reason, names in groupby(frozen, lambda one: f"{one.reason}{_at(one.span)}"):
         yield f"  {listed([one.name for one in names])}: {reason}"

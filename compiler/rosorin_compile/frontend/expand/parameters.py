@@ -101,7 +101,7 @@ def declare(
             help = did_you_mean(name, known) or "it has none"
             close = nearest(name, known)
             meant.add(close)
-            near = [Related("what may be meant stands here", known[close].place.span)] if close else []
+            near = [Related("the suggestion is defined here", known[close].place.span)] if close else []
             scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help, near)
     missing = [parameter for name, parameter in known.items() if name not in given and not parameter.has_default]
     scope.broken.update(parameter.name for parameter in missing)
@@ -209,7 +209,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         meant = nearest(value, [one for one in allowed if isinstance(one, str)]) if isinstance(value, str) else None
         if meant and isinstance(allowed, Seq):
             help = f'did you mean "{meant}"? ({help})'
-            near = [Related("what may be meant stands here", allowed.value_spans[allowed.index(meant)])]
+            near = [Related("the suggestion is defined here", allowed.value_spans[allowed.index(meant)])]
     else:
         scope.values[name] = _of_type(value, wanted)
         return

@@ -312,7 +312,7 @@ class Parts:
             help = did_you_mean(name, [f"{folder}{part}" for part in known])
             help = help if help.startswith("did") else self._near(short) or help or "define it under parts"
             meant = nearest(short, known)
-            near = [Related("what may be meant stands here", known.key_spans[meant])] if meant else []
+            near = [Related("the suggestion is defined here", known.key_spans[meant])] if meant else []
             scope.report("unknown-part", f'there is no part "{name}"', place, help, near)
             raise Failed
         body = known[short]

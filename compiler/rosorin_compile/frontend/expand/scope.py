@@ -439,7 +439,7 @@ class Scope:
             is_name = near is not None and near.source.line(near.line).startswith(meant, near.column - 1)
             related = [Related(f'"{meant}" {"is named" if is_name else "comes from"} here', near)]
         if problem.near is not None:
-            related.insert(0, Related("what may be meant stands here", problem.near))
+            related.insert(0, Related("the suggestion is defined here", problem.near))
         self.report_traced("expression", problem.message, where, help, related, trace)
 
     def _had(self, names: Sequence[str]) -> dict[str, Any]:

@@ -21,6 +21,10 @@ from support.preloaded import preload
 from support.robots import copy_of_rosorin
 from support.tiers import hold_landings, is_property, tiers_of
 
+# A loaded machine is not a failure: no example has a deadline.
+settings.register_profile("no deadline", deadline=None)
+settings.load_profile("no deadline")
+
 # At a landing a property tries one example in PART, and FEW at least; all of them in a tier.
 PART, FEW = 5, 10
 HELD = "_hypothesis_internal_use_settings"

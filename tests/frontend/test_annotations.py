@@ -236,3 +236,9 @@ def test_what_may_stand_in_a_part_is_what_editors_are_told() -> None:
 
     part = set(schema("authoring")["definitions"]["part"]["properties"])
     assert part - {"help", "params", "let", "use"} == set(of_parts())
+
+
+def test_a_tree_returns_the_value_at_a_path(tmp_path: Path) -> None:
+    loaded = tree(tmp_path, "links: {plate: {sites: [{mass: 2}]}}\n")
+    assert loaded.at(("links", "plate", "sites", 0, "mass")) == 2
+    assert loaded.at(("links", "nothing")) is None

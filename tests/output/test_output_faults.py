@@ -288,6 +288,15 @@ def test_files_are_replaced_one_by_one_where_nothing_can_be_exchanged(folder, mo
     assert names(folder.parent) == ["out"]
 
 
+def test_pruned_files_are_removed_one_by_one_and_folders_stay(folder, monkeypatch):
+    bound_to_its_place(folder, monkeypatch)
+    (folder / "old.txt").write_text("old")
+    (folder / "kept").mkdir()
+    write_set(folder, B, prune=True)
+    assert files_in(folder) == encoded(B)
+    assert names(folder.parent) == ["out"]
+
+
 def test_an_error_between_two_files_leaves_the_old_set(folder, monkeypatch):
     bound_to_its_place(folder, monkeypatch)
     replace, replaced = Path.replace, []

@@ -263,7 +263,6 @@ def test_a_mesh_that_cannot_be_read_is_left_out_and_told(
     assert "<mesh" not in ours()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "made"), [("part.dae", "part.dae.obj"), ("PART.DAE", "PART.DAE.obj")])
 def test_a_dae_becomes_an_obj_of_metres(name: str, made: str, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("trimesh")
@@ -273,7 +272,10 @@ def test_a_dae_becomes_an_obj_of_metres(name: str, made: str, capsys: pytest.Cap
     assert f"note[mesh-converted]: mesh {name} is converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH" in said
     assert f'file="{made}"' in ours()
     assert f'filename="{name}"' in ours("r.urdf")
-    corners = [line for line in Path("outputs/r", made).read_text("utf-8").splitlines() if line.startswith("v ")]
+    lines = Path("outputs/r", made).read_text("utf-8").splitlines()
+    corners = [line for line in lines if line.startswith("v ")]
+    faces = [line.split()[1:] for line in lines if line.startswith("f ")]
+    assert {int(number) for face in faces for number in face} == {1, 2, 3, 4}  # OBJ counts from 1
     assert corners == ["v 0 0 0", "v 0 0 0.00100000005", "v 0 0.00100000005 0", "v 0.00100000005 0 0"]
     assert main(["check"]) == 0
     assert "mesh-converted" not in capsys.readouterr().err

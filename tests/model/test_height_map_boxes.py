@@ -72,6 +72,7 @@ def test_equal_cells_are_one_box_and_a_hole_is_none() -> None:
     ring = HeightMap((0.0, 0.0), CELL, ((0.2, 0.2, 0.2), (0.2, 0.0, 0.2), (0.2, 0.2, 0.2)), STEP)
     assert len(ring.boxes(MERGED)) == 4
     assert HeightMap((0.0, 0.0), CELL, ((0.0,),), STEP).boxes(MERGED) == ()
+    assert bounds_of([Shape(same)]) == Bounds((0.0, 0.0, 0.0), (4 * CELL, 5 * CELL, 0.2))
 
 
 def test_a_cell_that_would_begin_at_its_top_is_a_well() -> None:

@@ -43,14 +43,7 @@ def options(command: Parser) -> None:
     whole = "with a folder: argument to set to the content of each file, or to its path if it is a text"
     command.add_robot()
     command.add_argument("--over", required=True, type="path", metavar="LIST", completes="FILE", help=over)
-    command.add_argument(
-        "-o",
-        "--output",
-        required=True,
-        type="path",
-        metavar="FOLDER",
-        help="output folder, with a subfolder for each variant",
-    )
+    command.add_argument("-o", "--output", required=True, type="path", metavar="FOLDER", help="a folder per variant")
     command.add_argument("-j", "--jobs", type=int, metavar="NUMBER", help="number of processes; default: one per core")
     command.add_argument("--as", default="", dest="whole", metavar="ARGUMENT", help=whole)
     command.add_argument("--dask", metavar="ADDRESS", help="address of a Dask scheduler, such as tcp://HOST:8786")

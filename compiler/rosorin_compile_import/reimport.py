@@ -112,7 +112,7 @@ def is_record(name: str) -> bool:
 
 
 def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
-    """Return the record of the description in a folder, or None if there is none or it is damaged.
+    """Return the record of the description in a folder, or None if it is missing or damaged.
 
     ``others`` are names of files outside the folder that may have a record. Raises OSError.
     """
@@ -132,7 +132,7 @@ def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file, with its line ends. Raises OSError, ValueError."""
+    """Return the text of a file without converting line ends. Raises OSError, ValueError."""
     return world.read(path).decode()
 
 
@@ -278,7 +278,7 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
 
 
 def _without_git(folder: Path, ours: Mapping[str, str], theirs: Mapping[str, str], why: str, source: str) -> Merged:
-    """Return the new files under names of their own; the description and its record stay as they are."""
+    """Return the new files as ``NAME.new``, and leave the description and its record unchanged."""
     files = {_free_name(folder, name, text): text for name, text in theirs.items() if text != ours.get(name)}
     message = (
         f"{folder} was edited, and the changes of the newer {source} are not merged into it: {printable(why)}; "
@@ -288,7 +288,7 @@ def _without_git(folder: Path, ours: Mapping[str, str], theirs: Mapping[str, str
 
 
 def _free_name(folder: Path, name: str, text: str) -> str:
-    """Return a name for the new text of a file under which nothing else is stored."""
+    """Return an unused name for the new text of a file: ``NAME.new``, ``NAME.new2``, ..."""
     number = 1
     while True:
         new = f"{name}{_NEW}" if number == 1 else f"{name}{_NEW}{number}"
@@ -301,7 +301,7 @@ def _free_name(folder: Path, name: str, text: str) -> str:
 def _report(
     record: Record, ours: Mapping[str, str], theirs: Mapping[str, str], files: Mapping[str, str], source: str
 ) -> list[str]:
-    """Return the lines about what was merged and what was kept."""
+    """Return the summary lines about merged and kept files."""
     if dict(theirs) == record.files:
         lines = [f"{source} is as it was when it was imported before"]
     else:
@@ -313,7 +313,7 @@ def _report(
 
 
 def remove(folder: Path, merged: Merged) -> None:
-    """Remove the files that the source has no use for, unless they changed since they were read. Raises OSError."""
+    """Delete files that the source no longer produces, unless they changed since they were read. Raises OSError."""
     for name in merged.removed:
         path = folder / name
         if is_record(name) or path.read_bytes() == merged.before[name].encode():

@@ -181,7 +181,7 @@ class Grid(NamedTuple):
 
 
 def _weights(x: Floats, y: Floats) -> Floats:
-    """Return lines (n, 3, 3), of which line k is 1 at corner k of a triangle and 0 at the others."""
+    """Return edge functions (n, 3, 3); function k is 1 at corner k of its triangle and 0 at the other corners."""
     next_x, last_x, next_y, last_y = (np.roll(v, shift, 1) for v in (x, y) for shift in (-1, -2))
     constant = next_x * last_y - last_x * next_y
     area = constant.sum(axis=1, keepdims=True)
@@ -191,7 +191,7 @@ def _weights(x: Floats, y: Floats) -> Floats:
 
 
 def _repeated(counts: Ints) -> tuple[Ints, Ints]:
-    """Return each index as often as its count says, and the numbers 0, 1, ... of its repetitions."""
+    """Repeat each index by its count; return the repeated indices and the repetition numbers 0, 1, ..."""
     of = np.repeat(np.arange(len(counts)), counts)
     return of, np.arange(len(of)) - (np.cumsum(counts) - counts)[of]
 

@@ -1,22 +1,27 @@
 """The language reference, made from the JSON Schemas of descriptions, so that it cannot fall behind.
 
-    python docs/make/reference.py > docs/language.md
+    python docs/make/reference.py [PAGE]
 
-``python tests/renew.py docs`` does that too. What a schema cannot say stands in ``docs/_language_head.md``, with
-marks such as ``<!-- units -->`` where a table of the tool goes.
+writes docs/language.md and one page per section of the language into docs/language/, or prints one of these pages;
+``python tests/renew.py docs`` writes them too. What a schema cannot express is in ``docs/_language_head.md``, with
+marks such as ``<!-- units -->`` where a generated table goes.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rosorin_compile.extending import FORMATS, Language
 
 LANGUAGE = Language.of(FORMATS.values())
-HEAD = Path(__file__).parents[1] / "_language_head.md"
+DOCS = Path(__file__).parents[1]
+HEAD = DOCS / "_language_head.md"
+SHARED = "shared"
+CONTAINERS = {"parts", "use"}  # their entries have most sections themselves
+MADE = "<!-- Made by docs/make/reference.py from the schema. -->"
 _KEYS = ("key", "value", "unit", "needed", "meaning")
 _WORDS = {
     "string": "text",
@@ -52,12 +57,32 @@ def language() -> Schema:
     return {**plain, "properties": {**plain["properties"], **sections}, "$defs": added}
 
 
-def reference(schema: Schema, head: str = "") -> str:
-    """Return the reference of a description's schema in Markdown, after ``head``, whose marks are filled in.
+def reference(schema: Schema, head: str = "") -> dict[str, str]:
+    """Return the pages by their paths below docs/: language.md begins with ``head``, whose marks are filled in.
 
-    The schema has its definitions in ``$defs`` and names the unit of a number in ``x-unit``.
+    The schema has its definitions in ``$defs`` and names the unit of a number in ``x-unit``. An entry is described on
+    the page of the section that uses it, apart from ``parts`` and ``use``; entries of several sections, and single
+    values, are on language/shared.md.
     """
-    return "\n".join([*_filled(head), *_Reference(schema).lines()]) + "\n"
+    users: dict[str, list[str]] = {}
+    for section in schema["properties"]:
+        walk = _Walk(schema, section, {})
+        list(walk.lines(schema["properties"][section]))
+        for title in walk.fragments:
+            users.setdefault(title, []).append(section)
+    homes = {}
+    for title, used in users.items():
+        own = [section for section in used if section not in CONTAINERS] or used[-1:]
+        if len(own) == 1:
+            homes[title] = own[0]
+    shared = _Walk(schema, SHARED, homes)
+    pages = {"language": "\n".join([*_filled(head), *_Walk(schema, "", homes).sections()])}
+    for section, fragment in schema["properties"].items():
+        walk = _Walk(schema, section, homes)
+        pages[f"language/{section}"] = "\n".join(walk.lines(fragment))
+        shared.ask(walk.fragments)
+    pages[f"language/{SHARED}"] = "\n".join(shared.shared())
+    return {f"{name}.md": text + "\n" for name, text in sorted(pages.items())}
 
 
 def _filled(head: str) -> Iterator[str]:
@@ -106,32 +131,59 @@ def _table(headers: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Iterato
         yield f"| {' | '.join(row[index].replace('|', chr(92) + '|') for index in used)} |"
 
 
-class _Reference:
-    """Walks a schema from its top; every entry that is met gets a section of its own, in the order of the walk."""
+class _Walk:
+    """The walk from one section of the schema over its entries, each of which is described once, on its page."""
 
-    def __init__(self, schema: Schema) -> None:
+    def __init__(self, schema: Schema, page: str, homes: Mapping[str, str]) -> None:
         self.top = schema
         self.definitions: Schema = schema["$defs"]
+        self.page = page
+        self.homes = homes
+        self.fragments: dict[str, Schema] = {}
         self.waiting: list[tuple[str, Schema]] = []
-        self.titles: set[str] = set()
+        self.values: list[tuple[str, str]] = []
 
-    def lines(self) -> Iterator[str]:
-        """Yield the sections, then the values that are used in many of them."""
+    def sections(self) -> Iterator[str]:
+        """Yield the table of all sections for the page of the language."""
         yield from ("## Sections of a description", "", _sentence(self.top["description"]), "")
-        yield from self.keys(self.top)
-        yield from ("", "## Entries")
-        values: list[tuple[str, str]] = []
+        yield "Every section has a page. [Shared entries](language/shared.md) are used in several sections."
+        yield from ("", *self.keys(self.top, lambda key: f"[`{key}`](language/{key}.md)"))
+
+    def lines(self, fragment: Schema) -> Iterator[str]:
+        """Yield the page of a section: what it is for, its form, and the entries that only this section uses."""
+        needed = " It is required." if self.page in self.top.get("required", ()) else ""
+        kind = _capital(self.kind(fragment, f"{self.page} entry"))
+        described = fragment.get("description") or self.resolved(fragment).get("description", "")
+        yield from (f"# {self.page}", "", MADE, "")
+        yield f"Read this page to write the section `{self.page}` of a [description](../language.md).{needed}"
+        yield from ("", _sentence(described), "", f"Form: {kind}")
+        yield from self.entries()
+
+    def shared(self) -> Iterator[str]:
+        """Yield the page of the entries that several sections use, and of the values that many entries use."""
+        yield from ("# Shared entries", "", MADE, "")
+        yield "Read this page when the page of a section refers to it: several sections use these entries and values."
+        yield from self.entries()
+        yield from ("", "## Values")
+        for title, text in self.values:
+            yield from ("", f"### {title}", "", text)
+
+    def entries(self) -> Iterator[str]:
+        """Yield the entries of this page in the order of the walk; collect the definitions without keys."""
         while self.waiting:
             title, fragment = self.waiting.pop(0)
             if "properties" not in fragment:
-                values.append((title, _capital(f"{self.kind(fragment)}. {_sentence(fragment['description'])}")))
+                text = _capital(f"{self.kind(fragment)}. {_sentence(fragment['description'])}")
+                self.values.append((title, text))
                 continue
             later, self.waiting = self.waiting, []
-            yield from ("", f"### {title}", "", *self.entry(fragment))
+            yield from ("", f"## {title}", "", *self.entry(fragment))
             self.waiting += later
-        yield from ("", "## Values", "", "What many entries use.")
-        for title, text in values:
-            yield from ("", f"### {title}", "", text)
+
+    def ask(self, fragments: Mapping[str, Schema]) -> None:
+        """Have the entries of another page described here as far as they belong here."""
+        for title, fragment in fragments.items():
+            self.link(title, fragment)
 
     def entry(self, fragment: Schema) -> Iterator[str]:
         """Yield what an entry is for, its keys, and which of them go together."""
@@ -144,7 +196,7 @@ class _Reference:
         if least and not fragment.get("required"):
             yield from ("", f"It has {'one of these keys' if most == least else 'at least one of these keys'}.")
 
-    def keys(self, fragment: Schema) -> Iterator[str]:
+    def keys(self, fragment: Schema, shown: Callable[[str], str] = "`{}`".format) -> Iterator[str]:
         """Yield the table of the keys of an entry: first those that are needed, then in the order of the schema."""
         needed = fragment.get("required", [])
         rows = []
@@ -152,7 +204,7 @@ class _Reference:
             value = fragment["properties"][key]
             meaning = _sentence(value.get("description") or self.resolved(value).get("description", ""))
             kind = self.kind(value, f"{key} entry")
-            rows.append((f"`{key}`", kind, self.unit(value), _needed(key, value, needed), meaning))
+            rows.append((shown(key), kind, self.unit(value), _needed(key, value, needed), meaning))
         yield from _table(_KEYS, rows)
 
     def kind(self, fragment: Schema, title: str = "") -> str:
@@ -179,14 +231,20 @@ class _Reference:
         return " or ".join(_WORDS[name] for name in names) or "any value"
 
     def link(self, title: str, fragment: Schema) -> str:
-        """Return a link to a section; the first to ask for the section has it written."""
-        if title not in self.titles:
-            self.titles.add(title)
-            self.waiting.append((title, fragment))
+        """Return a link to an entry or a value; the first link to one of this page has it described."""
+        home = self.homes.get(title, SHARED) if "properties" in fragment else SHARED
+        here = home == self.page or not self.homes
+        if title not in self.fragments:
+            self.fragments[title] = fragment
+            if here:
+                self.waiting.append((title, fragment))
+            elif "properties" not in fragment:
+                self.kind(fragment)  # the entries that the value consists of
+        page = "" if here else f"{home}.md" if self.page else f"language/{home}.md"
         types = fragment.get("type", ())
         also = "text or " if "properties" in fragment and "string" in types and types != "string" else ""
         several = f" or {self.list_of(fragment, '')}" if {"properties", "items"} <= fragment.keys() else ""
-        return f"{also}[{title}](#{title.replace(' ', '-').lower()}){several}"
+        return f"{also}[{title}]({page}#{title.replace(' ', '-').lower()}){several}"
 
     def list_of(self, fragment: Schema, title: str) -> str:
         inner = self.kind(fragment["items"], title) if "items" in fragment else "any values"
@@ -234,10 +292,14 @@ def _escaped(text: str) -> str:
     return text.replace("<", "&lt;").replace("*", "\\*")
 
 
-def text() -> str:
-    """Return the page as it is committed."""
+def pages() -> dict[str, str]:
+    """Return the pages as they are committed, by their paths below docs/."""
     return reference(language(), HEAD.read_text("utf-8"))
 
 
 if __name__ == "__main__":
-    sys.stdout.write(text())
+    made = pages()
+    if len(sys.argv) > 1:
+        sys.stdout.write(made[sys.argv[1]])
+    for name in made if len(sys.argv) == 1 else ():
+        (DOCS / name).write_text(made[name], "utf-8")

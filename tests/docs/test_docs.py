@@ -32,7 +32,7 @@ from rosorin_compile.diagnostics import Source
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.pipeline import compile_robot
-from support.generated import GENERATED, generate
+from support.generated import GENERATED, generate, language_pages
 from support.pages import ELLIPSIS, FENCED, README, blocks, play
 from support.paths import DOCS, ROOT, TESTS
 
@@ -105,7 +105,7 @@ def test_every_yaml_block_is_yaml(page: Path) -> None:
 
 @pytest.mark.parametrize(
     "page",
-    [*PAGES, *sorted(ROOT.glob("*.md")), TESTS / "README.md"],
+    [*PAGES, *sorted((DOCS / "language").glob("*.md")), *sorted(ROOT.glob("*.md")), TESTS / "README.md"],
     ids=lambda page: page.relative_to(ROOT).as_posix(),
 )
 def test_links_lead_somewhere(page: Path) -> None:
@@ -115,7 +115,7 @@ def test_links_lead_somewhere(page: Path) -> None:
         name, _, anchor = target.partition("#")
         path = (page.parent / name).resolve() if name else page
         assert path.exists(), f"{page.name}: {target}"
-        assert page.parent != DOCS or DOCS in path.parents, f"{page.name}: {target} is not on the site"
+        assert DOCS not in page.parents or DOCS in path.parents, f"{page.name}: {target} is not on the site"
         assert not anchor or anchor in anchors(path.read_text("utf-8")), f"{page.name}: {target}"
 
 
@@ -160,7 +160,10 @@ if __name__ == "__main__":
     for each in [HEAD, RULES_HEAD, JSON_HEAD, LIBRARY_HEAD, README, *PAGES]:
         if each.stem not in (sys.argv[1:] or [each.stem]):
             continue
-        if each in GENERATED:
+        if each == DOCS / "language.md":
+            for path, text in language_pages().items():
+                path.write_text(text, "utf-8")
+        elif each in GENERATED:
             generate(each)
         else:
             rewrite(each)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from support.generated import GENERATED, generated, schemas_of_answers
+from support.generated import GENERATED, generated, language_pages, schemas_of_answers
 from support.paths import DOCS, ROOT, SCHEMAS
 
 GENERATORS = DOCS / "make"
@@ -18,6 +18,11 @@ GENERATORS = DOCS / "make"
 def test_what_is_committed_is_what_the_generator_gives(path: Path) -> None:
     what = "schema" if path.suffix == ".json" else "docs"
     assert path.read_text("utf-8") == generated(path), f"python tests/renew.py {what}"
+
+
+def test_the_pages_of_the_language_are_those_of_the_schema() -> None:
+    files = [DOCS / "language.md", *(DOCS / "language").iterdir()]
+    assert {path: path.read_text("utf-8") for path in files} == language_pages(), "python tests/renew.py docs"
 
 
 def test_the_schemas_of_answers_are_those_of_their_types() -> None:

@@ -20,7 +20,7 @@ import pytest
 from support.paths import DOCS, ROOT
 
 CONFIGURATION = (ROOT / "zensical.toml").read_text("utf-8")
-PAGES = sorted(path.name for path in DOCS.glob("*.md") if not path.name.startswith("_"))
+PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md") if not path.name.startswith("_"))
 CHROMIUM = shutil.which("chromium")
 # Browsers load the targets of these attributes; that of a link to click is not loaded.
 LOADED = {"src", "srcset", "data", "poster"}
@@ -83,7 +83,7 @@ def folder_of(page: str) -> str:
 
 
 def test_every_page_is_in_the_navigation_once() -> None:
-    assert sorted(re.findall(r'"([\w-]+\.md)"', CONFIGURATION)) == PAGES
+    assert sorted(re.findall(r'"([\w/-]+\.md)"', CONFIGURATION)) == PAGES
 
 
 @pytest.mark.slow

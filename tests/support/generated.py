@@ -14,14 +14,19 @@ from pathlib import Path
 from support import answer_schemas
 from support.paths import DOCS, SCHEMAS
 
-# Each file and the module of docs/make whose ``text()`` it is.
+# Each file and the module of docs/make whose ``text()`` it is; the pages of the language are made together.
 GENERATED = {
-    DOCS / "language.md": "reference",
     DOCS / "rules.md": "rules_reference",
     DOCS / "parts-library.md": "library_reference",
     DOCS / "json.md": "json_reference",
     SCHEMAS / "authoring.schema.json": "authoring",
 }
+
+
+def language_pages() -> dict[Path, str]:
+    """Return the page of the language and the page of each of its sections, by their files."""
+    pages: dict[str, str] = import_module("reference").pages()
+    return {DOCS / name: text for name, text in pages.items()}
 
 
 def generated(path: Path) -> str:

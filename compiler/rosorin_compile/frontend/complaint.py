@@ -56,7 +56,7 @@ RULES = (
     Rule(
         "wrong-shape",
         "A value does not fit the schema in another way.",
-        "Compare it with [the language](language.md#entries).",
+        "Compare it with [the language](language.md#sections-of-a-description).",
         SHAPE,
     ),
 )

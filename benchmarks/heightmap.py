@@ -18,9 +18,9 @@ import numpy as np
 import trimesh
 
 from pairs import compare, row, wall_time
-from rosorin_compile.formats.mesh_triangles import load_mesh
-from rosorin_compile_import.extract.grid import Grid
-from rosorin_compile_import.extract.heightmap import height_map
+from rosorin_compile.importing.extract.grid import Grid
+from rosorin_compile.importing.extract.heightmap import height_map
+from rosorin_compile.model.mesh_triangles import load_mesh
 
 GRID = Grid((0.0, 0.0), 0.01, (30, 23))
 BIN = Path(sys.executable).parent

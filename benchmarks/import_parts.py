@@ -21,13 +21,13 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.description import tree_of, write
-from rosorin_compile_import.repeats import with_parts
-from rosorin_compile_import.report import repeated
-from rosorin_compile_import.round_trip import check_round_trip
+from rosorin_compile.importing.description import tree_of, write
+from rosorin_compile.importing.repeats import with_parts
+from rosorin_compile.importing.report import repeated
+from rosorin_compile.importing.round_trip import check_round_trip
+from rosorin_compile.source.diagnostics import ERROR
 
 NICE = 10
 ENDINGS = (".urdf", ".xml", ".mjcf")

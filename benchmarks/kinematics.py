@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from pairs import compare, row
 from rosorin_compile.model.kinematics import Kinematics
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
 
 STATES = 100_000
 BASE, CAMERA = "base_link", "depth_camera_link"

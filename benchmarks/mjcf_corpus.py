@@ -25,10 +25,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.round_trip import check_round_trip
+from rosorin_compile.importing.round_trip import check_round_trip
+from rosorin_compile.source.diagnostics import ERROR
 
 NICE = 10
 

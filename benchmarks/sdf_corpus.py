@@ -20,15 +20,15 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-from rosorin_compile.diagnostics import ERROR
+from rosorin_compile.compare.proof import Proof
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.meaning.proof import Proof
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.project import ROOT_FILE
-from rosorin_compile_import.description import write
-from rosorin_compile_sdf.sdf.proof import prove
+from rosorin_compile.importing.description import write
+from rosorin_compile.language.lower import lower
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.sdf.proof import prove
+from rosorin_compile.source.diagnostics import ERROR
+from rosorin_compile.source.project import ROOT_FILE
 
 NICE = 10
 TOLERANCE = 1e-9

@@ -24,12 +24,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.diagnostics import ERROR
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.description import tree_of
-from rosorin_compile_import.round_trip import check_round_trip
-from rosorin_compile_import.translating import Changed, translate
+from rosorin_compile.importing.description import tree_of
+from rosorin_compile.importing.round_trip import check_round_trip
+from rosorin_compile.importing.translating import Changed, translate
+from rosorin_compile.source.diagnostics import ERROR
 
 NICE = 10
 FOLDER = Path("descriptions/robot")

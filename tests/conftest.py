@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from rosorin_compile.commands import answer
-from rosorin_compile.world import listening, notes
+from rosorin_compile.cli import answer
+from rosorin_compile.source.world import listening, notes
 from support.answers import held_envelope
 from support.asked_once import ask_once
 from support.commands import write_files

@@ -6,66 +6,60 @@ what they return (docs/python.md), and what a plug-in is made of (docs/extend.md
 nothing.
 """
 
+from rosorin_compile.source.version import __version__
+
 TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C would end in a traceback
 
-__version__ = "0.3.0"
-
 if TYPE_CHECKING:
-    from .commands.record import Check, Command
-    from .commands.sides import diff
-    from .commands.verbs import Checked, Explained, Written, check, explain, schema, write
-    from .diagnostics import Diagnostic
-    from .diagnostics.registry import Rule, rule
-    from .formats.facts import frame_facts
-    from .formats.format import Artifact, Fact, Facts, Format, Opened, Value
-    from .formats.templating import Templates
-    from .frontend.expression.functions import function
-    from .meaning.difference import Difference
-    from .model import Robot
-    from .model.sections import Section
-    from .pipeline import (
-        Compiled,
-        Reading,
-        Variant,
-        compile,  # noqa: A004 - re.compile is called so, too
-        read,
-    )
-    from .rules.case import Case
+    from rosorin_compile.cli.record import Check, Command
+    from rosorin_compile.cli.sides import diff
+    from rosorin_compile.cli.verbs import Checked, Explained, Written, check, explain, schema, write
+    from rosorin_compile.compare.difference import Difference
+    from rosorin_compile.formats.facts import frame_facts
+    from rosorin_compile.formats.format import Artifact, Fact, Facts, Format, Opened, Value
+    from rosorin_compile.formats.templating import Templates
+    from rosorin_compile.language.expression.functions import function
+    from rosorin_compile.model import Robot
+    from rosorin_compile.model.sections import Section
+    from rosorin_compile.output.pipeline import Compiled, Reading, Variant, compile, read  # noqa: A004 - re.compile is called so, too
+    from rosorin_compile.rules.case import Case
+    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.source.rule_registry import Rule, rule
 
 # Each public name and the module that has it.
 _HOMES = {
     "Artifact": "formats.format",
     "Case": "rules.case",
-    "Check": "commands.record",
-    "Checked": "commands.verbs",
-    "Command": "commands.record",
-    "Compiled": "pipeline",
-    "Diagnostic": "diagnostics",
-    "Difference": "meaning.difference",
-    "Explained": "commands.verbs",
+    "Check": "cli.record",
+    "Checked": "cli.verbs",
+    "Command": "cli.record",
+    "Compiled": "output.pipeline",
+    "Diagnostic": "source.diagnostics",
+    "Difference": "compare.difference",
+    "Explained": "cli.verbs",
     "Fact": "formats.format",
     "Facts": "formats.format",
     "Format": "formats.format",
     "Opened": "formats.format",
-    "Reading": "pipeline",
+    "Reading": "output.pipeline",
     "Robot": "model",
-    "Rule": "diagnostics.registry",
+    "Rule": "source.rule_registry",
     "Section": "model.sections",
     "Templates": "formats.templating",
     "Value": "formats.format",
-    "Variant": "pipeline",
-    "Written": "commands.verbs",
-    "check": "commands.verbs",
-    "compile": "pipeline",
-    "diff": "commands.sides",
-    "explain": "commands.verbs",
+    "Variant": "output.pipeline",
+    "Written": "cli.verbs",
+    "check": "cli.verbs",
+    "compile": "output.pipeline",
+    "diff": "cli.sides",
+    "explain": "cli.verbs",
     "frame_facts": "formats.facts",
-    "function": "frontend.expression.functions",
-    "read": "pipeline",
-    "rule": "diagnostics.registry",
-    "schema": "commands.verbs",
-    "sweep": "commands.verbs",
-    "write": "commands.verbs",
+    "function": "language.expression.functions",
+    "read": "output.pipeline",
+    "rule": "source.rule_registry",
+    "schema": "cli.verbs",
+    "sweep": "cli.verbs",
+    "write": "cli.verbs",
 }
 
 __all__ = [

@@ -19,13 +19,13 @@ def main() -> int:
     if before is signal.default_int_handler:  # else somebody has said what it means
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.disable()  # nearly all that is made stays until the end
-    from .world import memory
+    from rosorin_compile.source.world import memory
 
     words = sys.argv[1:]
     done = memory.say_again(words)
     if done is not None:
         return done.code
-    from .cli import main as run
+    from rosorin_compile.cli.main import main as run
 
     try:
         signal.signal(signal.SIGINT, before)

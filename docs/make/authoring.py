@@ -10,7 +10,8 @@ from __future__ import annotations
 import json
 import sys
 
-from rosorin_compile.extending import FORMATS, Language
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.language.language import Language
 
 
 def text() -> str:

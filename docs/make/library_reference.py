@@ -13,7 +13,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.extending import Map, Quantity
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.units import Quantity
 
 LIBRARY = Path(__file__).parents[2] / "parts"
 HEAD = Path(__file__).parents[1] / "_library_head.md"

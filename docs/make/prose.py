@@ -70,7 +70,7 @@ def pages() -> list[Path]:
 
 def help_texts(command: Sequence[str] = (), above: str = "") -> Iterator[tuple[str, str]]:
     """Yield the help of a command and of its subcommands, each with the command line that prints it."""
-    from rosorin_compile.commands.registry import commands
+    from rosorin_compile.cli.registry import commands
 
     text = _help_text(command)
     if text in ("", above):  # the word is an argument of the command above, not a command
@@ -82,7 +82,7 @@ def help_texts(command: Sequence[str] = (), above: str = "") -> Iterator[tuple[s
 
 
 def _help_text(command: Sequence[str]) -> str:
-    from rosorin_compile.cli import main
+    from rosorin_compile.cli.main import main
 
     output = io.StringIO()
     with redirect_stdout(output), redirect_stderr(io.StringIO()), suppress(SystemExit):

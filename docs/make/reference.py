@@ -14,7 +14,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.extending import FORMATS, Language
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.language.language import Language
 
 LANGUAGE = Language.of(FORMATS.values())
 DOCS = Path(__file__).parents[1]

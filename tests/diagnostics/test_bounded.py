@@ -10,9 +10,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.bounded import MAX_DEPTH, json_of, python_of, yaml_of
-from rosorin_compile_ros.parameters.files import value_of
+from rosorin_compile.cli.main import main
+from rosorin_compile.ros.parameters.files import value_of
+from rosorin_compile.source.bounded import MAX_DEPTH, json_of, python_of, yaml_of
 
 DEEP = 100_000
 

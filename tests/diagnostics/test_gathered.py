@@ -8,8 +8,19 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, Use, arrange, gathered
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Related,
+    Source,
+    Span,
+    Use,
+    arrange,
+    gathered,
+)
 
 FILE = Source("robot.yaml", "robot: made\n")
 SPECK = "{inertial: {mass: 1 kg, inertia: {ixx: 1e-9, iyy: 1e-9, izz: 1e-9}}}"

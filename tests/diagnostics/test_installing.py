@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.diagnostics import installing
-from rosorin_compile.diagnostics.installing import pip_install
+from rosorin_compile.source import installing
+from rosorin_compile.source.installing import pip_install
 
 METADATA = """Metadata-Version: 2.4
 Name: rosorin-compile

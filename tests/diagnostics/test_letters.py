@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import did_you_mean, letters
-from rosorin_compile.diagnostics.letters import foreign, look, unseen
+from rosorin_compile.source import letters
+from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.letters import foreign, look, unseen
 
 NAMES = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=12)
 

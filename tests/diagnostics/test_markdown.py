@@ -14,11 +14,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import NOTE, WARNING, Diagnostic, Related, Source, Span, error
-from rosorin_compile.diagnostics.console import Console
-from rosorin_compile.diagnostics.markdown import MAX_BYTES, Code, Diff, Section, Table, code, document, prose
-from rosorin_compile.diagnostics.report import from_workspace, github
-from rosorin_compile.diagnostics.wording import printable
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Source, Span, error
+from rosorin_compile.source.markdown import MAX_BYTES, Code, Diff, Section, Table, code, document, prose
+from rosorin_compile.source.report import from_workspace, github
+from rosorin_compile.source.wording import printable
 
 cmarkgfm = pytest.importorskip("cmarkgfm")
 

@@ -15,8 +15,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import Progress, progress
+from rosorin_compile.cli.main import main
+from rosorin_compile.source import progress
+from rosorin_compile.source.diagnostics import Progress
 from support.commands import of_a_person
 
 CHAIN = """robot: chain
@@ -83,7 +84,7 @@ def slow_down(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
     ticks = itertools.count()
-    monkeypatch.setattr("rosorin_compile.diagnostics.progress.time.monotonic", lambda: float(next(ticks)))
+    monkeypatch.setattr("rosorin_compile.source.progress.time.monotonic", lambda: float(next(ticks)))
 
 
 def test_nothing_is_shown_before_two_seconds(clock: Clock) -> None:
@@ -290,9 +291,9 @@ def test_nothing_is_shown_where_the_variable_says_so(
 @pytest.mark.slow
 def test_ctrl_c_leaves_nothing_behind(home: Path) -> None:
     (home / "chain.yaml").write_text(CHAIN)
-    code = "import itertools, rosorin_compile.diagnostics.progress as p\n"
+    code = "import itertools, rosorin_compile.source.progress as p\n"
     code += "p.time.monotonic = lambda c=itertools.count(): float(next(c))\n"
-    code += "from rosorin_compile.cli import main\nraise SystemExit(main(['all', 'chain.yaml']))\n"
+    code += "from rosorin_compile.cli.main import main\nraise SystemExit(main(['all', 'chain.yaml']))\n"
     terminal, other_end = os.openpty()
     process = subprocess.Popen(
         [sys.executable, "-c", code], cwd=home, env=of_a_person(), stdout=other_end, stderr=other_end

@@ -12,9 +12,9 @@ from urllib.parse import unquote
 import jsonschema
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
-from rosorin_compile.diagnostics.report import FORMATS, text
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
+from rosorin_compile.source.report import FORMATS, text
 
 ROBOT = """\
 robot: cart

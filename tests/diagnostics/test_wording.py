@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics.wording import listed, masked, printable, quoted
+from rosorin_compile.source.wording import listed, masked, printable, quoted
 
 TEXTS = st.text(st.characters(), max_size=20)  # lone surrogates too: names of files that are no text
 

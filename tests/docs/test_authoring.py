@@ -13,12 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
-from rosorin_compile.diagnostics import Source
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.load import parse_yaml, plain_scalar
-from rosorin_compile.frontend.tree import Map, Seq
-from rosorin_compile.frontend.validate import validate
-from rosorin_compile.units import UNITS, Quantity
+from rosorin_compile.language.validate import validate
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml, plain_scalar
+from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.units import UNITS, Quantity
 from support import paths
 from support.paths import DOCS, ROOT, SCHEMAS, XACRO
 

@@ -28,10 +28,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics import Source
-from rosorin_compile.diagnostics.report import text as report
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.report import text as report
 from support.generated import GENERATED, generate, language_pages
 from support.pages import ELLIPSIS, FENCED, README, blocks, play
 from support.paths import DOCS, ROOT, TESTS

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.frontend.tree import locate
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.sections.servos import SERVOS
 from rosorin_compile.model import Box, HeightMap
-from rosorin_compile.sections.servos import SERVOS
+from rosorin_compile.source.diagnostics import has_errors
+from rosorin_compile.source.tree import locate
 from support.comparing import told
 from support.paths import ROOT
 

@@ -7,8 +7,8 @@ from dataclasses import fields
 
 import pytest
 
-from rosorin_compile.extending import FORMATS, by_name
-from rosorin_compile.formats.format import GROUPS, Named
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.format import GROUPS, Named, by_name
 
 
 def named() -> Iterator[tuple[str, Named]]:

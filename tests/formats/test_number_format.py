@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Inertial, Output, Pose
-from rosorin_compile.numbers import exact, inertia, rounded, rounded_vector, short, vector
+from rosorin_compile.source.numbers import exact, inertia, rounded, rounded_vector, short, vector
 from support.paths import ROOT
 from support.robots import ROSORIN, compiled
 

@@ -11,16 +11,16 @@ from typing import Any
 import jsonschema
 import pytest
 
-from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.formats import Fact, Value, robot_model
 from rosorin_compile.formats.expectation import Expectation
 from rosorin_compile.formats.templating import Templates
+from rosorin_compile.language.sections import servos
 from rosorin_compile.model import Box, Cylinder, HeightMap, Inertial, Joint, Limit, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.sections import Sections
-from rosorin_compile.sections import servos
-from rosorin_compile.sections.servos.value import ServoGroup
+from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.source.diagnostics import Diagnostic
 from support.robots import compiled, texts
 from support.schemas import schema
 

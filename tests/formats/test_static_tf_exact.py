@@ -13,9 +13,9 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats import FORMATS, Artifact, static_tf
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
@@ -27,8 +27,8 @@ from rosorin_compile.model import (
     Robot,
 )
 from rosorin_compile.model.geometry import Transform
-from rosorin_compile.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal
-from rosorin_compile_ros.package.package import Options, make
+from rosorin_compile.ros.package.package import Options, make
+from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal
 from support.launch import command_line, read, run
 from support.robots import found as problems
 from support.schemas import schema

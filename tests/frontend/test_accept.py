@@ -8,10 +8,10 @@ import numpy as np
 import pinocchio
 import pytest
 
-from rosorin_compile.diagnostics import NOTE, has_errors
+from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats.mesh_files import Places, search
-from rosorin_compile.meaning.proof.facts import agreement
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import NOTE, has_errors
 from support.robots import compiled_text
 
 mujoco = pytest.importorskip("mujoco", minversion="4")

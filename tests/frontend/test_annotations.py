@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.frontend.accepting import names_at
-from rosorin_compile.frontend.annotations import of_parts
-from rosorin_compile.frontend.expand.naming import names_of
-from rosorin_compile.frontend.expand.placing import placed
-from rosorin_compile.frontend.load import load_mapping
-from rosorin_compile.frontend.mentions import mentions
-from rosorin_compile.frontend.tree import Instance, Map
+from rosorin_compile.language.accepting import names_at
+from rosorin_compile.language.annotations import of_parts
+from rosorin_compile.language.expand.naming import names_of
+from rosorin_compile.language.expand.placing import placed
+from rosorin_compile.language.mentions import mentions
+from rosorin_compile.source.load import load_mapping
+from rosorin_compile.source.tree import Instance, Map
 
 
 def tree(folder: Path, text: str) -> Map:
@@ -232,7 +232,7 @@ servos: {quad: {joints: [hinge]}}
 
 
 def test_what_may_stand_in_a_part_is_what_editors_are_told() -> None:
-    from rosorin_compile.frontend.schema import schema
+    from rosorin_compile.language.schema import schema
 
     part = set(schema("authoring")["definitions"]["part"]["properties"])
     assert part - {"help", "params", "let", "use"} == set(of_parts())

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.frontend.schema import fragment_at
+from rosorin_compile.language.expand import expand
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.model import Robot
 
 # A robot that says none of them, with everything that has one.

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics.report import text
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.report import text
 
 ROBOT = """\
 robot: r

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.report import text
-from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.cli.main import main
+from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.source.report import text
 
 WHEELS = """\
 help: wheels that several robots have

@@ -17,12 +17,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR, WARNING
-from rosorin_compile.diagnostics.installing import pip_install
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.frontend.expand.prefixing import _Renamer
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.language.expand.prefixing import _Renamer
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import ERROR, WARNING
+from rosorin_compile.source.installing import pip_install
 from support.commands import write_files
 from support.engines import pose
 from support.paths import DATA
@@ -293,7 +293,7 @@ def test_mistakes_point_into_the_foreign_file_in_the_words_of_an_include(tmp_pat
 
 def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
     answer = {"absent": "xacro", "said": ""}
-    monkeypatch.setattr("rosorin_compile.formats.xacro.expanding._expand", lambda *_: answer)
+    monkeypatch.setattr("rosorin_compile.importing.xacro.expanding._expand", lambda *_: answer)
     (found,) = [d for d in compile_robot(PACKAGED / "robot.yaml").diagnostics if d.severity == ERROR]
     assert found.rule == "extra-missing"
     assert found.help == pip_install("import")

@@ -11,22 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import Source
-from rosorin_compile.frontend.expression import ExpressionError, evaluate, names_in
-from rosorin_compile.frontend.load import LoadError, parse_yaml, plain_scalar
-from rosorin_compile.numbers import exact, fixed, six
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.units import (
-    ANGLE,
-    INERTIA,
-    LENGTH,
-    MASS,
-    TORQUE,
-    UNITS,
-    Quantity,
-    dimension_of,
-    parse_unit,
-)
+from rosorin_compile.language.expression import ExpressionError, evaluate, names_in
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import LoadError, parse_yaml, plain_scalar
+from rosorin_compile.source.numbers import exact, fixed, six
+from rosorin_compile.source.units import ANGLE, INERTIA, LENGTH, MASS, TORQUE, UNITS, Quantity, dimension_of, parse_unit
 
 NAMES = {"radius": 0.05, "side": "left", "length": Quantity(2.0, LENGTH), "offsets": [1, 2, 3]}
 
@@ -277,7 +267,7 @@ def test_six_keeps_the_better_form(value: float) -> None:
 
 
 def test_expressions_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rosorin_compile.frontend.expand.scope.MAX_WORK", 20_000)
+    monkeypatch.setattr("rosorin_compile.language.expand.scope.MAX_WORK", 20_000)
     loop = 'links: {"l${i}": {for: {i: "${range(ROUNDS)}"}, if: "${sum([k for k in range(100)]) > i}"}}\n'
     for rounds, said in (
         (20, []),

@@ -11,10 +11,10 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import library_reference  # noqa: E402
-from rosorin_compile.frontend.load import load_mapping  # noqa: E402
+from rosorin_compile.language.sections.servos import SERVOS  # noqa: E402
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, UNPUBLISHED  # noqa: E402
-from rosorin_compile.pipeline import compile_robot  # noqa: E402
-from rosorin_compile.sections.servos import SERVOS  # noqa: E402
+from rosorin_compile.output.pipeline import compile_robot  # noqa: E402
+from rosorin_compile.source.load import load_mapping  # noqa: E402
 from support.paths import ROOT  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import GRAVITY, emitted, load, no_warning, probe, written  # noqa: E402

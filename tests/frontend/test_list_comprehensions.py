@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.frontend.expression import ExpressionError, evaluate
+from rosorin_compile.language.expression import ExpressionError, evaluate
 
 VALUES: dict[str, Any] = {"a": 3, "b": -2, "i": 50}
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.diagnostics import did_you_mean, nearest
-from rosorin_compile.frontend.annotations import of_types
-from rosorin_compile.frontend.expand.forms import _SENSOR_TYPE_KEYS
-from rosorin_compile.frontend.schema import schema
-from rosorin_compile.frontend.suggestions import unit_meant
-from rosorin_compile.frontend.synonyms import KEYS, OTHERS, VALUES, plain, words_for
-from rosorin_compile.units import parse_unit
+from rosorin_compile.language.annotations import of_types
+from rosorin_compile.language.expand.forms import _SENSOR_TYPE_KEYS
+from rosorin_compile.language.schema import schema
+from rosorin_compile.language.suggestions import unit_meant
+from rosorin_compile.language.synonyms import KEYS, OTHERS, VALUES, plain, words_for
+from rosorin_compile.source.diagnostics import did_you_mean, nearest
+from rosorin_compile.source.units import parse_unit
 
 LINKS = ["base_link", "left_wheel", "right_wheel", "laser_frame", "front_camera_link"]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics import ERROR, Diagnostic
-from rosorin_compile.pipeline import understand
+from rosorin_compile.output.pipeline import understand
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 
 pytestmark = pytest.mark.slow
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.frontend.annotations import Node
-from rosorin_compile.frontend.expand import placing
-from rosorin_compile.frontend.expand.naming import Names
-from rosorin_compile.frontend.load import load_mapping
+from rosorin_compile.language.annotations import Node
+from rosorin_compile.language.expand import placing
+from rosorin_compile.language.expand.naming import Names
+from rosorin_compile.source.load import load_mapping
 
 POSE, WHOLE = ("xyz", "rpy"), ("xyz", "rpy", "ray")
 MOVED, TURNED = [1, 2, 3], [0, 0, pi / 2]

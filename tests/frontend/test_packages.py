@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.frontend.packages import Packages
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.cli.main import main
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.packages import Packages
 
 
 def package(folder: Path, name: str = "") -> Path:

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.diagnostics.report import text as report
-from rosorin_compile.pipeline import Compiled
+from rosorin_compile.output.pipeline import Compiled
+from rosorin_compile.source.report import text as report
 from support.robots import compiled_text
 
 JOINT = {"type": "fixed", "parent": "mount", "child": "leg"}

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.diagnostics import has_errors
-from rosorin_compile.frontend.expand import expand
+from rosorin_compile.language.expand import expand
+from rosorin_compile.source.diagnostics import has_errors
 
 POSE = {"xyz": [0.1, 0.2, 0.3], "rpy": [0.4, 0.5, 0.6]}
 MIRRORED = {"xyz": [0.1, -0.2, 0.3], "rpy": [-0.4, 0.5, -0.6]}

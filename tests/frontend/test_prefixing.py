@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.frontend.expand.prefixing import _Renamer, prefixed
-from rosorin_compile.frontend.load import load_mapping
-from rosorin_compile.frontend.tree import Instance
+from rosorin_compile.language.expand.prefixing import _Renamer, prefixed
+from rosorin_compile.source.load import load_mapping
+from rosorin_compile.source.tree import Instance
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rosorin_compile.diagnostics import has_errors
-from rosorin_compile.frontend.load import load_mapping
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import has_errors
+from rosorin_compile.source.load import load_mapping
 from support.paths import ROOT
 
 TYPES = sorted(load_mapping(ROOT / "parts" / "sensors.yaml", "sensors.yaml")["sensor_types"])

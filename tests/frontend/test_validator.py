@@ -14,15 +14,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
-from rosorin_compile.diagnostics import Source, Span
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.schema import schema, with_formats, with_outputs
-from rosorin_compile.frontend.tree import Map, Seq, Text
-from rosorin_compile.frontend.validate import validate
-from rosorin_compile.frontend.validator import inlined, misfits, misfits_of, validator, validator_of
-from rosorin_compile.pipeline import Readers
-from rosorin_compile.units import ANGLE, LENGTH, MASS, NUMBER, Quantity
+from rosorin_compile.language.expand import expand
+from rosorin_compile.language.schema import schema, with_formats, with_outputs
+from rosorin_compile.language.validate import validate
+from rosorin_compile.language.validator import inlined, misfits, misfits_of, validator, validator_of
+from rosorin_compile.output.pipeline import Readers
+from rosorin_compile.source.diagnostics import Source, Span
+from rosorin_compile.source.tree import Map, Seq, Text
+from rosorin_compile.source.units import ANGLE, LENGTH, MASS, NUMBER, Quantity
 from support.paths import OUTPUTS, ROOT, SCHEMAS
 
 WHOLE = ROOT / "tests" / "data" / "whole" / "robot.yaml"

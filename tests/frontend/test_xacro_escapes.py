@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.frontend.expression import ExpressionError, evaluate
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.units import LENGTH, Quantity
+from rosorin_compile.language.expression import ExpressionError, evaluate
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.units import LENGTH, Quantity
 from support.paths import DATA
 
 pytestmark = pytest.mark.slow

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import compile as compile_description
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.paths import IMPORTED
 
 BODY = """\

@@ -10,11 +10,11 @@ from typing import Any
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.description import write
-from rosorin_compile_import.reimport import Request, import_again, record_of, recorded
-from rosorin_compile_import.repeats import with_parts
+from rosorin_compile.importing.description import write
+from rosorin_compile.importing.reimport import Request, import_again, record_of, recorded
+from rosorin_compile.importing.repeats import with_parts
+from rosorin_compile.source.diagnostics import has_errors
 
 WORDS = ["robot.urdf"]
 Robot = dict[str, dict[str, Any]]

@@ -14,10 +14,10 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile_import import round_trip
+from rosorin_compile.importing import round_trip
+from rosorin_compile.output.pipeline import compile_robot
 from support.paths import IMPORTED, ROOT
 
 pytestmark = pytest.mark.slow

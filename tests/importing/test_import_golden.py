@@ -14,9 +14,9 @@ import sys
 import pytest
 
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.layout import WIDTH
-from rosorin_compile_import.round_trip import check_round_trip
-from rosorin_compile_import.words import worded
+from rosorin_compile.importing.layout import WIDTH
+from rosorin_compile.importing.round_trip import check_round_trip
+from rosorin_compile.importing.words import worded
 from support.paths import IMPORTED
 
 FOLDER = IMPORTED

@@ -29,10 +29,10 @@ BEFORE = {"robot.yaml": "robot: before\n", "notes.txt": "mine\n"}
 def child(folder: Path) -> None:
     """Do what is said on standard input, one kill a line."""
     from rosorin_compile import output
-    from rosorin_compile.cli import main
+    from rosorin_compile.cli.main import main
     from rosorin_compile.formats.reading import read_robot
-    from rosorin_compile_import import round_trip
-    from rosorin_compile_import.words import worded
+    from rosorin_compile.importing import round_trip
+    from rosorin_compile.importing.words import worded
     from support.output_child import die_at
 
     quiet = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (for as long as the process lives)

@@ -10,13 +10,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import Source, Span
-from rosorin_compile.frontend.expand.ledger import Ledger
-from rosorin_compile.frontend.expand.scope import Scope
-from rosorin_compile.frontend.load import parse_yaml, plain_scalar
-from rosorin_compile.frontend.tree import Place
-from rosorin_compile.frontend.yaml_text import scalar
-from rosorin_compile_import.layout import (
+from rosorin_compile.importing.layout import (
     WIDTH,
     Expression,
     Remarks,
@@ -27,6 +21,12 @@ from rosorin_compile_import.layout import (
     layout,
     number,
 )
+from rosorin_compile.language.expand.ledger import Ledger
+from rosorin_compile.language.expand.scope import Scope
+from rosorin_compile.source.diagnostics import Source, Span
+from rosorin_compile.source.load import parse_yaml, plain_scalar
+from rosorin_compile.source.tree import Place
+from rosorin_compile.source.yaml_text import scalar
 
 ODD = [
     *("on", "no", "y", "1", "1.5", "0x1F", "1e3", "1_000", "12:30", "2020-01-01", "null", "~", "true", ".inf", ".nan"),

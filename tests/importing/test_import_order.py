@@ -8,17 +8,17 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.diagnostics import Source
-from rosorin_compile.extending import Imported, Outputs
-from rosorin_compile.frontend import annotations, schema
-from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.tree import Map
-from rosorin_compile_import import order
-from rosorin_compile_import.description import write
-from rosorin_compile_import.layout import angle_of
-from rosorin_compile_import.repeats.finding import _naming
-from rosorin_compile_import.report import kept
+from rosorin_compile.formats.imported import Imported, Outputs
+from rosorin_compile.importing import order
+from rosorin_compile.importing.description import write
+from rosorin_compile.importing.layout import angle_of
+from rosorin_compile.importing.repeats.finding import _naming
+from rosorin_compile.importing.report import kept
+from rosorin_compile.language import annotations, schema
+from rosorin_compile.language.expand import expand
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.tree import Map
 
 # A section that no module knows: several by name, each on a link, with a key that is as usual and words of others.
 BATTERIES = {

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile_mujoco.mjcf import process, proof
-from rosorin_compile_mujoco.mjcf.write import write
+from rosorin_compile.cli.main import main
+from rosorin_compile.mujoco.mjcf import process, proof
+from rosorin_compile.mujoco.mjcf.write import write
 
 pytest.importorskip("mujoco", minversion="4")
 pytestmark = pytest.mark.slow
@@ -129,7 +129,7 @@ def test_a_proof_that_waits_for_others_is_waited_for(monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize("child", ["import time; time.sleep(60)", "{}while True: pass"])
 def test_a_proof_has_an_end(child: str, monkeypatch: pytest.MonkeyPatch) -> None:
     limited = (
-        "import sys; sys.path[:0] = [sys.argv[1]]\nfrom rosorin_compile_mujoco.mjcf import engine\nengine._limit(1)\n"
+        "import sys; sys.path[:0] = [sys.argv[1]]\nfrom rosorin_compile.mujoco.mjcf import engine\nengine._limit(1)\n"
     )
     monkeypatch.setattr(process, "_START_PROVE", child.format(limited))
     monkeypatch.setattr(process, "_PATIENCE", 1 if "sleep" in child else 600)
@@ -144,11 +144,11 @@ def _forget(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
         assert f" {words}" in text
         return text.replace(f" {words}", ""), told
 
-    monkeypatch.setattr("rosorin_compile_mujoco.mjcf.write.write", forgetful)
+    monkeypatch.setattr("rosorin_compile.mujoco.mjcf.write.write", forgetful)
 
 
 def _imported() -> Any:
     from rosorin_compile.formats.imported import ReadOptions
-    from rosorin_compile_mujoco.mjcf.robot import read_mjcf
+    from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 
     return read_mjcf(Path("arm.xml"), ReadOptions())

@@ -10,13 +10,13 @@ import pytest
 
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.frontend.expand import expand
-from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile_import import round_trip
-from rosorin_compile_import.repeats import finding, with_parts
-from rosorin_compile_import.repeats.forms import Form, flat, mirrored, nodes_of
-from rosorin_compile_import.repeats.names import split
-from rosorin_compile_import.round_trip import RoundTrip, check_round_trip
+from rosorin_compile.importing import round_trip
+from rosorin_compile.importing.repeats import finding, with_parts
+from rosorin_compile.importing.repeats.forms import Form, flat, mirrored, nodes_of
+from rosorin_compile.importing.repeats.names import split
+from rosorin_compile.importing.round_trip import RoundTrip, check_round_trip
+from rosorin_compile.language.expand import expand
+from rosorin_compile.output.pipeline import Compiled, compile_robot
 from support.paths import ROOT
 from support.robots import compiled
 from support.unrounded import compile_unrounded

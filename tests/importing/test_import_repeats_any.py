@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.repeats import with_parts
-from rosorin_compile_import.round_trip import _round_trip
+from rosorin_compile.importing.repeats import with_parts
+from rosorin_compile.importing.round_trip import _round_trip
 
 SETS = (["left", "right"], ["FL", "FR", "RL", "RR"], ["1", "2", "3"], ["leg1", "leg2", "leg3"])
 STYLES = ("{use}_{base}", "{base}_{use}", "{use}{base}", "x_{use}_{base}", "{base}.{use}.z")

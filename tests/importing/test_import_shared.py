@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile_import.translating.uniting import renewed, united, with_more
+from rosorin_compile.importing.translating.uniting import renewed, united, with_more
 
 from .test_import_into import (
     BOX,
@@ -256,7 +256,7 @@ def test_a_file_does_not_grow_under_a_robot_that_does_not_compile(
 def test_a_file_that_was_changed_while_a_robot_was_imported_stays(
     package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from rosorin_compile_import import into
+    from rosorin_compile.importing import into
 
     robots(package, two=INCLUDE + BOX, four=INCLUDE + BOX + POLE)
     brought(package, "two")

@@ -10,16 +10,16 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import file_name as safe
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.tree import Map, Seq
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile_import.description import named, write
-from rosorin_compile_import.layout import ROTATING
-from rosorin_compile_import.round_trip import check_round_trip
+from rosorin_compile.importing.description import named, write
+from rosorin_compile.importing.layout import ROTATING
+from rosorin_compile.importing.round_trip import check_round_trip
+from rosorin_compile.language.expand import expand
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.report import text as report
+from rosorin_compile.source.tree import Map, Seq
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot
 from support.paths import IMPORTED

@@ -17,8 +17,8 @@ import pytest
 
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.translating import Changed, translate
-from rosorin_compile_import.translating.report import translation_report
+from rosorin_compile.importing.translating import Changed, translate
+from rosorin_compile.importing.translating.report import translation_report
 from support.paths import DATA
 
 pytest.importorskip("xacro")

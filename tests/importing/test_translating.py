@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.translating import Changed, Translation, expressions, proving, rendering, translate
-from rosorin_compile_import.translating.report import translation_report
-from rosorin_compile_import.translating.scopes import Scope
+from rosorin_compile.importing.translating import Changed, Translation, expressions, proving, rendering, translate
+from rosorin_compile.importing.translating.report import translation_report
+from rosorin_compile.importing.translating.scopes import Scope
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile_import.layout import Expression, Verbatim
-from rosorin_compile_import.translating.choices import covers, merged
+from rosorin_compile.importing.layout import Expression, Verbatim
+from rosorin_compile.importing.translating.choices import covers, merged
 from support.translations import translation_of as of
 
 pytest.importorskip("xacro")

@@ -8,9 +8,9 @@ import pytest
 
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.translating import Changed, Translation, translate
-from rosorin_compile_import.translating.expressions import Rendering, written
-from rosorin_compile_import.translating.scopes import Bound, Scope, Value, Variable
+from rosorin_compile.importing.translating import Changed, Translation, translate
+from rosorin_compile.importing.translating.expressions import Rendering, written
+from rosorin_compile.importing.translating.scopes import Bound, Scope, Value, Variable
 
 pytest.importorskip("xacro")
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.xml.elements import tree_of
-from rosorin_compile_import.translating import rendering
-from rosorin_compile_import.translating.differing_elements import difference
-from rosorin_compile_import.translating.problems import AtTop, InMacro
-from rosorin_compile_import.translating.program import Program
-from rosorin_compile_import.translating.report import translation_report
-from rosorin_compile_import.translating.walking import Walker
+from rosorin_compile.importing.translating import rendering
+from rosorin_compile.importing.translating.differing_elements import difference
+from rosorin_compile.importing.translating.problems import AtTop, InMacro
+from rosorin_compile.importing.translating.program import Program
+from rosorin_compile.importing.translating.report import translation_report
+from rosorin_compile.importing.translating.walking import Walker
+from rosorin_compile.source.xml.elements import tree_of
 
 from .test_translating_texts import HEAD, of
 

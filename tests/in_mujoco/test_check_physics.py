@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.given import Given
-from rosorin_compile.commands.understanding import understood
-from rosorin_compile.diagnostics import Diagnostic
-from rosorin_compile.diagnostics.console import Console
-from rosorin_compile.extending import world
-from rosorin_compile.formats.mesh_triangles import load_mesh
-from rosorin_compile.project import Description
-from rosorin_compile_mujoco.physics import checking
-from rosorin_compile_mujoco.physics.scene import winding
+from rosorin_compile.cli.given import Given
+from rosorin_compile.cli.main import main
+from rosorin_compile.cli.understanding import understood
+from rosorin_compile.model.mesh_triangles import load_mesh
+from rosorin_compile.mujoco.physics import checking
+from rosorin_compile.mujoco.physics.scene import winding
+from rosorin_compile.source import world
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
 from support.commands import Shown
 from support.paths import DATA, ROOT

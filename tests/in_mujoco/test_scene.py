@@ -12,8 +12,8 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.cli import main  # noqa: E402
-from rosorin_compile.diagnostics import has_errors  # noqa: E402
+from rosorin_compile.cli.main import main  # noqa: E402
+from rosorin_compile.source.diagnostics import has_errors  # noqa: E402
 from support.paths import DATA, ROOT, ROSORIN  # noqa: E402
 from support.robots import compiled, compiled_text, of_this_project  # noqa: E402
 from support.scenes import BACK_END, seen  # noqa: E402

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.meaning.causes import _painted
-from rosorin_compile.meaning.committed import Comparison, compare
+from rosorin_compile.compare.causes import _painted
+from rosorin_compile.compare.committed import Comparison, compare
 from rosorin_compile.model import Robot
 from support.robots import compiled_text, sound
 

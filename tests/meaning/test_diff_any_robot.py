@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.meaning.diff import compare_robots
-from rosorin_compile.meaning.difference import FRAME, JOINT, LIMIT, MASS, NAME, SHAPE, YAML, Item, Side
+from rosorin_compile.compare.diff import compare_robots
+from rosorin_compile.compare.difference import FRAME, JOINT, LIMIT, MASS, NAME, SHAPE, YAML, Item, Side
 from rosorin_compile.model import (
     Box,
     Capsule,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.commands import Shown
 
 TYRE = "collision: [{cylinder: {radius: 5 cm, length: 2 cm}, rpy: [90 deg, 0, 0]}]"

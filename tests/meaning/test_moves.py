@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import pytest
 
-from rosorin_compile.meaning.moves import moves
-from rosorin_compile.meaning.tolerance import EXACT, Printing
+from rosorin_compile.compare.moves import moves
+from rosorin_compile.compare.tolerance import EXACT, Printing
 from rosorin_compile.model import Joint, Link, Pose, Robot
-from rosorin_compile.numbers import Style
+from rosorin_compile.source.numbers import Style
 
 ROUGH = Printing({"xyz": Style(2, decimals=True)})
 

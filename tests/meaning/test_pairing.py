@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.meaning.diff import compare_robots
-from rosorin_compile.meaning.difference import YAML, Side
-from rosorin_compile.meaning.pairing import pair, prefix_of, without_prefix
+from rosorin_compile.compare.diff import compare_robots
+from rosorin_compile.compare.difference import YAML, Side
+from rosorin_compile.compare.pairing import pair, prefix_of, without_prefix
 from rosorin_compile.model import Joint, Link, Pose, Robot
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.meaning.committed import compare
-from rosorin_compile.meaning.moves import moves
-from rosorin_compile.meaning.past import past
+from rosorin_compile.compare.committed import compare
+from rosorin_compile.compare.moves import moves
+from rosorin_compile.compare.past import past
 from rosorin_compile.model import Robot
-from rosorin_compile.pipeline import Compiled
+from rosorin_compile.output.pipeline import Compiled
 from support.moving import random_state
 from support.robots import compiled, compiled_text, copy_of_rosorin, sound
 

@@ -8,17 +8,17 @@ from typing import Any
 
 import pytest
 
+from rosorin_compile.compare import entities, not_compared, plainly
+from rosorin_compile.compare.changes import changes
+from rosorin_compile.compare.difference import YAML, Side
+from rosorin_compile.compare.plainly import compare_plainly
+from rosorin_compile.compare.view import View
 from rosorin_compile.formats import FORMATS, Fact, Value
-from rosorin_compile.frontend.annotations import ENTRIES, ITEMS, Node
-from rosorin_compile.frontend.lower.plainly import plain
-from rosorin_compile.meaning import entities, not_compared, plainly
-from rosorin_compile.meaning.changes import changes
-from rosorin_compile.meaning.difference import YAML, Side
-from rosorin_compile.meaning.plainly import compare_plainly
-from rosorin_compile.meaning.view import View
+from rosorin_compile.language.annotations import ENTRIES, ITEMS, Node
+from rosorin_compile.language.lower.plainly import plain
 from rosorin_compile.model import Link, Robot
 from rosorin_compile.model.sections import Sections
-from rosorin_compile.units import Quantity
+from rosorin_compile.source.units import Quantity
 
 
 @dataclass(frozen=True)

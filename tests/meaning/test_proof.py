@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.meaning.proof import Found, Proof, Tolerance
+from rosorin_compile.compare.proof import Found, Proof, Tolerance
 from rosorin_compile.model import Joint
 
 PAIRS = [("b", "told"), ("a", "x"), ("b", "y"), ("a", "told"), ("b", "y")]

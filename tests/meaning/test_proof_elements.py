@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.meaning.proof import Proof
+from rosorin_compile.compare.proof import Proof
 
 SENSOR = '<gazebo reference="eye"><sensor name="s" type="camera"><camera>{}</camera></sensor></gazebo>'
 LIDAR = '<gazebo reference="l"><sensor name="s" type="gpu_lidar">{}<topic>scan</topic></sensor></gazebo>'

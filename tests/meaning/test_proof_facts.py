@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.compare.proof.facts import _disagreements, agreement
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.meaning.proof.facts import _disagreements, agreement
 from rosorin_compile.model import Output, Robot
 from support.comparing import BASE, COMMITTED
 from support.machines import machine

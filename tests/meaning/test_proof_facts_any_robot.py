@@ -11,8 +11,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.meaning.proof.facts import agreement
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.compare.proof.facts import agreement
+from rosorin_compile.output.pipeline import compile_robot
 
 QUARTER = math.pi / 2
 

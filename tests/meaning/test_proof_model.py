@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from rosorin_compile.meaning.proof.model import _Comparison
+from rosorin_compile.compare.proof.model import _Comparison
 from rosorin_compile.model import Joint, Link, Robot, Sensor
+from rosorin_compile.model.control import Block, Component
 from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.model.moveit import Moveit
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.sections import Sections
-from rosorin_compile_ros.sections.control.value import Block, Component
-from rosorin_compile_ros.sections.moveit.value import Moveit
 from support.comparing import different
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from rosorin_compile.compare.entities import Pair
+from rosorin_compile.compare.renames import under_new_names
+from rosorin_compile.compare.view import View, transform_of, view_of
 from rosorin_compile.formats import Fact, Value
-from rosorin_compile.meaning.entities import Pair
-from rosorin_compile.meaning.renames import under_new_names
-from rosorin_compile.meaning.view import View, transform_of, view_of
 
 
 def view(*rows: str) -> View:

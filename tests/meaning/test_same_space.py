@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.meaning.solids import same_space, solid_from
+from rosorin_compile.compare.solids import same_space, solid_from
 from rosorin_compile.model import Box, HeightMap, Shape, Sphere
 from rosorin_compile.model.shape import GROUNDED, MERGED, ROWS
 from support.comparing import compared

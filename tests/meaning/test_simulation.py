@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.diagnostics import ERROR
 from support.robots import compiled_text
 
 ROBOT = """robot: r

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pytest
 
+from rosorin_compile.compare.shape_wording import likened
+from rosorin_compile.compare.solids import same_bodies, same_set, solid_from, solid_of
 from rosorin_compile.formats import Value
 from rosorin_compile.formats.facts import Solid
-from rosorin_compile.meaning.shape_wording import likened
-from rosorin_compile.meaning.solids import same_bodies, same_set, solid_from, solid_of
 from rosorin_compile.model import Box, Cylinder, HeightMap, Mesh, Pose, Shape, Sphere
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.shape import MERGED, ROWS

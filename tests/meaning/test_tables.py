@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.diagnostics.markdown import Diff, Table
-from rosorin_compile.meaning.committed import CHANGED, MAX_LINES, TextDifference
-from rosorin_compile.meaning.tables import blocks
+from rosorin_compile.compare.committed import CHANGED, MAX_LINES, TextDifference
+from rosorin_compile.compare.tables import blocks
+from rosorin_compile.source.markdown import Diff, Table
 
 
 @pytest.mark.parametrize(("count", "left"), [(1, 0), (MAX_LINES, 0), (MAX_LINES + 1, 1), (MAX_LINES + 30, 30)])

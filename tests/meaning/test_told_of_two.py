@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import pytest
 
+from rosorin_compile.compare.diff import compare_robots
+from rosorin_compile.compare.difference import YAML, Difference, Side
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.meaning.diff import compare_robots
-from rosorin_compile.meaning.difference import YAML, Difference, Side
 from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Mesh, Pose, Robot, Shape
+from rosorin_compile.model.moveit import CollisionSearch, Moveit
 from rosorin_compile.model.robot import JointPose, Sensor
 from rosorin_compile.model.sections import Sections
 from rosorin_compile.model.simulated import BODY_ELEMENT, Simulated
-from rosorin_compile_ros.sections.moveit.value import CollisionSearch, Moveit
 
 URDF, MJCF, DRIVER = FORMATS["urdf"], FORMATS["mjcf"], FORMATS["robot_model"]
 BALL = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)

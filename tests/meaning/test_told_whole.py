@@ -14,18 +14,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.markdown import Section, document
+from rosorin_compile.cli.main import main
+from rosorin_compile.compare.committed import compare
+from rosorin_compile.compare.diff import compare_robots
+from rosorin_compile.compare.difference import YAML, Side, as_json, lines
+from rosorin_compile.compare.renaming import renamed
+from rosorin_compile.compare.tables import blocks
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.meaning.committed import compare
-from rosorin_compile.meaning.diff import compare_robots
-from rosorin_compile.meaning.difference import YAML, Side, as_json, lines
-from rosorin_compile.meaning.renaming import renamed
-from rosorin_compile.meaning.tables import blocks
 from rosorin_compile.model import Output, Robot
-from rosorin_compile_view.page import data_of
-from rosorin_compile_view.view.changed import change_data
+from rosorin_compile.source.markdown import Section, document
+from rosorin_compile.viewer.changed import change_data
+from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, edit, write_files
 from support.machines import exact_urdf, machine, robot_of
 from support.paths import ROOT

@@ -6,10 +6,7 @@ import math
 
 import pytest
 
-from rosorin_compile.diagnostics import Source
-from rosorin_compile.formats import Value
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.meaning.tolerance import (
+from rosorin_compile.compare.tolerance import (
     HERE,
     Placed,
     Turn,
@@ -20,8 +17,11 @@ from rosorin_compile.meaning.tolerance import (
     same_value,
     wrapped,
 )
+from rosorin_compile.formats import Value
 from rosorin_compile.model import Transform
-from rosorin_compile.numbers import Style
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.numbers import Style
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.meaning.values import differing, text_of
+from rosorin_compile.compare.values import differing, text_of
 from rosorin_compile.model import Link, Pose
 
 

@@ -13,11 +13,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics.installing import pip_install
 from rosorin_compile.model import Edge, Joint, Link, Pose, Publisher, Robot, Transform
 from rosorin_compile.model.joint import NODE, Mimic
 from rosorin_compile.model.kinematics import Graph, Kinematics, NoWay
 from rosorin_compile.model.kinematics.batch import SLICE
+from rosorin_compile.source.installing import pip_install
 from support.robots import RECORDED, compiled
 
 TOLERANCE = 1e-12

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.model import Joint, Link, Robot
 from rosorin_compile.model.looks import is_own, own_colours
 

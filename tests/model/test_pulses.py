@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.model import Joint, Limit, Link, Robot
-from rosorin_compile.sections.servos import SERVOS
-from rosorin_compile.sections.servos.pulses import (
+from rosorin_compile.language.sections.servos import SERVOS
+from rosorin_compile.language.sections.servos.pulses import (
     Nearest,
     NoModel,
     NoPulse,
@@ -25,7 +24,8 @@ from rosorin_compile.sections.servos.pulses import (
     travel,
     within,
 )
-from rosorin_compile.sections.servos.value import ServoGroup
+from rosorin_compile.model import Joint, Limit, Link, Robot
+from rosorin_compile.model.servos import ServoGroup
 from support.paths import OUTPUTS
 from support.robots import RECORDED, compiled, texts
 

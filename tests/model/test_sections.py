@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from rosorin_compile.model import Controller, Link, Robot
+from rosorin_compile.model.control import Block
 from rosorin_compile.model.sections import NO_SECTIONS
-from rosorin_compile_ros.sections.control import CONTROL
-from rosorin_compile_ros.sections.control.value import Block
-from rosorin_compile_ros.sections.controllers import CONTROLLERS
+from rosorin_compile.ros.sections.control import CONTROL
+from rosorin_compile.ros.sections.controllers import CONTROLLERS
 
 ROBOT = Robot("r", (Link("a"),), ())
 BLOCKS, OTHERS = ((Block(name, "system", "some/Plugin"),) for name in ("arm", "base"))

@@ -16,22 +16,22 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.given import Given
-from rosorin_compile.commands.understanding import RobotCase, understood
-from rosorin_compile.diagnostics import Diagnostic, Source, has_errors
-from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.cli.given import Given
+from rosorin_compile.cli.main import main
+from rosorin_compile.cli.understanding import RobotCase, understood
+from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.project import Description
-from rosorin_compile_ros.check_parameters import checking, files, nodes
-from rosorin_compile_ros.navigation import FILTER, frames_of, kind_of
-from rosorin_compile_ros.parameters.files import nodes_of
-from rosorin_compile_ros.parameters.tables import kinds
-from rosorin_compile_ros.parameters.values import fits, refused
-from rosorin_compile_ros.robot_localization import STATES
+from rosorin_compile.ros.check_parameters import checking, files, nodes
+from rosorin_compile.ros.navigation import FILTER, frames_of, kind_of
+from rosorin_compile.ros.parameters.files import nodes_of
+from rosorin_compile.ros.parameters.tables import kinds
+from rosorin_compile.ros.parameters.values import fits, refused
+from rosorin_compile.ros.robot_localization import STATES
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic, Source, has_errors
+from rosorin_compile.source.project import Description
 from support.paths import DATA, ROOT, ROSORIN
 from support.robots import compiled, compiled_text
 

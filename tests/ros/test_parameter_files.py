@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile_ros.parameters.files import _flat, nodes_of
+from rosorin_compile.ros.parameters.files import _flat, nodes_of
 
 
 def nested(depth: int) -> dict[str, Any]:

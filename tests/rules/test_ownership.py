@@ -12,17 +12,17 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import Source
+from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.launching import condition, in_frontends, in_python
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.meaning.proof.facts import agreement
+from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Link, Robot
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
 from rosorin_compile.rules.conditions import combinations, holds
 from rosorin_compile.rules.publishing import in_words, publishing
-from rosorin_compile_view.drawing.situations import situations
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.viewer.drawing.situations import situations
 from support import launch
 from support.launch import Context, Failed, Started, command_line, parsed, performed, run
 from support.robots import compiled, found, rules

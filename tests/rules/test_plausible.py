@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import Source
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower import lower
+from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Sphere
 from rosorin_compile.model.bounds import ball_of, bounds_of
 from rosorin_compile.model.mass import inertial_of
 from rosorin_compile.rules import check
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml
 
 LENGTHS = st.floats(0.01, 0.5)
 TURNS = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import NOTE
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.frontend.schema import schema, with_formats
+from rosorin_compile.language.expand import expand
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.schema import schema, with_formats
 from rosorin_compile.model import Inertial
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.rules import check
+from rosorin_compile.source.diagnostics import NOTE
 from support.paths import ROSORIN
 from support.robots import compiled, found, robot, rules
 

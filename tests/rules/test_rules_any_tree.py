@@ -9,13 +9,13 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import NOTE, Source, has_errors
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.frontend.validate import validate
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.validate import validate
+from rosorin_compile.model.driving import Twist, driving_of
 from rosorin_compile.rules import check
-from rosorin_compile.sections.drive.driving import Twist, driving_of
+from rosorin_compile.source.diagnostics import NOTE, Source, has_errors
+from rosorin_compile.source.load import parse_yaml
 from support.robots import rules
 
 

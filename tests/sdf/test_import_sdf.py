@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR, has_errors
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.frontend.lower import lower
+from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.sections import NO_SECTIONS
-from rosorin_compile_sdf.sdf.bodies import bodies_of
+from rosorin_compile.sdf.bodies import bodies_of
+from rosorin_compile.source.diagnostics import ERROR, has_errors
 from support.cases import as_xml_comment, check, read
 from support.comparing import different
 from support.machines import as_in_sdf, robot_of
@@ -190,7 +190,7 @@ def test_an_include_is_read_where_the_user_says_and_nowhere_else(tmp_path):
 
 
 def test_what_is_included_has_one_budget_of_elements(tmp_path, monkeypatch):
-    monkeypatch.setattr("rosorin_compile_sdf.sdf.included.MAX_ELEMENTS", 200)
+    monkeypatch.setattr("rosorin_compile.sdf.included.MAX_ELEMENTS", 200)
     links = "".join(f'<link name="l{number}"/>' for number in range(48))
     (tmp_path / "part.sdf").write_text(FOLLOWERS.format("1.9", links), "utf-8")
     many = "".join(f"<include><uri>part.sdf</uri><name>p{number}</name></include>" for number in range(9))

@@ -10,15 +10,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import ERROR, Diagnostic, arrange, has_errors
-from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.frontend.tree import locate
+from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, arrange, has_errors
+from rosorin_compile.source.report import text as report
+from rosorin_compile.source.tree import locate
 from support.comparing import different
 from support.machines import as_in_sdf
 from support.paths import DATA

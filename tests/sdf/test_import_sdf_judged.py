@@ -16,9 +16,9 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.frontend.lower import lower
+from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
-from rosorin_compile_sdf.sdf.proof import prove
+from rosorin_compile.sdf.proof import prove
 from support import in_drake, sdformat
 from support.paths import DATA
 

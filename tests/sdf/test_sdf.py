@@ -11,7 +11,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Link, Output, Pose, Robot
 from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.simulation import Root
-from rosorin_compile_sdf.sdf.facts import read as facts
+from rosorin_compile.sdf.facts import read as facts
 from support.machines import BODY, chain
 from support.robots import compiled_text, sound
 

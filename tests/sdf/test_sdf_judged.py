@@ -13,7 +13,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.facts import along_link
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Ellipsoid, Joint, Link, Output, Pose, Robot, Shape
-from rosorin_compile_sdf.sdf.bodies import bodies_of
+from rosorin_compile.sdf.bodies import bodies_of
 from support import in_drake, sdformat
 from support.engines import pose
 from support.machines import BODY, TESTER, chain, machine, robot_of

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.meaning.renaming import renamed
+from rosorin_compile.compare.renaming import renamed
+from rosorin_compile.language.sections.drive import DRIVE
+from rosorin_compile.language.sections.drive.standing import stands_free
 from rosorin_compile.model import Drive, Joint, Link, Output, Robot
-from rosorin_compile.sections.drive import DRIVE
-from rosorin_compile.sections.drive.standing import stands_free
 from support.robots import compiled_text
 
 SIDES = {"left": ("l",), "right": ("r",)}

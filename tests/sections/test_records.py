@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 
 from rosorin_compile import Robot, Section
-from rosorin_compile.diagnostics import Diagnostic, Source
-from rosorin_compile.frontend import sections
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower import sections as lowering
-from rosorin_compile.frontend.sections import Plugged, _marks
+from rosorin_compile.language import section_registry as sections
+from rosorin_compile.language.lower import sections as lowering
+from rosorin_compile.language.section_registry import Plugged, _marks
 from rosorin_compile.model import Joint, Link, Pose
 from rosorin_compile.model.sections import Sections
-from rosorin_compile.plugins import Plugin
+from rosorin_compile.source.diagnostics import Diagnostic, Source
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.plugins import Plugin
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import parser
-from rosorin_compile.commands.completion.candidates import CommandLine, candidates
-from rosorin_compile.commands.explain.answer import explain
-from rosorin_compile.commands.explain.explanation import Explanation
-from rosorin_compile.commands.registry import commands
-from rosorin_compile.meaning.entities import Change
-from rosorin_compile.meaning.others import _compared
-from rosorin_compile.meaning.wording import Row
-from rosorin_compile.pipeline import understand
-from rosorin_compile_view.view.changed import change_data
+from rosorin_compile.cli.completion.candidates import CommandLine, candidates
+from rosorin_compile.cli.main import parser
+from rosorin_compile.cli.registry import commands
+from rosorin_compile.compare.entities import Change
+from rosorin_compile.compare.others import _compared
+from rosorin_compile.compare.wording import Row
+from rosorin_compile.language.explain.answer import explain
+from rosorin_compile.language.explain.explanation import Explanation
+from rosorin_compile.output.pipeline import understand
+from rosorin_compile.viewer.changed import change_data
 
 LINE = CommandLine({name: one.help for name, one in commands().items()}, parser)
 TWO = """\

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.meaning.renaming import renamed
+from rosorin_compile.cli.main import main
+from rosorin_compile.compare.renaming import renamed
 from rosorin_compile.model import Robot
 from rosorin_compile.model.geometry import Pose
 from rosorin_compile.model.simulation import Actuator, Root
-from rosorin_compile_mujoco.sections.simulation import (
+from rosorin_compile.model.simulator import NO_SIMULATION, ContactPair, Entry, Simulation, Stop, Tendon
+from rosorin_compile.mujoco.sections.simulation import (
     ACTUATORS,
     CONSTRAINTS,
     CONTACT_LAYERS,
@@ -20,7 +21,6 @@ from rosorin_compile_mujoco.sections.simulation import (
     MJCF_SENSORS,
     TENDONS,
 )
-from rosorin_compile_mujoco.sections.simulation.value import NO_SIMULATION, ContactPair, Entry, Simulation, Stop, Tendon
 from support.robots import compiled_text
 
 ROBOT = """robot: r

@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any, Literal
 
-from rosorin_compile.commands.answer import name_of
-from rosorin_compile.diagnostics.answers import Said
+from rosorin_compile.cli.answer import name_of
+from rosorin_compile.source.answers import Said
 from support.paths import COMPILER, PACKAGES
 
 _PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number", type(None): "null"}

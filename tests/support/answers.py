@@ -8,7 +8,7 @@ from typing import Any
 
 import jsonschema
 
-from rosorin_compile.commands import answer as answering
+from rosorin_compile.cli import answer as answering
 from support.paths import SCHEMAS
 
 _envelope = answering.envelope

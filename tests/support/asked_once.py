@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import plugins
-from rosorin_compile.diagnostics import registry
-from rosorin_compile.world.notes import are_open
+from rosorin_compile.source import plugins
+from rosorin_compile.source import rule_registry as registry
+from rosorin_compile.source.world.notes import are_open
 
 
 def ask_once(patch: pytest.MonkeyPatch) -> None:

@@ -18,10 +18,10 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
-from rosorin_compile.pipeline import Compiled
-from rosorin_compile_verify.expected import Options
-from rosorin_compile_verify.judge import Verdict
-from rosorin_compile_verify.sources import verify
+from rosorin_compile.output.pipeline import Compiled
+from rosorin_compile.recordings.expected import Options
+from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.recordings.sources import verify
 from support.robots import compiled, texts
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)

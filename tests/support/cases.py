@@ -21,9 +21,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics import Diagnostic, Span, arrange
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.source.diagnostics import Diagnostic, Span, arrange
 from support.paths import TESTS
 
 RENEW = "RENEW_MESSAGES"  # set in the environment by renew.py

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rosorin_compile.project import data_folder
+from rosorin_compile.source.project import data_folder
 from support.paths import DATA
 
 WORKSPACE = DATA / "cmake" / "workspace"

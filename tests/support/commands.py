@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.world import now
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.world import now
 
 CALIBRATION = """\
 arm:

@@ -78,7 +78,7 @@ def serve() -> None:
 
 def _parse_rules() -> None:
     """Let what the sources of the tool declare be known: of an equal text it is the same."""
-    from rosorin_compile.diagnostics import registry
+    from rosorin_compile.source import rule_registry as registry
 
     declared = cache(registry.declared_in)
     registry.declared_in = lambda source: list(declared(source))
@@ -121,7 +121,7 @@ def _settle(job: Mapping[str, Any], own: Sequence[str]) -> None:
 
 def _ask_once() -> None:
     """Let the command line ask once which plug-ins there are: it asks at each format, and then for all metadata."""
-    from rosorin_compile import plugins
+    from rosorin_compile.source import plugins
 
     for name in ("_read", "_metadata_folders"):
         setattr(plugins, name, _once(getattr(plugins, name)))
@@ -129,7 +129,7 @@ def _ask_once() -> None:
 
 def _once(work: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function that works once; each time it notes what that has asked."""
-    from rosorin_compile.world.notes import Notes, note_all, noting
+    from rosorin_compile.source.world.notes import Notes, note_all, noting
 
     known: dict[tuple[object, ...], tuple[Any, Notes]] = {}
 

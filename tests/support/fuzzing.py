@@ -21,9 +21,9 @@ from typing import Any
 
 import yaml
 
-from rosorin_compile.diagnostics import Diagnostic, Span, has_errors
-from rosorin_compile.diagnostics.report import FORMATS
-from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors
+from rosorin_compile.source.report import FORMATS
 from support.paths import DATA
 
 Tree = Any

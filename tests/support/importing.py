@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.frontend.tree import Map, Seq
+from rosorin_compile.language.lower import lower
+from rosorin_compile.source.tree import Map, Seq
 
 NAMES = ("base", "arm one", "ns/hand", "größe", "a-b.c", "finger", "Rad_3")
 TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")

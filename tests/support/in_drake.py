@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile_sdf.sdf import engine
+from rosorin_compile.sdf import engine
 
 PYTHON = os.environ.get("DRAKE", "")
 

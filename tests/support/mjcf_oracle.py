@@ -17,18 +17,18 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
-from rosorin_compile.frontend.validate import validate
+from rosorin_compile.importing.description import write
+from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Sphere
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.project import ROOT_FILE
-from rosorin_compile_import.description import write
-from rosorin_compile_mujoco.mjcf.links import NO_MASS
-from rosorin_compile_mujoco.mjcf.robot import read_mjcf
+from rosorin_compile.mujoco.mjcf.links import NO_MASS
+from rosorin_compile.mujoco.mjcf.robot import read_mjcf
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import has_errors
+from rosorin_compile.source.project import ROOT_FILE
 
 FREE, BALL = 0, 1
 Matrix = NDArray[np.float64]

@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import progress
+from rosorin_compile.cli.main import main
+from rosorin_compile.source import progress
 from support import forks
 from support.paths import DOCS, ROOT
 

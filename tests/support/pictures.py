@@ -17,8 +17,8 @@ from rosorin_compile.model import (
     Robot,
 )
 from rosorin_compile.model.joint import NODE
-from rosorin_compile_view import frames_picture
-from rosorin_compile_view.drawing import SUFFIXES
+from rosorin_compile.viewer import frames_picture
+from rosorin_compile.viewer.drawing import SUFFIXES
 
 SVG = "{http://www.w3.org/2000/svg}"
 FILES = tuple(f"frames{suffix}" for suffix in SUFFIXES)

@@ -25,13 +25,13 @@ from typing import Any, NoReturn
 
 import pytest
 
-from rosorin_compile.formats.xacro import expanding
-from rosorin_compile_mujoco.mjcf import process
+from rosorin_compile.importing.xacro import expanding
+from rosorin_compile.mujoco.mjcf import process
 from support.paths import COMPILER, TESTS
 
-MJCF = "rosorin_compile_mujoco.mjcf"
+MJCF = "rosorin_compile.mujoco.mjcf"
 MUJOCO = ("mujoco", "numpy", *(f"{MJCF}.{name}" for name in ("engine", "matched", "moves", "compared")))
-XACRO = ("xacro", "yaml", "rosorin_compile.formats.xacro.child")
+XACRO = ("xacro", "yaml", "rosorin_compile.importing.xacro.child")
 OF_MUJOCO = (process._START, process._START_LOAD, process._START_PROVE)
 OF_XACRO = expanding._CHILD
 SECONDS, XACRO_SECONDS = process.SECONDS, expanding.MAX_SECONDS

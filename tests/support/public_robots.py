@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.commands import Shown
 from support.round_trip import utf8
 

@@ -11,16 +11,16 @@ from typing import Any
 
 import yaml
 
-from rosorin_compile.diagnostics import NOTE, Diagnostic, Source, arrange, has_errors
-from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower import lower
-from rosorin_compile.frontend.validate import validate
-from rosorin_compile.meaning.proof.facts import agreement
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Robot
-from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.output.pipeline import Compiled, compile_robot
 from rosorin_compile.rules import check
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Source, arrange, has_errors
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.report import text as report
 from support.paths import DATA, ROSORIN
 
 RECORDED = json.loads((DATA / "recorded_checks.json").read_text("utf-8"))

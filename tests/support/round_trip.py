@@ -17,7 +17,7 @@ from xml.dom.minidom import Document, Element
 import numpy as np
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.engines import pose
 
 TOLERANCE = 1e-9

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from rosorin_compile.frontend.schema import own_schema
+from rosorin_compile.language.schema import own_schema
 from support.paths import SCHEMAS
 
 KEY, PATTERN, OTHER, ITEM, WAY = "key", "pattern", "other key", "item", "way"

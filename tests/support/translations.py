@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile_import.translating import Changed, Translation, translate
+from rosorin_compile.importing.translating import Changed, Translation, translate
 
 _HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 

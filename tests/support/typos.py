@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import yaml
 
-from rosorin_compile.diagnostics import ERROR, NOTE, Diagnostic, Related
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related
 from support.paths import ROOT, ROSORIN
 
 # Keys whose values are text for people: anywhere, and below what they stand in.

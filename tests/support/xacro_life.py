@@ -49,7 +49,7 @@ class Machine:
         (python / "__init__.py").write_text("", "utf-8")
         (python / "packages.py").write_text(_AMENT, "utf-8")
         (folder / "bin").mkdir()
-        for program, call in (("xacro", "xacro"), ("rosorin-compile", "rosorin_compile.cli")):
+        for program, call in (("xacro", "xacro"), ("rosorin-compile", "rosorin_compile.cli.main")):
             script = folder / "bin" / program
             text = f"#!{sys.executable}\nimport sys\nfrom {call} import main\nsys.exit(main())\n"
             script.write_text(text, "utf-8")

@@ -12,10 +12,10 @@ import textwrap
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.diagnostics import Source
-from rosorin_compile.diagnostics.report import text as report
-from rosorin_compile.frontend.load import LoadError, parse_yaml
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import LoadError, parse_yaml
+from rosorin_compile.source.report import text as report
 from support.paths import DOCS, XACRO
 from support.xacro_table import Case, cases, names, read, ready
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.commands import Shown, ask
 
 LAMP = "robot: lamp\nlinks: {base_link: {}}\noutputs: {urdf: {file: lamp.urdf}, frames: {file: frames.md}}\n"

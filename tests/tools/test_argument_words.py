@@ -9,8 +9,8 @@ from unittest import mock
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands import watch
+from rosorin_compile.cli import watch
+from rosorin_compile.cli.main import main
 from support.commands import Shown, write_files
 from support.paths import DATA
 

@@ -19,8 +19,8 @@ from typing import Any
 import pytest
 import starlark
 
-from rosorin_compile.cli import main
-from rosorin_compile.project import data_folder
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.project import data_folder
 from support.pages import MARK, blocks
 from support.paths import DATA, DOCS, ROOT
 

@@ -9,11 +9,11 @@ from types import ModuleType
 
 import pytest
 
-from rosorin_compile import world
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.world import memory
-from rosorin_compile_mujoco.mjcf import process
+from rosorin_compile.mujoco.mjcf import process
+from rosorin_compile.source import world
+from rosorin_compile.source.world import memory
 from support.commands import Shown, edit, write_files
 
 pytest.importorskip("mujoco", minversion="4")
@@ -119,7 +119,7 @@ def test_a_refusal_that_names_no_mesh_stands_at_the_output(
 ) -> None:
     edit(project / "descriptions/cart/robot.yaml", "      - mesh: {file: cover.obj}\n", "")
     assert main(["all"]) == 0
-    engine = sys.modules["rosorin_compile_mujoco.mjcf.engine"]
+    engine = sys.modules["rosorin_compile.mujoco.mjcf.engine"]
     monkeypatch.setattr(engine, "load", lambda *_: ("Error: no room, is too old for it\nline 3", False))
     assert said(capsys, 1) == [
         "descriptions/cart/robot.yaml:7:11: error[engine-refuses]: MuJoCo cannot load cart.xml:"

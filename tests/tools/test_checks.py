@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main, parse
-from rosorin_compile.commands import registry
-from rosorin_compile.commands.calling import called
-from rosorin_compile.commands.registry import checks, own_checks
+from rosorin_compile.cli import registry
+from rosorin_compile.cli.calling import called
+from rosorin_compile.cli.main import main, parse
+from rosorin_compile.cli.registry import checks, own_checks
 from support.commands import Shown, write_files
 from support.paths import DATA
 
@@ -121,7 +121,7 @@ def test_a_slip_in_the_name_of_a_check_is_met_with_it(capsys: Shown) -> None:
     ],
 )
 def test_a_robot_is_told_from_a_parameter_file(words: str, robot: list[str], files: list[str], carts: Path) -> None:
-    from rosorin_compile_ros.check_parameters.command import _take_words
+    from rosorin_compile.cli.check_parameters import _take_words
 
     text = "a: {ros__parameters: {b: 1}}\n"
     write_files(carts, {"p.yaml": text, "q.yaml": text, "named_robot.yaml": "robot:\n  ros__parameters: {b: 1}\n"})
@@ -132,8 +132,8 @@ def test_a_robot_is_told_from_a_parameter_file(words: str, robot: list[str], fil
 
 
 def test_the_pages_of_changes_are_drawn_by_a_package() -> None:
-    from rosorin_compile.commands.pictures import PICTURES
-    from rosorin_compile_view.view.changed import Pictures
+    from rosorin_compile.cli.pictures import PICTURES
+    from rosorin_compile.viewer.changed import Pictures
 
     assert registry.service(PICTURES) is Pictures
     with pytest.raises(LookupError):

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.cli import main
-from rosorin_compile.project import data_folder
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.project import data_folder
 from support.cmake import ARM as ARM_PACKAGE
 from support.cmake import GENERATORS, PROGRAM, Built, build, configure, plainly, project, ran
 from support.commands import Shown, edit, touch

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.output import OutputError
 from rosorin_compile.output.one_file import escaped
 from support.commands import Shown, ask, write_files

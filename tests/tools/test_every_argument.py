@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.check import _with
-from rosorin_compile.diagnostics import Source, Span
-from rosorin_compile.frontend.arguments import Argument, combinations
+from rosorin_compile.cli.check import _with
+from rosorin_compile.cli.main import main
+from rosorin_compile.language.arguments import Argument, combinations
+from rosorin_compile.source.diagnostics import Source, Span
 
 pytestmark = pytest.mark.slow
 

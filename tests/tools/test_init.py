@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.init import TEMPLATES, CannotStart, check_name, start, texts_of
+from rosorin_compile.cli.init import TEMPLATES, CannotStart, check_name, start, texts_of
+from rosorin_compile.cli.main import main
 from support.paths import COMPILER, PACKAGES, ROOT, SCHEMAS
 from support.robots import compiled, texts
 
@@ -314,8 +314,8 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         "    if changes and str(arguments[0]).startswith('descriptions'):\n"
         "        left -= 1\n"
         "        if left < 0: os._exit(9)\n"
-        "from rosorin_compile.commands.init import start\n"
-        "from rosorin_compile.frontend import load\n"
+        "from rosorin_compile.cli.init import start\n"
+        "from rosorin_compile.language import load\n"
         "sys.addaudithook(stop)\n"
         "start('bot', Path())\n"
     )

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main, parse
-from rosorin_compile.commands import watch
-from rosorin_compile.commands.run import Run
-from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile.project import Description
+from rosorin_compile.cli import watch
+from rosorin_compile.cli.main import main, parse
+from rosorin_compile.cli.run import Run
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.project import Description
 
 ROBOT = """robot: r
 links:

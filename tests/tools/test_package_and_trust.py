@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 
 pytest.importorskip("xacro")
 

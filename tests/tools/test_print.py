@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from support.commands import Shown, ask
 from support.paths import OUTPUTS, ROOT, ROSORIN, ROUND_TRIP, XACRO

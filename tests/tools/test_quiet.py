@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.paths import DATA, ROOT
 
 ROVER = """

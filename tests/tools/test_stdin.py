@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import rosorin_compile
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.commands import HANDY
 
 PROJECT = {**HANDY, "arm.yaml": "robot: arm\nlinks: {base: {}}\noutputs: {urdf: {file: arm.urdf}}\n"}
@@ -198,7 +198,7 @@ def test_what_was_read_does_not_name_it(monkeypatch: pytest.MonkeyPatch, capsys:
 def test_a_program_does_not_read_it(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In Python, "-" is a name like any other: nobody's standard input is taken away."""
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"robot: a\n")))
-    monkeypatch.setattr("rosorin_compile.project._on_stdin", [])
+    monkeypatch.setattr("rosorin_compile.source.project._on_stdin", [])
     assert rosorin_compile.compile("-").robot is None
     assert sys.stdin.read() == "robot: a\n"
     (home / "-").mkdir()

@@ -12,8 +12,8 @@ from unittest import mock
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands import compiling
+from rosorin_compile.cli import compiling
+from rosorin_compile.cli.main import main
 
 URDF = """\
 <robot name="vendor"><link name="base_link"><visual><geometry><sphere radius="{}"/></geometry></visual></link></robot>

@@ -16,10 +16,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import world
-from rosorin_compile.commands.init import start
-from rosorin_compile.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.cli.init import start
 from rosorin_compile.output.watch import Inputs, Said
+from rosorin_compile.source import world
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from support.robots import copy_of_rosorin
 
 pytestmark = pytest.mark.slow

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile_verify.judge import Verdict
-from rosorin_compile_verify.lines import table
+from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.recordings.lines import table
 from support import bags
 from support.bags import SECOND, START, TYPES, Message, judged, ns, rules, time
 from support.paths import DATA

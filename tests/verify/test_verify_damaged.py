@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile_verify.bags import Unreadable
+from rosorin_compile.cli.main import main
+from rosorin_compile.recordings.bags import Unreadable
 from support import bags
 from support.bags import STORE, Scene, judged, part, rules
 from support.paths import ROOT

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rosorin_compile_verify import bags as reading
-from rosorin_compile_verify.judge import Verdict
+from rosorin_compile.recordings import bags as reading
+from rosorin_compile.recordings.judge import Verdict
 from support import bags
 from support.bags import judged
 
@@ -43,7 +43,7 @@ def facts(verdict: Verdict) -> dict[str, Any]:
 def test_what_is_kept_does_not_grow_with_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Counted, not measured: the arrays that are kept after four times the length are not larger."""
     monkeypatch.setattr(reading, "BATCH", 500)
-    monkeypatch.setattr("rosorin_compile_verify.joints.REMEMBERED", 100)
+    monkeypatch.setattr("rosorin_compile.recordings.joints.REMEMBERED", 100)
     short = judged(bags.bag(tmp_path / "short", seconds=15.0)).recording
     long = judged(bags.bag(tmp_path / "long", seconds=60.0)).recording
     assert long.messages > 3.9 * short.messages

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.report import text as report
-from rosorin_compile_verify.judge import Verdict
+from rosorin_compile.cli.main import main
+from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.source.report import text as report
 from support import bags
 from support.bag_faults import FAULTS, gripper_of_its_own
 from support.bags import judged, rules

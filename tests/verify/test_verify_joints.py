@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics.report import text
 from rosorin_compile.model import Pose, Robot
-from rosorin_compile.pipeline import understand
-from rosorin_compile_verify.arrays import Samples, arrays_of, transform_from
-from rosorin_compile_verify.expected import Description, Options
-from rosorin_compile_verify.joints import TREMBLING, JointLog
-from rosorin_compile_verify.judge import Verdict
-from rosorin_compile_verify.series import Moving, reference
-from rosorin_compile_verify.sources import verify
+from rosorin_compile.output.pipeline import understand
+from rosorin_compile.recordings.arrays import Samples, arrays_of, transform_from
+from rosorin_compile.recordings.expected import Description, Options
+from rosorin_compile.recordings.joints import TREMBLING, JointLog
+from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.recordings.series import Moving, reference
+from rosorin_compile.recordings.sources import verify
+from rosorin_compile.source.report import text
 from support import bags
 from support.bags import Message, ns
 from support.paths import DATA, ROOT

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.commands.foreign import compile_foreign
+from rosorin_compile.cli.foreign import compile_foreign
 from rosorin_compile.model import Pose, Robot, Transform
-from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile_verify.expected import Description, Options
-from rosorin_compile_verify.joints import JointLog
-from rosorin_compile_verify.judge import Verdict
-from rosorin_compile_verify.lines import summary
-from rosorin_compile_verify.sources import verify
+from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.recordings.expected import Description, Options
+from rosorin_compile.recordings.joints import JointLog
+from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.recordings.lines import summary
+from rosorin_compile.recordings.sources import verify
 from support import bags
 from support.bags import Message, edge, judged, ns, rules
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from rosorin_compile.model import Transform
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile_verify.expected import Options
-from rosorin_compile_verify.lines import summary
-from rosorin_compile_verify.sources import verify
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.recordings.expected import Options
+from rosorin_compile.recordings.lines import summary
+from rosorin_compile.recordings.sources import verify
 from support import bags
 from support.bag_faults import more, without
 from support.bags import Message, edge, judged, ns, rules

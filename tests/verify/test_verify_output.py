@@ -19,14 +19,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import progress
-from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.cli.main import main
 from rosorin_compile.model import Transform
-from rosorin_compile_verify import bags as reading
-from rosorin_compile_verify.lines import table
-from rosorin_compile_verify.machine import as_junit, as_object
-from rosorin_compile_verify.picture import as_svg
+from rosorin_compile.recordings import bags as reading
+from rosorin_compile.recordings.lines import table
+from rosorin_compile.recordings.machine import as_junit, as_object
+from rosorin_compile.recordings.picture import as_svg
+from rosorin_compile.source import progress
+from rosorin_compile.source.report import text as report
 from support import bags
 from support.bags import START, TYPES, Message, judged, ns
 from support.paths import DATA, IMPORTED, ROOT
@@ -145,7 +145,7 @@ def test_any_content_is_judged_and_shown_without_a_traceback(data: st.DataObject
 
 
 def test_the_command_line_does_not_load_what_it_does_not_need() -> None:
-    code = "import sys, rosorin_compile.cli; print([n for n in ('numpy', 'rosbags', 'yaml') if n in sys.modules])"
+    code = "import sys, rosorin_compile.cli.main; print([n for n in ('numpy', 'rosbags', 'yaml') if n in sys.modules])"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == "[]"
 
@@ -164,7 +164,7 @@ def test_what_is_not_installed_is_said(
     clean: dict[str, Path], absent: str, source: str, code: int, message: str
 ) -> None:
     path = clean["mcap"] if source == "bag" else DATA / "recordings" / "frames.gv"
-    hide = f"import sys; sys.modules[{absent!r}] = None; from rosorin_compile.cli import main"
+    hide = f"import sys; sys.modules[{absent!r}] = None; from rosorin_compile.cli.main import main"
     command = f"{hide}; sys.exit(main(['verify', {ROBOT!r}, {str(path)!r}]))"
     ran = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=False)
     assert ran.returncode == code, ran.stderr

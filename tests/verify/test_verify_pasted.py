@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from rosorin_compile_verify.pasted import plain_lines
+from rosorin_compile.recordings.pasted import plain_lines
 from support.bags import judged, rules
 
 SESSION = """robot@ubuntu:~$ ros2 run tf2_ros tf2_echo base_link laser

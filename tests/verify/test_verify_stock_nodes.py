@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile_verify.judge import Verdict
+from rosorin_compile.recordings.judge import Verdict
 from support import bags, stock_nodes
 from support.bags import TYPES, Message, judged, rules
 from support.robots import texts

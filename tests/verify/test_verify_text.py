@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.model import Pose, Transform
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile_verify.expected import Options
-from rosorin_compile_verify.judge import Verdict
-from rosorin_compile_verify.lines import summary
-from rosorin_compile_verify.sources import verify
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.recordings.expected import Options
+from rosorin_compile.recordings.judge import Verdict
+from rosorin_compile.recordings.lines import summary
+from rosorin_compile.recordings.sources import verify
 from support import bags
 from support.bags import rules
 from support.paths import DATA, ROOT

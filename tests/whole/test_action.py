@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import pytest
 import yaml
 
-from rosorin_compile_view.page import data_of
+from rosorin_compile.viewer.page import data_of
 from support.commands import edit, write_files
 from support.paths import ROOT
 from support.snapshot import network, snapshot

@@ -12,9 +12,9 @@ import jsonschema
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.cli import main
-from rosorin_compile.commands import run as running
-from rosorin_compile.commands.schema import names
+from rosorin_compile.cli import run as running
+from rosorin_compile.cli.main import main
+from rosorin_compile.cli.schema import names
 from support.answers import hold, validator
 from support.commands import HANDY, Shown
 from support.paths import SCHEMAS

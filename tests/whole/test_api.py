@@ -19,9 +19,9 @@ from hypothesis import strategies as st
 
 import rosorin_compile
 from rosorin_compile import Compiled, Difference, Reading, Robot
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import has_errors
+from rosorin_compile.cli.main import main
 from rosorin_compile.model import Edge, Link, Publisher
+from rosorin_compile.source.diagnostics import has_errors
 from support.paths import OUTPUTS, ROOT, ROSORIN
 from support.robots import copy_of_rosorin
 
@@ -467,7 +467,7 @@ def test_unknown_names_have_a_way_out(robot: Robot, ask: Callable[[Robot], objec
 
 
 def test_the_tree_of_frames_in_html(robot: Robot) -> None:
-    from rosorin_compile.xml.elements import tree_of
+    from rosorin_compile.source.xml.elements import tree_of
 
     rows = tree_of(robot._repr_html_()).findall("./tbody/tr")
     cells = [tuple(cell.text or "" for cell in row) for row in rows]

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.foreign import compile_foreign
+from rosorin_compile.cli.foreign import compile_foreign
+from rosorin_compile.cli.main import main
 from rosorin_compile.model.geometry import Pose
 from support import bags
 from support.bags import judged

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics import ERROR, NOTE, Diagnostic
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic
 from support.cases import as_comment, check
 from support.paths import BAD
 

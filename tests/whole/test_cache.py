@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.startup.cache import cache_folder, cache_refused, recalled
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.cache import cache_folder, cache_refused, recalled
 
 ROBOT = """\
 robot: plain

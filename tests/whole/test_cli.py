@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_second_run_is_unchanged_and_says_the_same(capsys: pytest.CaptureFixture
 def test_unchanged_run_imports_nothing_heavy(project: Path) -> None:
     program = (
         "import sys; sys.argv[1:] = ['all']; from rosorin_compile.__main__ import main; code = main();"
-        "heavy = {'yaml', 'jinja2', 'jsonschema', 'numpy', 'argparse', 'rosorin_compile.cli'};"
+        "heavy = {'yaml', 'jinja2', 'jsonschema', 'numpy', 'argparse', 'rosorin_compile.cli.main'};"
         "print(sorted(heavy & set(sys.modules))); sys.exit(code)"
     )
     for _ in range(2):
@@ -64,7 +64,7 @@ SPARED = {"numpy"}
 @pytest.mark.parametrize("words", [["all"], ["print", "urdf"]])
 def test_a_run_imports_nothing_that_it_can_do_without(project: Path, words: list[str]) -> None:
     program = (
-        f"import sys; before = set(sys.modules); from rosorin_compile.cli import main; code = main({words});"
+        f"import sys; before = set(sys.modules); from rosorin_compile.cli.main import main; code = main({words});"
         f"print(sorted({SPARED} & (set(sys.modules) - before)), file=sys.stderr); sys.exit(code)"
     )
     edit(project, "arm.yaml", "0.08513]", "0.08613]")

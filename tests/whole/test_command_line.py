@@ -15,10 +15,10 @@ from unittest.mock import Mock
 import pytest
 
 from rosorin_compile import __version__
-from rosorin_compile.cli import main, parse, parser
-from rosorin_compile.commands.registry import GROUPS, commands
-from rosorin_compile.commands.schema import names
-from rosorin_compile.frontend.schema import own_schema
+from rosorin_compile.cli.main import main, parse, parser
+from rosorin_compile.cli.registry import GROUPS, commands
+from rosorin_compile.cli.schema import names
+from rosorin_compile.language.schema import own_schema
 from support.paths import DATA, IMPORTED, ROOT, ROSORIN, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
@@ -45,7 +45,7 @@ def test_help_lists_every_command_in_its_group(capsys: Shown) -> None:
 
 IMPORTED_BY = """
 import sys
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 try:
     main({words})
 except SystemExit:
@@ -243,7 +243,7 @@ def test_a_full_disk_is_told(words: list[str]) -> None:
 @pytest.mark.parametrize(("module", "package"), [("jsonschema", "jsonschema"), ("yaml", "pyyaml")])
 def test_a_package_that_every_robot_needs_and_that_is_not_there_is_told(module: str, package: str) -> None:
     """As after ``pip install --no-deps`` of a newer version."""
-    program = f"import sys; sys.modules['{module}'] = None; from rosorin_compile.cli import main; sys.exit(main())"
+    program = f"import sys; sys.modules['{module}'] = None; from rosorin_compile.cli.main import main; sys.exit(main())"
     words = [sys.executable, "-c", program, "print", str(ROSORIN), "urdf"]
     environment = {**os.environ, "ROSORIN_COMPILE_CACHE": "off"}
     shown = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
@@ -266,7 +266,7 @@ NO_YAML = ModuleNotFoundError("No module named 'yaml'", name="yaml")
 def test_what_stops_a_run_is_told(
     problem: Exception, said: str, monkeypatch: pytest.MonkeyPatch, capsys: Shown
 ) -> None:
-    monkeypatch.setattr("rosorin_compile.cli._answered", Mock(side_effect=problem))
+    monkeypatch.setattr("rosorin_compile.cli.main._answered", Mock(side_effect=problem))
     assert main(["frames", "--format", "json"]) == 2
     assert capsys.readouterr().err == f"rosorin-compile: {said}\n"
 
@@ -275,7 +275,7 @@ def test_what_stops_a_run_is_told(
     "problem", [KeyError("x"), ModuleNotFoundError("numpy", name="numpy"), OSError(errno.EACCES, "")]
 )
 def test_what_is_a_fault_of_ours_is_not_hidden(problem: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rosorin_compile.cli._answered", Mock(side_effect=problem))
+    monkeypatch.setattr("rosorin_compile.cli.main._answered", Mock(side_effect=problem))
     with pytest.raises(type(problem)) as raised:
         main(["frames"])
     assert raised.value is problem

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.frontend.load import load_mapping
+from rosorin_compile.source.load import load_mapping
 from support.paths import OUTPUTS, ROOT, ROSORIN
 from support.robots import MOVING, compiled, copy_of_rosorin, texts
 

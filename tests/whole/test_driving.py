@@ -14,14 +14,14 @@ import pytest
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Robot
-from rosorin_compile.sections.drive.driving import Twist, driving_of
+from rosorin_compile.model.driving import Twist, driving_of
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile_mujoco.simulate.trials import drive, hold, poses_of  # noqa: E402
-from rosorin_compile_mujoco.simulate.world import FREE, World, simulated  # noqa: E402
+from rosorin_compile.mujoco.simulate.trials import drive, hold, poses_of  # noqa: E402
+from rosorin_compile.mujoco.simulate.world import FREE, World, simulated  # noqa: E402
 
 pytestmark = pytest.mark.slow
 

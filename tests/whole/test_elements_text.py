@@ -2,7 +2,7 @@
 
 import pytest
 
-from rosorin_compile.xml.elements import canonical, tree_of
+from rosorin_compile.source.xml.elements import canonical, tree_of
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.frontend.expression import CONSTANTS, FUNCTIONS, ExpressionError, evaluate
-from rosorin_compile.units import LENGTH, Quantity
+from rosorin_compile.language.expression import CONSTANTS, FUNCTIONS, ExpressionError, evaluate
+from rosorin_compile.source.units import LENGTH, Quantity
 from support.fuzzing import VALUES, held, mutated, replaced, steps_of, whole, write
 from support.paths import TESTS
 

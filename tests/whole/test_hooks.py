@@ -13,7 +13,7 @@ from typing import NamedTuple
 import pytest
 import yaml
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.commands import Shown, edit, write_files
 from support.paths import ROOT
 from support.snapshot import commit, git, network, snapshot

@@ -47,7 +47,7 @@ AT = """
 import os, signal, sys
 from rosorin_compile import cli
 from rosorin_compile.__main__ import program
-from rosorin_compile.world import memory
+from rosorin_compile.source.world import memory
 
 def interrupted(*given):
     os.kill(os.getpid(), signal.SIGINT)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.output.placing import READY
 from support import kills
 from support.commands import write_files

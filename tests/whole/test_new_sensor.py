@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.engines import MuJoCo, Pinocchio, StaticTf, pose
 from support.paths import OUTPUTS
 from support.robots import compiled, copy_of_rosorin, texts

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.init import start
-from rosorin_compile.formats.mesh_triangles import ExtractProblem
+from rosorin_compile.cli.init import start
+from rosorin_compile.cli.main import main
+from rosorin_compile.importing.extract.writing import replace, save
+from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError, write_outputs
 from rosorin_compile.output.one_file import write_file
-from rosorin_compile_import.extract.writing import replace, save
 from support.kills import at_each_step
 from support.paths import DATA
 
@@ -98,7 +98,7 @@ def test_a_memory_that_is_damaged(home: Path, memory: str) -> None:
     outputs = describe(home)
     assert main(["all"]) == 0
     [path] = (home / "cache" / "outputs").iterdir()
-    from rosorin_compile.startup.cache import keep
+    from rosorin_compile.source.cache import keep
 
     keep(path, memory.encode())
     describe(home, table="two\n")

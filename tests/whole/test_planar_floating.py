@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Joint, Pose, Transform
 from rosorin_compile.model.motion import plane_axes

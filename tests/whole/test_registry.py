@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR, Diagnostic, registry, report
-from rosorin_compile.diagnostics.registry import NUMBERS, Rule, every_rule, rule
-from rosorin_compile.diagnostics.report import FORMATS
+from rosorin_compile.cli.main import main
 from rosorin_compile.rules import is_id
+from rosorin_compile.source import report
+from rosorin_compile.source import rule_registry as registry
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic
+from rosorin_compile.source.report import FORMATS
+from rosorin_compile.source.rule_registry import NUMBERS, Rule, every_rule, rule
 
 
 def test_an_id_that_is_declared_twice_overrides_nothing(monkeypatch: pytest.MonkeyPatch):

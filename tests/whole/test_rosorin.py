@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rosorin_compile.language.sections.servos import SERVOS
 from rosorin_compile.model.shape import GROUNDED
-from rosorin_compile.sections.servos import SERVOS
 from support.engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy
 from support.paths import DATA
 from support.robots import RECORDED, compiled, copy_of_rosorin, texts

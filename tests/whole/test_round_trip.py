@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.importing import robot
 from support.paths import ROUND_TRIP
 from support.round_trip import BOTH, comments, differences, judge, pinocchio, there_and_back

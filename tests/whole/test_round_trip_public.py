@@ -76,7 +76,7 @@ def test_robot_of_other_people(here: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(REFUSED))
 def test_broken_file_is_refused(here: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    from rosorin_compile.cli import main
+    from rosorin_compile.cli.main import main
 
     assert main(["import", str(here / name), "-o", "made"]) == 1
     said = capsys.readouterr().err

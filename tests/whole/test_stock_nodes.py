@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Robot
 from rosorin_compile.model.joint import NODE

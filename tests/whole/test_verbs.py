@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import rosorin_compile
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import has_errors
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.diagnostics import has_errors
 from support.paths import ROOT
 
 SMALL = """\

@@ -32,7 +32,7 @@ PROJECT = {
 }
 RUN = """\
 import json, sys
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 if __name__ == "__main__":
     print(json.dumps([main(words) for words in json.loads(sys.argv[1])]))
 """

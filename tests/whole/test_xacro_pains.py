@@ -16,9 +16,9 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.diagnostics import ERROR, Diagnostic
-from rosorin_compile.diagnostics.report import text as report
-from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic
+from rosorin_compile.source.report import text as report
 from support.paths import XACRO
 from support.xacro_table import read, ready
 
@@ -232,7 +232,7 @@ def test_a_compilation_imports_no_extra(make: Make, tmp_path: Path) -> None:
     make("links: {base: {}}\n")
     program = """
 import sys
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 assert main(["all", "robot.yaml"]) == 0
 print(*sorted({name.partition(".")[0] for name in sys.modules}))
 """
@@ -250,7 +250,7 @@ class NoRos:
             raise ImportError(name)
 sys.meta_path.insert(0, NoRos())
 from pathlib import Path
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
 print(compile_robot(Path("robot.yaml")).artifacts[0].text, end="")
 """
     environment = {"PYTHONPATH": ":".join(path for path in sys.path if path)}

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.diagnostics import NOTE, Source
-from rosorin_compile.diagnostics.report import text
-from rosorin_compile.frontend.expression import evaluate
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.language.expression import evaluate
+from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.source.diagnostics import NOTE, Source
+from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.report import text
 from support.cases import as_comment, check
 from support.pages import FENCED
 from support.paths import XACRO

@@ -1,7 +1,7 @@
 """Formats: what a robot is written as and read from. Each is known by its record (``format.Format``), and only by it.
 
 ``FORMATS`` has them by name: those of this folder, found by their modules, those of the packages beside the core, which
-``shipped`` names, then those of plug-ins. A module is imported when somebody asks for its format.
+``SHIPPED`` names, then those of plug-ins. A module is imported when somebody asks for its format.
 
 To be read in this order: ``format`` (what a record has to say), one that is written (``static_tf_json``, or ``urdf``
 with ``templating``), ``facts`` (how artifacts are read back to be compared), one that is read (``urdf``, with
@@ -18,16 +18,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .. import world
-from ..model import ROBOT_STATE_PUBLISHER
-from ..plugins import are_installed
-from ..rules.case import feeding
-from ..shipped import FORMATS as SHIPPED
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.rules.case import feeding
+from rosorin_compile.source import world
+from rosorin_compile.source.plugins import are_installed
+
 from .format import Artifact, Fact, Facts, Format, Opened, Value
 
 if TYPE_CHECKING:
-    from ..diagnostics import Diagnostic
-    from ..model import Output, Robot
+    from rosorin_compile.model import Output, Robot
+    from rosorin_compile.source.diagnostics import Diagnostic
+
     from .plugged import Plugged
 
 __all__ = [
@@ -41,6 +42,20 @@ __all__ = [
     "Value",
     "plugged_diagnostics",
 ]
+
+# The modules of the formats outside this folder, by which their names end.
+SHIPPED = (
+    "rosorin_compile.importing.xacro",
+    "rosorin_compile.mujoco.mjcf",
+    "rosorin_compile.mujoco.scene",
+    "rosorin_compile.ros.controllers",
+    "rosorin_compile.ros.nav2",
+    "rosorin_compile.ros.robot_localization",
+    "rosorin_compile.ros.srdf",
+    "rosorin_compile.sdf",
+    "rosorin_compile.viewer.frames_picture",
+    "rosorin_compile.viewer.page",
+)
 
 
 class Formats(Mapping[str, Format]):

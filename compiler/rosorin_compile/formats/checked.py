@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
-from ..diagnostics.progress import Progress
-from ..frontend.accepting import settled
-from ..frontend.lower import lower
-from ..frontend.tree import Map, Seq
-from ..frontend.validate import validate
-from ..rules import acceptable, check
+from rosorin_compile.language.accepting import settled
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.validate import validate
+from rosorin_compile.rules import acceptable, check
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.tree import Map, Seq
+
 from . import FORMATS
 
 REASON = "the robot was imported with it"

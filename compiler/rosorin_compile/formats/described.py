@@ -10,14 +10,15 @@ from collections.abc import Mapping
 from numbers import Integral, Real
 from typing import Any
 
-from ..diagnostics import Span
-from ..diagnostics.registry import READING, Rule
-from ..frontend.load import MAX_DEPTH
-from ..frontend.schema import Steps, subject, unit_at
-from ..frontend.tree import Map, Seq
-from ..plugins import diagnostic_of
-from ..units import Quantity
-from ..xml.files import printable_name
+from rosorin_compile.language.schema import Steps, subject, unit_at
+from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.source.load import MAX_DEPTH
+from rosorin_compile.source.plugins import diagnostic_of
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.xml.files import printable_name
+
 from .checked import accept
 from .format import Opened, Placed
 from .imported import Imported, LeftOut

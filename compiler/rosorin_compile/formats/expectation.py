@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
-from ..model import Inertial, Joint, Pose, Robot, Shape, Vector
-from ..model.geometry import Rows, rotation_of_rpy
+from rosorin_compile.model import Inertial, Joint, Pose, Robot, Shape, Vector
+from rosorin_compile.model.geometry import Rows, rotation_of_rpy
+
 from .facts import AXES, Six, Solid, frame_block, mass_block, mass_of
 from .format import Fact, Facts, Value, row_name
 

@@ -20,11 +20,12 @@ import re
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from ..model import Box, Inertial, Pose, Transform, Vector
-from ..model.geometry import Rows, dot
-from ..numbers import SHORT, off_by_short, off_by_six, six
-from ..startup.remembering import remembered
-from ..xml.elements import tree_of
+from rosorin_compile.model import Box, Inertial, Pose, Transform, Vector
+from rosorin_compile.model.geometry import Rows, dot
+from rosorin_compile.source.memo import remembered
+from rosorin_compile.source.numbers import SHORT, off_by_short, off_by_six, six
+from rosorin_compile.source.xml.elements import tree_of
+
 from .format import ANGLES, Fact, Facts, Value
 
 if TYPE_CHECKING:

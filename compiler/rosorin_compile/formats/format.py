@@ -13,16 +13,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..diagnostics import Diagnostic, Source, Span, error
-from ..numbers import amount, six_digits
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.source.numbers import amount, six_digits
 
 if TYPE_CHECKING:
-    from ..diagnostics.registry import Rule
-    from ..frontend.tree import Map
-    from ..meaning.proof import Proof
-    from ..model import Edge, Inertial, Output, Robot, Shape
-    from ..rules.case import Case
-    from ..xml.markup import Document, MarkupError
+    from rosorin_compile.compare.proof import Proof
+    from rosorin_compile.model import Edge, Inertial, Output, Robot, Shape
+    from rosorin_compile.rules.case import Case
+    from rosorin_compile.source.rule_registry import Rule
+    from rosorin_compile.source.tree import Map
+    from rosorin_compile.source.xml.markup import Document, MarkupError
+
     from .expectation import Deviations, Expectation
     from .imported import Imported, LeftOut, ReadOptions
     from .templating import Templates
@@ -197,7 +198,7 @@ class Opened:
     @cached_property
     def source(self) -> Source:
         """The file as diagnostics name it. Raises MarkupError as ``text``."""
-        from ..xml.files import read_source
+        from rosorin_compile.source.xml.files import read_source
 
         return self.document.source if self.document else read_source(self.path, self.asked)
 
@@ -209,7 +210,7 @@ class Opened:
         self, message: str, where: int | Span = 1, column: int = 1, length: int = 1, help: str = ""
     ) -> MarkupError:
         """Return what a reader raises where the file is not written as its format wants."""
-        from ..xml.markup import MarkupError
+        from rosorin_compile.source.xml.markup import MarkupError
 
         return MarkupError(error("file-syntax", message, self._span(where, column, length), help))
 

@@ -9,14 +9,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..diagnostics import Diagnostic
-from ..diagnostics.wording import first_of, listed
-from ..frontend.annotations import sections
-from ..model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
-from ..model.joint import UNPUBLISHED
-from ..model.sections import own_sections
-from ..numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
-from ..rules.publishing import in_words, publishing
+from rosorin_compile.language.annotations import sections
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
+from rosorin_compile.model.joint import UNPUBLISHED
+from rosorin_compile.model.sections import own_sections
+from rosorin_compile.rules.publishing import in_words, publishing
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
+from rosorin_compile.source.wording import first_of, listed
+
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Proving, Value, row_name
 from .static_tf import describe
 

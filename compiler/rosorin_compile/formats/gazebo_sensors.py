@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ..model.simulated import GazeboSensor, SdfElement
-from ..numbers import NumberFormat
-from ..xml.escaping import escape
+from rosorin_compile.model.simulated import GazeboSensor, SdfElement
+from rosorin_compile.source.numbers import NumberFormat
+from rosorin_compile.source.xml.escaping import escape
+
 from .templating import attributes
 
 DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS

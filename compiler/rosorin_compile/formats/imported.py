@@ -12,15 +12,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from ..diagnostics import ERROR, WARNING, Diagnostic, Span, and_here
-from ..diagnostics.registry import READING, Rule
-from ..frontend.load import plain_scalar
-from ..frontend.tree import Map, Seq
-from ..frontend.tree import Path as TreePath
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, and_here
+from rosorin_compile.source.load import plain_scalar
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.tree import Path as TreePath
 
 if TYPE_CHECKING:
-    from ..frontend.lower import Lowered
-    from ..model import Robot
+    from rosorin_compile.language.lower import Lowered
+    from rosorin_compile.model import Robot
 
 RULES = (
     Rule(
@@ -125,7 +125,7 @@ class Imported(NamedTuple):
 
     def lowered(self) -> Lowered:
         """Return the model that the tree says, and what is wrong with it."""
-        from ..frontend.lower import lower
+        from rosorin_compile.language.lower import lower
 
         return lower(self.whole)
 
@@ -136,10 +136,10 @@ class Imported(NamedTuple):
 
     def typed(self) -> Imported:
         """Return it with what the types of its sensors bring; what is wrong with those is all that it says then."""
-        from ..frontend.expand.ledger import Ledger
-        from ..frontend.expand.scope import Scope
-        from ..frontend.expand.sensor_types import apply_types
-        from ..project import data_folder
+        from rosorin_compile.language.expand.ledger import Ledger
+        from rosorin_compile.language.expand.scope import Scope
+        from rosorin_compile.language.expand.sensor_types import apply_types
+        from rosorin_compile.source.project import data_folder
 
         made, ledger = self.whole.copied(), Ledger()
         if isinstance(made.get("sensors"), Map):
@@ -149,14 +149,15 @@ class Imported(NamedTuple):
 
     def errors(self, rules: bool = True) -> list[Diagnostic]:
         """Return what is wrong with its sections; if nothing is, what the ``rules`` say, of it and of the robot."""
-        from ..frontend.validate import validate
+        from rosorin_compile.language.validate import validate
+
         from . import FORMATS
 
         tree = self.whole
         wrong = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
         if wrong or not rules:
             return wrong
-        from ..rules import check
+        from rosorin_compile.rules import check
 
         lowered = self.lowered()
         told = list(lowered.diagnostics)
@@ -186,19 +187,19 @@ class Imported(NamedTuple):
 
     def relative_files(self) -> list[str]:
         """Return the relative names of mesh and texture files, each once, in their order."""
-        from ..frontend.expand.prefixing import relative_files
+        from rosorin_compile.language.expand.prefixing import relative_files
 
         return relative_files(self.whole)
 
     def with_files_named(self, name: Callable[[str], str]) -> Imported:
         """Return it with each name of a mesh or texture file as ``name`` makes it."""
-        from ..frontend.expand.prefixing import with_files_named
+        from rosorin_compile.language.expand.prefixing import with_files_named
 
         return self._replace(tree=with_files_named(self.whole, name))
 
     def with_files_below(self, folder: str) -> Imported:
         """Return it with ``folder`` before the relative names of mesh and texture files."""
-        from ..frontend.expand.prefixing import moved
+        from rosorin_compile.language.expand.prefixing import moved
 
         return self._replace(tree=moved(self.whole, folder))
 

@@ -10,9 +10,9 @@ import ast
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..frontend.expression import parsed
-from ..model import Robot
-from ..rules.conditions import combinations, holds, modes_in
+from rosorin_compile.language.expression import parsed
+from rosorin_compile.model import Robot
+from rosorin_compile.rules.conditions import combinations, holds, modes_in
 
 if TYPE_CHECKING:
     from .static_tf import StaticTransform

@@ -31,15 +31,16 @@ from types import MappingProxyType
 from typing import NamedTuple
 from urllib.parse import unquote
 
-from .. import world
-from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
-from ..diagnostics.registry import FORMATS, Rule
-from ..diagnostics.wording import first_of
-from ..frontend.accepting import EVERYTHING
-from ..frontend.packages import Packages
-from ..frontend.tree import Map
-from ..model import Output, Robot
-from ..project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
+from rosorin_compile.language.accepting import EVERYTHING
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.source import world
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.project import ENDINGS, MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.wording import first_of
+
 from . import FORMATS as RECORDS
 from .named_files import (
     MESH,

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..diagnostics import Span
-from ..frontend.expand.forms import OF_MJCF
-from ..frontend.tree import Map, Seq
-from ..xml.mujoco import files_in
+from rosorin_compile.language.expand.forms import OF_MJCF
+from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.xml.mujoco import files_in
 
 MESH, TEXTURE, OF_ELEMENT = "mesh", "texture", "file"
 

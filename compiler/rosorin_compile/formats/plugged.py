@@ -12,16 +12,18 @@ from dataclasses import fields, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .. import world
-from ..diagnostics import Diagnostic
-from ..diagnostics.registry import OF_PLUGINS, Rule, check_texts, find
-from ..plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
-from ..project import ENDINGS, data_folder
+from rosorin_compile.source import world
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, broken, diagnostic_of, failed, load
+from rosorin_compile.source.project import ENDINGS, data_folder
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, check_texts, find
+
 from .format import GROUPS, Asked, Fact, Facts, Format, Refusal, Value
 from .templating import TemplateProblem
 
 if TYPE_CHECKING:
-    from ..model import Inertial
+    from rosorin_compile.model import Inertial
+
     from .imported import Imported
 
 _ENDING = re.compile(r"\.[a-z0-9_+-]+")
@@ -94,8 +96,8 @@ def _fits(name: str, value: Any, default: Any) -> bool:
 
 def _check_options(format: Format) -> None:
     """Raise ValueError where the options of a format are no JSON Schema of draft 7."""
-    from ..frontend.schema import schema
-    from ..frontend.validator import check_schema
+    from rosorin_compile.language.schema import schema
+    from rosorin_compile.language.validator import check_schema
 
     own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
     check_schema(own, {**schema(), "properties": {"outputs": own}})
@@ -146,7 +148,8 @@ def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[.
 
 def _read(plugin: Plugin, read: Callable[..., Any] | None) -> Callable[..., Any] | None:
     def guarded(opened: Any) -> Imported:
-        from ..xml.markup import MarkupError
+        from rosorin_compile.source.xml.markup import MarkupError
+
         from .described import imported
         from .imported import Imported
 
@@ -238,7 +241,7 @@ def _text_by_text(value: Any) -> dict[str, str]:
 
 
 def _shapes(value: Any) -> Sequence[Any] | None:
-    from ..model import Shape
+    from rosorin_compile.model import Shape
 
     shapes = None if value is None else list(value)
     if shapes and not all(isinstance(one, Shape) for one in shapes):
@@ -247,7 +250,7 @@ def _shapes(value: Any) -> Sequence[Any] | None:
 
 
 def _inertials(value: Any) -> Mapping[str, Inertial]:
-    from ..model import Inertial
+    from rosorin_compile.model import Inertial
 
     found = dict(value)
     if not all(isinstance(one, Inertial) for one in found.values()):

@@ -5,19 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..diagnostics import ERROR, NOTE, Diagnostic, Source, Span, error, has_errors
-from ..diagnostics.progress import Progress
-from ..diagnostics.registry import READING, Rule
-from ..plugins import PluginFailed
-from ..project import ENDINGS, stdin_of
-from ..xml.files import mended, read_source, without_late_declaration
-from ..xml.markup import RULE as SYNTAX
-from ..xml.markup import Document, MarkupError, parse
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, Span, error, has_errors
+from rosorin_compile.source.plugins import PluginFailed
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.project import ENDINGS, stdin_of
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.xml.files import mended, read_source, without_late_declaration
+from rosorin_compile.source.xml.markup import RULE as SYNTAX
+from rosorin_compile.source.xml.markup import Document, MarkupError, parse
+
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .imported import Imported, ReadOptions
 
 if TYPE_CHECKING:
-    from ..frontend.tree import Map
+    from rosorin_compile.source.tree import Map
+
     from .format import Joined
 
 RULES = (

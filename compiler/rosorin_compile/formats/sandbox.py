@@ -19,8 +19,8 @@ from jinja2.bccache import Bucket
 from jinja2.compiler import CodeGenerator, Frame
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from ..startup.cache import cache_folder, digest, keep, recalled
-from ..world import read
+from rosorin_compile.source.cache import cache_folder, digest, keep, recalled
+from rosorin_compile.source.world import read
 
 MAX_SIZE = 10_000_000  # letters of a text, items of a list
 MAX_BITS = 1_000_000  # of a whole number

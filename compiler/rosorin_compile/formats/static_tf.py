@@ -13,22 +13,24 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic, error
-from ..diagnostics.bounded import python_of
-from ..diagnostics.registry import FORMATS, OUTPUTS, Rule
-from ..diagnostics.wording import masked
-from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Vector
-from ..model.link import Source
-from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
-from ..rules.case import first_fed
-from ..rules.conditions import modes_in
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Vector
+from rosorin_compile.model.link import Source
+from rosorin_compile.rules.case import first_fed
+from rosorin_compile.rules.conditions import modes_in
+from rosorin_compile.source.bounded import python_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
+from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
+from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
+from rosorin_compile.source.wording import masked
+
 from . import format
 from .format import Fact, Facts, Format, InRos, Proving, Value, Writing
 
 if TYPE_CHECKING:
     import ast
 
-    from ..rules.case import Case
+    from rosorin_compile.rules.case import Case
+
     from .templating import Templates
 
 RULES = (

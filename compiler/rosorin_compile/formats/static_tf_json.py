@@ -8,19 +8,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..diagnostics import Diagnostic
-from ..diagnostics.bounded import json_of
-from ..model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
-from ..world import read as read_file
-from ..world import size
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
+from rosorin_compile.source.bounded import json_of
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.world import read as read_file
+from rosorin_compile.source.world import size
+
 from .format import Facts, Format, InRos, Proving
-from .static_tf import (
-    NUMBER_FORMAT,
-    check_numbers,
-    frames,
-    node_facts,
-    static_transforms,
-)
+from .static_tf import NUMBER_FORMAT, check_numbers, frames, node_facts, static_transforms
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

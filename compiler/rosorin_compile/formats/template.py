@@ -27,10 +27,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..diagnostics import Diagnostic, error
-from ..diagnostics.registry import TEMPLATES, Rule
-from ..model import Output, Robot
-from ..numbers import exact, fixed, short, six, vector
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.numbers import exact, fixed, short, six, vector
+from rosorin_compile.source.rule_registry import TEMPLATES, Rule
+
 from .format import Format
 from .static_tf import describe
 from .templating import Templates

@@ -16,12 +16,13 @@ from typing import Any, ClassVar
 
 import jinja2
 
-from ..diagnostics import Diagnostic, Source, Span, error
-from ..diagnostics.registry import TEMPLATES, Rule
-from ..project import data_folder, homes
-from ..project import shown as as_shown
-from ..world import FILE, kind, real, size, text
-from ..xml.escaping import Markup, escape
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.source.project import data_folder, homes
+from rosorin_compile.source.project import shown as as_shown
+from rosorin_compile.source.rule_registry import TEMPLATES, Rule
+from rosorin_compile.source.world import FILE, kind, real, size, text
+from rosorin_compile.source.xml.escaping import Markup, escape
+
 from .sandbox import Sandbox, options
 
 RULES = (

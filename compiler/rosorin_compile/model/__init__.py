@@ -7,24 +7,19 @@ and what one asks a robot), ``kinematics`` (where frames sit in each other). The
 
 from typing import TYPE_CHECKING
 
-from ..shipped import VALUES, VALUES_BEFORE
-from ..startup.lazily import lazily
+from rosorin_compile.source.lazily import lazily
+
 from .geometry import Pose, Transform, Vector
-from .joint import (
-    ROBOT_STATE_PUBLISHER,
-    STATIC_TRANSFORM_PUBLISHER,
-    Joint,
-    Limit,
-    Publisher,
-)
+from .joint import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Limit, Publisher
 from .link import Inertial, Link
 from .robot import Edge, Output, Robot, Sensor
 from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 if TYPE_CHECKING:
-    from ..sections.drive.driving import Twist
-    from ..sections.drive.value import Drive
-    from ..shipped import Controller, DisabledCollision
+    from .controllers import Controller
+    from .drive import Drive
+    from .driving import Twist
+    from .moveit import DisabledCollision
 
 __all__ = [
     "ROBOT_STATE_PUBLISHER",
@@ -58,7 +53,13 @@ __all__ = [
 
 # What was public in 0.2, and still is found here, but belongs to the core alone.
 _BEFORE = {
-    "ServoGroup": "sections.servos.value",
+    "ContactPair": "model.simulator",
+    "Entry": "model.simulator",
+    "NO_SIMULATION": "model.simulator",
+    "Simulation": "model.simulator",
+    "Stop": "model.simulator",
+    "Tendon": "model.simulator",
+    "ServoGroup": "model.servos",
     "Mimic": "model.joint",
     "Material": "model.shape",
     "JointPose": "model.robot",
@@ -99,11 +100,13 @@ _BEFORE = {
 
 # What few ask for.
 _HOMES = {
-    "Drive": "sections.drive.value",
-    "Twist": "sections.drive.driving",
+    "Controller": "model.controllers",
+    "DisabledCollision": "model.moveit",
+    "Drive": "model.drive",
+    "Twist": "model.driving",
 }
 
-__getattr__ = lazily(__name__, {**_HOMES, **VALUES, **_BEFORE, **VALUES_BEFORE}, globals())
+__getattr__ = lazily(__name__, {**_HOMES, **_BEFORE}, globals())
 
 
 def __dir__() -> list[str]:

@@ -10,7 +10,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from ..diagnostics.wording import and_more
+from rosorin_compile.source.wording import and_more
+
 from .joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
 from .robot import Robot
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..startup.remembering import remembered
+from rosorin_compile.source.memo import remembered
 
 Vector = tuple[float, float, float]
 Rows = tuple[Vector, Vector, Vector]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from ..sections.drive.driving import Driving
+    from .driving import Driving
     from .frame_tree import Row
     from .kinematics import Kinematics
 
@@ -64,7 +64,7 @@ class ByName(dict[str, "Named"]):
 
 def unknown(kind: str, name: object, known: Iterable[str], more: str = "") -> KeyError:
     """Return the KeyError about a name that is not there; ``more`` says what it is instead."""
-    from ..diagnostics import did_you_mean
+    from rosorin_compile.source.diagnostics import did_you_mean
 
     way_out = more or did_you_mean(str(name), known) or "the robot has none"
     return KeyError(f'there is no {kind} "{name}"; {way_out}')
@@ -188,7 +188,7 @@ class Robot:
 
     def __repr__(self) -> str:
         """Return the name and what there is how often: a robot in full is pages long."""
-        from ..diagnostics.wording import counted
+        from rosorin_compile.source.wording import counted
 
         moving = sum(not joint.is_fixed for joint in self.joints)
         counts = {"link": len(self.links), "joint": len(self.joints), "sensor": len(self.sensors)}

@@ -11,16 +11,33 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
-from ..shipped import SECTIONS
-from ..world import text
+from rosorin_compile.source.world import text
 
 if TYPE_CHECKING:
-    from ..diagnostics.registry import Check
+    from rosorin_compile.source.rule_registry import Check
+
     from .robot import Robot
 
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Adds = Callable[["Robot", Any], "Robot"]
+
+# The module and the name of the record of each section that has a folder.
+SECTIONS = (
+    "rosorin_compile.language.sections.servos:SERVOS",
+    "rosorin_compile.language.sections.drive:DRIVE",
+    "rosorin_compile.ros.sections.control:CONTROL",
+    "rosorin_compile.ros.sections.controllers:CONTROLLERS",
+    "rosorin_compile.ros.sections.moveit:MOVEIT",
+    "rosorin_compile.language.sections.disabled_contacts:DISABLED_CONTACTS",
+    "rosorin_compile.mujoco.sections.simulation:ACTUATORS",
+    "rosorin_compile.mujoco.sections.simulation:TENDONS",
+    "rosorin_compile.mujoco.sections.simulation:CONSTRAINTS",
+    "rosorin_compile.mujoco.sections.simulation:MJCF_SENSORS",
+    "rosorin_compile.mujoco.sections.simulation:CONTACT_LAYERS",
+    "rosorin_compile.mujoco.sections.simulation:CONTACT_PAIRS",
+    "rosorin_compile.language.sections.mjcf_elements:MJCF_ELEMENTS",
+)
 
 ENTRIES, ITEMS, ONE = "entries", "items", "one"
 

@@ -18,11 +18,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic, error
-from ..diagnostics.registry import WRITING, Rule
-from ..diagnostics.wording import printable
-from ..startup import system
-from ..world import note_written, spoil
+from rosorin_compile.source import system
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
+from rosorin_compile.source.rule_registry import WRITING, Rule
+from rosorin_compile.source.wording import printable
+from rosorin_compile.source.world import note_written, spoil
+
 from . import staging
 from .staging import There, is_stage, replace, tidy
 

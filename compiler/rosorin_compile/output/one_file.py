@@ -13,9 +13,10 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from .. import world
-from ..diagnostics.registry import WRITING, Rule
-from ..world import spoil
+from rosorin_compile.source import world
+from rosorin_compile.source.rule_registry import WRITING, Rule
+from rosorin_compile.source.world import spoil
+
 from . import OutputError, cleared
 from .ours import wrote
 from .staging import staged_file, tidy, write_staged

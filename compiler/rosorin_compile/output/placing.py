@@ -21,11 +21,12 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.bounded import json_of
-from ..diagnostics.registry import PACKAGES, Rule
-from ..diagnostics.wording import listed
-from ..startup import system
+from rosorin_compile.source import system
+from rosorin_compile.source.bounded import json_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import PACKAGES, Rule
+from rosorin_compile.source.wording import listed
+
 from . import OutputError, Written, cleared, ours
 from .one_file import replace_text
 from .ours import ProtectedFile, digest, kept_name

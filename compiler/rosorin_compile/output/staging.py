@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..startup import system
+from rosorin_compile.source import system
 
 if TYPE_CHECKING:
     import ctypes

@@ -16,26 +16,27 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
-from .. import world
-from ..diagnostics import ERROR, Diagnostic, Span
-from ..diagnostics.progress import Progress
-from ..diagnostics.registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
-from ..frontend.accepting import accepted
-from ..frontend.expand.scope import Scope
-from ..frontend.expand.tracing import USED
-from ..frontend.lower.sections import is_resolved
-from ..frontend.lower.shapes import RULES as _OF_SHAPES
-from ..frontend.sections import plugged as sections_of_plugins
-from ..frontend.tree import Map
-from ..frontend.tree import Path as TreePath
-from ..model import Robot
-from ..model.sections import own_sections
-from ..plugins import Plugin, aside, broken, diagnostic_of, failed, load
+from rosorin_compile.language.accepting import accepted
+from rosorin_compile.language.expand.scope import Scope
+from rosorin_compile.language.expand.tracing import USED
+from rosorin_compile.language.lower.sections import is_resolved
+from rosorin_compile.language.lower.shapes import RULES as _OF_SHAPES
+from rosorin_compile.language.section_registry import plugged as sections_of_plugins
+from rosorin_compile.model import Robot
+from rosorin_compile.model.sections import own_sections
+from rosorin_compile.source import world
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
+from rosorin_compile.source.plugins import Plugin, aside, broken, diagnostic_of, failed, load
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.tree import Path as TreePath
+
 from .case import Case
 from .remarkable import collect
 
 if TYPE_CHECKING:
-    from ..formats import Format
+    from rosorin_compile.formats import Format
 
 __all__ = ["acceptable", "check", "checks", "plugged"]
 

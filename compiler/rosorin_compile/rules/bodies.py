@@ -7,13 +7,14 @@ from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.tree import Path, at, exists
-from ..model import Inertial, Link, Mesh, Vector
-from ..model.bounds import Bounds, ball_of, bounds_of
-from ..model.mass import principal_moments, volume_of
-from ..units import has_unit
+from rosorin_compile.model import Inertial, Link, Mesh, Vector
+from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
+from rosorin_compile.model.mass import principal_moments, volume_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import NUMBERS, rule
+from rosorin_compile.source.tree import Path, at, exists
+from rosorin_compile.source.units import has_unit
+
 from . import shared_values
 from .case import Case, number
 from .sizes import all_ways, longest

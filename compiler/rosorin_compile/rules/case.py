@@ -6,18 +6,20 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ..diagnostics import ERROR, Diagnostic, Related, Span, or_else
-from ..frontend.accepting import accepted, names_at, settled, unused
-from ..frontend.expand.scope import Scope
-from ..frontend.expand.tracing import mistake_place
-from ..frontend.mentions import Mention, mentions
-from ..frontend.schema import TEMPLATE
-from ..frontend.tree import Map, Path, at, exists, follow
-from ..model import Joint, Output, Robot
+from rosorin_compile.language.accepting import accepted, names_at, settled, unused
+from rosorin_compile.language.expand.scope import Scope
+from rosorin_compile.language.expand.tracing import mistake_place
+from rosorin_compile.language.mentions import Mention, mentions
+from rosorin_compile.language.schema import TEMPLATE
+from rosorin_compile.model import Joint, Output, Robot
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span, or_else
+from rosorin_compile.source.tree import Map, Path, at, exists, follow
+
 from .remarkable import Remarkable
 
 if TYPE_CHECKING:
-    from ..formats import Format
+    from rosorin_compile.formats import Format
+
     from .tf_tree import Step
 
 
@@ -140,7 +142,7 @@ class Case:
 
         In a part its own names go first, as it calls them, and ``more``.
         """
-        from ..frontend.misnamed import name_meant
+        from rosorin_compile.language.misnamed import name_meant
 
         guess = name_meant(self.tree, path, word, known, more)
         return or_else(guess, otherwise)

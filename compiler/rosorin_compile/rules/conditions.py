@@ -7,11 +7,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
 
-from ..diagnostics import WARNING, Diagnostic, did_you_mean
-from ..diagnostics.registry import FRAMES, rule
-from ..frontend.expression import ExpressionError, evaluate
-from ..frontend.tree import Path, Text, at
-from ..model import Edge, Robot
+from rosorin_compile.language.expression import ExpressionError, evaluate
+from rosorin_compile.model import Edge, Robot
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean
+from rosorin_compile.source.rule_registry import FRAMES, rule
+from rosorin_compile.source.tree import Path, Text, at
+
 from .case import Case
 
 AFTER = "signs"

@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ..diagnostics import Diagnostic
-from ..diagnostics.registry import FRAMES, rule
-from ..frontend.tree import Path, exists
-from ..model import Pose, Transform
+from rosorin_compile.model import Pose, Transform
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import FRAMES, rule
+from rosorin_compile.source.tree import Path, exists
+
 from .case import Case
 from .kinematics import WORLD_FRAMES
 from .remarkable import FULL_TURN

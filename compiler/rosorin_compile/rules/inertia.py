@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from ..diagnostics import Diagnostic
-from ..diagnostics.registry import NUMBERS, rule
-from ..model import Link
-from ..model.mass import principal_moments
+from rosorin_compile.model import Link
+from rosorin_compile.model.mass import principal_moments
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import NUMBERS, rule
+
 from . import shared_values
 from .case import Case, number
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import JOINTS, Check, rule
-from ..diagnostics.wording import listed
-from ..frontend.schema import subject, unit_at
-from ..frontend.tree import Path, at, exists
-from ..model import Joint, Limit
-from ..model.geometry import norm
-from ..units import Quantity, describe, parse_unit
+from rosorin_compile.language.schema import subject, unit_at
+from rosorin_compile.model import Joint, Limit
+from rosorin_compile.model.geometry import norm
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, Check, rule
+from rosorin_compile.source.tree import Path, at, exists
+from rosorin_compile.source.units import Quantity, describe, parse_unit
+from rosorin_compile.source.wording import listed
+
 from . import shared_values
 from .case import Case, number
 

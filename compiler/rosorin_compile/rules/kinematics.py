@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 
-from ..diagnostics import Diagnostic, nearest
-from ..diagnostics.registry import JOINTS, rule
-from ..diagnostics.wording import listed, quoted
-from ..frontend.expand.naming import MOUNT
-from ..frontend.lower import owner_of_frame
-from ..frontend.mentions import Mention
-from ..frontend.tree import Path
-from ..model import Joint, Robot
+from rosorin_compile.language.expand.naming import MOUNT
+from rosorin_compile.language.lower import owner_of_frame
+from rosorin_compile.language.mentions import Mention
+from rosorin_compile.model import Joint, Robot
+from rosorin_compile.source.diagnostics import Diagnostic, nearest
+from rosorin_compile.source.rule_registry import JOINTS, rule
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import listed, quoted
+
 from .case import Case
 
 AFTER = ""

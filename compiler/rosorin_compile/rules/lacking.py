@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..diagnostics import NOTE, WARNING, Diagnostic
-from ..diagnostics.registry import JOINTS, rule
-from ..model import ROBOT_STATE_PUBLISHER, Link
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Link
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, rule
+
 from .case import Case
 
 AFTER = "sizes"

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..diagnostics import NOTE, WARNING, Diagnostic, nearest
-from ..diagnostics.registry import NUMBERS, rule
-from ..diagnostics.wording import quoted
-from ..frontend.tree import Path
-from ..model.shape import Material, Rgba
+from rosorin_compile.model.shape import Material, Rgba
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, nearest
+from rosorin_compile.source.rule_registry import NUMBERS, rule
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import quoted
+
 from .case import Case, number
 
 AFTER = "values"

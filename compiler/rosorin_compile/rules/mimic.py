@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import JOINTS, rule
-from ..model import ROBOT_STATE_PUBLISHER, Joint
-from ..model.joint import Mimic
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint
+from rosorin_compile.model.joint import Mimic
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, rule
+
 from .case import Case, number
 
 AFTER = "joints"

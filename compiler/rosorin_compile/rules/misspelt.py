@@ -11,11 +11,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ..diagnostics import ERROR, Diagnostic, Related, Span
-from ..diagnostics.misspelt import UNNAMED, Offer, offer, placed, told_once, written
-from ..frontend.annotations import Node, sections
-from ..frontend.tree import Instance, Map, Place, Seq, exists, locate, nearer
-from ..frontend.tree import Path as TreePath
+from rosorin_compile.language.annotations import Node, sections
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
+from rosorin_compile.source.misspelt import UNNAMED, Offer, offer, placed, told_once, written
+from rosorin_compile.source.tree import Instance, Map, Place, Seq, exists, locate, nearer
+from rosorin_compile.source.tree import Path as TreePath
+
 from .names import named_sections
 
 _WORD = re.compile(r"\w+")

@@ -7,14 +7,15 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from ..diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
-from ..diagnostics.letters import difference, foreign, in_words, look, unseen
-from ..diagnostics.misspelt import Offer, placed
-from ..diagnostics.registry import ARGUMENTS, FRAMES, rule
-from ..frontend.annotations import sections
-from ..frontend.mentions import spelt
-from ..frontend.tree import Map, Path, exists
-from ..model import STATIC_TRANSFORM_PUBLISHER
+from rosorin_compile.language.annotations import sections
+from rosorin_compile.language.mentions import spelt
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
+from rosorin_compile.source.letters import difference, foreign, in_words, look, unseen
+from rosorin_compile.source.misspelt import Offer, placed
+from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
+from rosorin_compile.source.tree import Map, Path, exists
+
 from .case import Case
 from .remarkable import NOT_XML
 

@@ -7,15 +7,16 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..diagnostics import WARNING, Diagnostic, did_you_mean, swaps
-from ..diagnostics.registry import OUTPUTS, rule
-from ..diagnostics.wording import listed
-from ..frontend.tree import Path, exists
-from ..model import Output
+from rosorin_compile.model import Output
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, swaps
+from rosorin_compile.source.rule_registry import OUTPUTS, rule
+from rosorin_compile.source.tree import Path, exists
+from rosorin_compile.source.wording import listed
+
 from .case import Case
 
 if TYPE_CHECKING:
-    from ..formats import Format
+    from rosorin_compile.formats import Format
 
 AFTER = "poses"
 
@@ -77,7 +78,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     known = [name for name, format in case.formats.items() if format.write is not None]
     named = (*path, "backend")
     at, key = (named, False) if exists(case.tree, named) else (path, True)
-    from ..frontend.misnamed import word_meant
+    from rosorin_compile.language.misnamed import word_meant
 
     help = word_meant(output.backend, known, "backend")
     by_files = _by_files(case, output, key) if help.startswith("known") else ""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import POSES, Check, rule
-from ..frontend.tree import Path
-from ..model import Joint
+from rosorin_compile.model import Joint
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import POSES, Check, rule
+from rosorin_compile.source.tree import Path
+
 from .case import Case, number
 from .remarkable import FULL_TURN
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import FRAMES, JOINTS, Check, rule
-from ..diagnostics.wording import first_of, listed, quoted
-from ..frontend.tree import Map, Path, Seq, at, exists
-from ..frontend.wanted import is_listed
-from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Publisher
-from ..model.joint import UNPUBLISHED
+from rosorin_compile.language.wanted import is_listed
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Publisher
+from rosorin_compile.model.joint import UNPUBLISHED
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import FRAMES, JOINTS, Check, rule
+from rosorin_compile.source.tree import Map, Path, Seq, at, exists
+from rosorin_compile.source.wording import first_of, listed, quoted
+
 from . import conditions
 from .case import Case, first_fed
 from .kinematics import children

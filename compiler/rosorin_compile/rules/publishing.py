@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..diagnostics.wording import listed
-from ..frontend.expression import ExpressionError
-from ..model import Robot
-from ..model.joint import UNPUBLISHED
+from rosorin_compile.language.expression import ExpressionError
+from rosorin_compile.model import Robot
+from rosorin_compile.model.joint import UNPUBLISHED
+from rosorin_compile.source.wording import listed
+
 from .conditions import MAX_MODES, combinations, holds, modes_in
 
 

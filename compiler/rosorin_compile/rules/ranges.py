@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ..diagnostics import NOTE, WARNING, Diagnostic
-from ..diagnostics.registry import JOINTS, POSES, rule
-from ..diagnostics.wording import first_of
-from ..frontend.tree import at
-from ..model import Joint, Limit
-from ..units import has_unit
+from rosorin_compile.model import Joint, Limit
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
+from rosorin_compile.source.tree import at
+from rosorin_compile.source.units import has_unit
+from rosorin_compile.source.wording import first_of
+
 from .case import Case, number
 
 AFTER = "lacking"

@@ -6,9 +6,9 @@ import math
 import re
 from typing import Any, NamedTuple
 
-from ..frontend.expression.syntax import NUMERIC
-from ..frontend.tree import Map, Path, Seq
-from ..units import has_unit
+from rosorin_compile.language.expression.syntax import NUMERIC
+from rosorin_compile.source.tree import Map, Path, Seq
+from rosorin_compile.source.units import has_unit
 
 # A little more than one turn, so that 6.2832 passes for 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad

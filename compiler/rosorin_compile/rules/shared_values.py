@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from typing import Any
 
-from ..diagnostics import Diagnostic
-from ..model import Robot
-from ..model.robot import of_robot
+from rosorin_compile.model import Robot
+from rosorin_compile.model.robot import of_robot
+from rosorin_compile.source.diagnostics import Diagnostic
 
 
 class Kinds:

@@ -6,15 +6,16 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.tree import Path, exists
-from ..model import Joint, Pose, Robot, Sensor, Shape, Transform, Vector
-from ..model.bounds import ball_of
-from ..model.geometry import unit
-from ..model.rays import through
-from ..model.seen import Data, seen_by
-from ..model.shape import MERGED
+from rosorin_compile.model import Joint, Pose, Robot, Sensor, Shape, Transform, Vector
+from rosorin_compile.model.bounds import ball_of
+from rosorin_compile.model.geometry import unit
+from rosorin_compile.model.rays import through
+from rosorin_compile.model.seen import Data, seen_by
+from rosorin_compile.model.shape import MERGED
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import NUMBERS, rule
+from rosorin_compile.source.tree import Path, exists
+
 from .case import Case
 
 AFTER = "sizes"

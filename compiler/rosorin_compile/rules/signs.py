@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from ..diagnostics import NOTE, WARNING, Diagnostic
-from ..diagnostics.registry import JOINTS, rule
-from ..diagnostics.wording import first_of
-from ..frontend.tree import exists
-from ..model import Cylinder, Joint
+from rosorin_compile.model import Cylinder, Joint
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import JOINTS, rule
+from rosorin_compile.source.tree import exists
+from rosorin_compile.source.wording import first_of
+
 from . import shared_values
 from .case import Case, number
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostics import Diagnostic
-from ..diagnostics.registry import SIMULATED, rule
-from ..model.simulation import Marked
+from rosorin_compile.model.simulation import Marked
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import SIMULATED, rule
+
 from .case import Case, number
 
 AFTER = "simulated_values"

@@ -10,20 +10,21 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
-from ..diagnostics import Diagnostic
-from ..diagnostics.registry import SIMULATED, rule
-from ..frontend.annotations import DESCRIPTION, SIMULATION, of_topic
-from ..frontend.expand.naming import ENDS, KINDS, names_of
-from ..frontend.mentions import Mention, givers, mentions
-from ..frontend.tree import Path
-from ..model import Robot
-from ..model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
-from ..model.simulation import AT_ORIGIN
-from ..sections.drive.standing import stands_free
-from ..sections.mjcf_elements import MJCF_ELEMENTS
-from ..xml import mujoco
-from ..xml.elements import found_in
-from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON
+from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION, of_topic
+from rosorin_compile.language.expand.naming import ENDS, KINDS, names_of
+from rosorin_compile.language.mentions import Mention, givers, mentions
+from rosorin_compile.language.sections.drive.standing import stands_free
+from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
+from rosorin_compile.model import Robot
+from rosorin_compile.model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
+from rosorin_compile.model.simulation import AT_ORIGIN
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import SIMULATED, rule
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.xml import mujoco
+from rosorin_compile.source.xml.elements import found_in
+from rosorin_compile.source.xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE, TENDON
+
 from .case import Case
 
 AFTER = "xml_elements"

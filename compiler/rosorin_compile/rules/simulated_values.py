@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostics import NOTE, Diagnostic
-from ..diagnostics.registry import Check
-from ..frontend.tree import Path
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import Check
+from rosorin_compile.source.tree import Path
+
 from .case import Case, number
 
 AFTER = "simulated_names"

@@ -7,13 +7,27 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.tree import Path, Seq, at, exists
-from ..model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Link, Mesh, Robot, Shape, Sphere, Vector
-from ..model.bounds import Bounds, ball_of, bounds_of
-from ..model.robot import of_robot
-from ..units import has_unit
+from rosorin_compile.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    HeightMap,
+    Joint,
+    Link,
+    Mesh,
+    Robot,
+    Shape,
+    Sphere,
+    Vector,
+)
+from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
+from rosorin_compile.model.robot import of_robot
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import NUMBERS, rule
+from rosorin_compile.source.tree import Path, Seq, at, exists
+from rosorin_compile.source.units import has_unit
+
 from . import shared_values
 from .case import Case, number
 

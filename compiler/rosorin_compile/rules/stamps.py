@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import FRAMES, rule
-from ..frontend.tree import Path, exists
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.rule_registry import FRAMES, rule
+from rosorin_compile.source.tree import Path, exists
+
 from . import conditions
 from .case import Case
 from .tf_tree import Step, active_in, is_tree, legal_steps, silences

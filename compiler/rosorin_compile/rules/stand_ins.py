@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ..diagnostics import NOTE, Diagnostic
-from ..diagnostics.registry import OUTPUTS, rule
-from ..diagnostics.wording import first_of
-from ..frontend.tree import Path
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import OUTPUTS, rule
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import first_of
+
 from .case import Case
 
 AFTER = "xml_elements"

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic, nearest, swaps
-from ..diagnostics.registry import FRAMES, Check, rule
-from ..diagnostics.wording import listed, quoted
-from ..frontend.tree import Path
-from ..model import ROBOT_STATE_PUBLISHER, Edge
-from ..model.joint import SEVERAL_COORDINATES, UNPUBLISHED
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Edge
+from rosorin_compile.model.joint import SEVERAL_COORDINATES, UNPUBLISHED
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, nearest, swaps
+from rosorin_compile.source.rule_registry import FRAMES, Check, rule
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import listed, quoted
+
 from . import conditions
 from .case import Case
 from .kinematics import WORLD_FRAMES

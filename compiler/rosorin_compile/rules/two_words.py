@@ -6,11 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..diagnostics import Diagnostic
-from ..diagnostics.registry import SIMULATED, rule
-from ..frontend.tree import Path
-from ..model import Joint
-from ..model.joint import Dynamics
+from rosorin_compile.model import Joint
+from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import SIMULATED, rule
+from rosorin_compile.source.tree import Path
+
 from .case import Case, number
 
 AFTER = "simulated_marks"

@@ -8,12 +8,13 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ..diagnostics import ERROR, WARNING, Diagnostic, Span
-from ..diagnostics.registry import NUMBERS, Check, rule
-from ..frontend.schema import subject, unit_at
-from ..frontend.tree import Path, at, written
-from ..model import Joint, Link, Vector
-from ..units import has_unit
+from rosorin_compile.language.schema import subject, unit_at
+from rosorin_compile.model import Joint, Link, Vector
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span
+from rosorin_compile.source.rule_registry import NUMBERS, Check, rule
+from rosorin_compile.source.tree import Path, at, written
+from rosorin_compile.source.units import has_unit
+
 from . import shared_values
 from .case import Case, number
 from .remarkable import FULL_TURN, NOT_XML

@@ -11,14 +11,15 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
-from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.annotations import named_as
-from ..frontend.tree import Instance, Path, locate, prefix_at
-from ..model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
-from ..model.robot import of_robot
-from ..xml.elements import Found, canonical, damage, found_in, tree_of
-from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
+from rosorin_compile.language.annotations import named_as
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Robot
+from rosorin_compile.model.robot import of_robot
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, did_you_mean, nearest
+from rosorin_compile.source.rule_registry import NUMBERS, rule
+from rosorin_compile.source.tree import Instance, Path, locate, prefix_at
+from rosorin_compile.source.xml.elements import Found, canonical, damage, found_in, tree_of
+from rosorin_compile.source.xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
+
 from . import shared_values
 from .case import Case
 from .kinematics import WORLD_FRAMES
@@ -53,7 +54,7 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
 
 def _damaged(case: Case, path: Path, text: str, wrong: str) -> Diagnostic:
     """Return what is wrong with a text that is no XML, at its line where the file has it as it is."""
-    from ..xml.markup import MarkupError, parse
+    from rosorin_compile.source.xml.markup import MarkupError, parse
 
     example = "<gazebo>...</gazebo>" if "urdf_elements" in path else "<site .../>"
     help = f"write whole elements, such as {example}"

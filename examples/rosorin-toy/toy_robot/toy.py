@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 from rosorin_compile import Diagnostic, Fact, Facts, Format, Opened, Rule, Templates, Value, frame_facts
-from rosorin_compile.extending import InRos, Proving, Writing
+from rosorin_compile.formats.format import InRos, Proving, Writing
 from rosorin_compile.model import Link, Output, Pose, Robot, Sphere
 
 CANNOT_SAY = Rule("toy-cannot-say", "A warning: the format toy cannot express a link that is not a ball.")

@@ -27,9 +27,13 @@ from rosorin_compile import (
     Written,
     rule,
 )
-from rosorin_compile.diagnostics import ERROR, Span, counted, did_you_mean, has_errors, listed
-from rosorin_compile.extending import LoadError, Map, OutputError, Quantity, write_file
 from rosorin_compile.model import Box, Joint, Link, Mesh, Output, Pose, Robot, Transform, Vector
+from rosorin_compile.output import OutputError
+from rosorin_compile.output.one_file import write_file
+from rosorin_compile.source.diagnostics import ERROR, Span, counted, did_you_mean, has_errors, listed
+from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.units import Quantity
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from typing import Any
 import pytest
 
 from rosorin_compile import Variant
-from rosorin_compile.cli import main
-from rosorin_compile.frontend.expand import files as reading
-from rosorin_compile.startup.remembering import forget
-from rosorin_compile.world import now
-from rosorin_compile_fleet.sweep import command
-from rosorin_compile_fleet.sweep.compiling import Job, Result
-from rosorin_compile_fleet.sweep.folder import VariantsFolder
+from rosorin_compile.cli import sweep as command
+from rosorin_compile.cli.main import main
+from rosorin_compile.language.expand import files as reading
+from rosorin_compile.source.memo import forget
+from rosorin_compile.source.world import now
+from rosorin_compile.variants.compiling import Job, Result
+from rosorin_compile.variants.folder import VariantsFolder
 from support.commands import Shown, edit
 
 ROBOT = """\

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile_fleet.sweep import pool
+from rosorin_compile.cli.main import main
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.variants import pool
 from support.commands import Shown
 
 pytest.importorskip("distributed")
@@ -50,7 +50,7 @@ from pathlib import Path
 
 def main():
     from distributed import Client, LocalCluster
-    from rosorin_compile.cli import main
+    from rosorin_compile.cli.main import main
     out, count, kills = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     with LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
         with Client(cluster) as client:
@@ -74,13 +74,13 @@ if __name__ == "__main__":
 """,
     "version.py": """\
 def set_version():
-    from rosorin_compile_fleet.sweep import compiling
+    from rosorin_compile.variants import compiling
     compiling.__version__ = "0.0.1"
 
 def main():
     import sys
     from distributed import Client, LocalCluster
-    from rosorin_compile.cli import main
+    from rosorin_compile.cli.main import main
     sys.stderr = sys.stdout
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
         with Client(cluster) as client:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.kills import at_each_step
 
 ROBOT = """\
@@ -43,10 +43,10 @@ PROJECT = {
     "kill.py": """\
 import os, random, shutil, signal, sys, time
 from pathlib import Path
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile import pipeline
-from rosorin_compile.meaning.proof import facts
-from rosorin_compile_fleet.sweep import command
+from rosorin_compile.compare.proof import facts
+from rosorin_compile.variants import command
 
 def sweep(over, out, *words):
     return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])
@@ -89,8 +89,8 @@ print(killed)
     "die.py": """\
 import os, signal, sys
 from pathlib import Path
-from rosorin_compile.cli import main
-from rosorin_compile_fleet.sweep import command, compiling
+from rosorin_compile.cli.main import main
+from rosorin_compile.variants import command, compiling
 
 def dying(job, variant):
     if variant.name == "r5" or (variant.name == "r9" and not Path("died").exists()):

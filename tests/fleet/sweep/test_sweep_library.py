@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 
 import rosorin_compile
-from rosorin_compile.frontend import load
-from rosorin_compile.frontend.expand import files
-from rosorin_compile.frontend.tree import Kept as KeptText
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.units import Quantity
+from rosorin_compile.language.expand import files
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source import load
+from rosorin_compile.source.tree import Kept as KeptText
+from rosorin_compile.source.units import Quantity
 from support.commands import HANDY, edit
 from support.paths import ROOT
 

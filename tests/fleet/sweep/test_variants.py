@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics import report
-from rosorin_compile_fleet.sweep.variants import Variants
+from rosorin_compile.source import report
+from rosorin_compile.variants.variants import Variants
 
 ARGUMENTS = ["mast", "label", "calibration"]
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics import ERROR, has_errors
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import ERROR, has_errors
 from support.paths import DATA
 
 ROBOT = DATA / "control" / "gripper.yaml"

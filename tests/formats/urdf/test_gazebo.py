@@ -8,9 +8,9 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from rosorin_compile.diagnostics import NOTE
-from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS
+from rosorin_compile.source.diagnostics import NOTE
+from rosorin_compile.source.report import text as report
 from support import sdformat
 from support.comparing import compared, told
 from support.paths import ROSORIN

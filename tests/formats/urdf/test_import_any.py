@@ -10,11 +10,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import ERROR, Diagnostic, arrange, has_errors
-from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.frontend.tree import Map, Seq, locate
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, arrange, has_errors
+from rosorin_compile.source.report import text as report
+from rosorin_compile.source.tree import Map, Seq, locate
 from support.importing import accepted, meaning, robot, urdf_of
 from support.paths import BROKEN_SOURCES, OUTPUTS
 

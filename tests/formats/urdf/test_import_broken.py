@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics import ERROR, has_errors
+from rosorin_compile.source.diagnostics import ERROR, has_errors
 from support.cases import as_xml_comment, check, read
 from support.paths import BROKEN_SOURCES, DOCS
 

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostics import ERROR, arrange
-from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.frontend.tree import Map
-from rosorin_compile.units import Quantity
+from rosorin_compile.source.diagnostics import ERROR, arrange
+from rosorin_compile.source.report import text as report
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.units import Quantity
 from support.importing import urdf_of
 
 LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'

@@ -22,7 +22,7 @@ from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
 from rosorin_compile.formats.reading import read_robot  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.formats.urdf import write as urdf  # noqa: E402
-from rosorin_compile.frontend.lower import lower  # noqa: E402
+from rosorin_compile.language.lower import lower  # noqa: E402
 from rosorin_compile.model import Output, Robot  # noqa: E402
 from support.images import png  # noqa: E402
 from support.paths import OUTPUTS, ROOT  # noqa: E402

@@ -18,10 +18,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import rosorin_compile
-from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
-from rosorin_compile.meaning.proof.facts import agreement
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     UNPUBLISHED,
@@ -39,6 +38,7 @@ from rosorin_compile.model import (
 from rosorin_compile.model import Robot as Model
 from rosorin_compile.model.joint import Mimic
 from rosorin_compile.model.looks import own_colours, with_visuals
+from rosorin_compile.source.report import text as report
 from support import sdformat
 from support.paths import ROOT
 from support.robots import compiled, compiled_text, sound, texts

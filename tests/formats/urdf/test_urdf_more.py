@@ -9,10 +9,10 @@ import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.compare.committed import compare, lines
 from rosorin_compile.formats import FORMATS, Fact
-from rosorin_compile.meaning.committed import compare, lines
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.xml.elements import damage, indented
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.xml.elements import damage, indented
 from support.images import png
 from support.robots import compiled_text, sound
 
@@ -383,7 +383,7 @@ use: {left: {part: leg}}
 
 
 def test_the_schema_knows_the_rules_that_may_be_accepted():
-    from rosorin_compile.frontend.schema import schema
+    from rosorin_compile.language.schema import schema
     from rosorin_compile.rules import acceptable
 
     ids = schema("authoring")["definitions"]["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.compare.view import called
 from rosorin_compile.formats import FORMATS, Fact, Value
 from rosorin_compile.formats.urdf import facts as urdf_facts
-from rosorin_compile.meaning.view import called
-from rosorin_compile.numbers import exact, six
+from rosorin_compile.source.numbers import exact, six
 from support.machines import TESTER
 from support.robots import compiled
 from support.urdf_robots import emit

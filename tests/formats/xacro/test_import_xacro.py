@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import Diagnostic, arrange
-from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.formats.xacro import expanding as reader
+from rosorin_compile.importing.xacro import expanding as reader
+from rosorin_compile.source.diagnostics import Diagnostic, arrange
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.report import text as report
 
 pytestmark = pytest.mark.slow
 
@@ -275,7 +275,7 @@ def test_a_file_that_calculates_without_end_is_ended_and_told(bomb, tmp_path, mo
 
 @pytest.mark.slow
 def test_a_file_that_leaves_python_for_too_long_is_ended_by_the_system(arm, monkeypatch):
-    endless = "from rosorin_compile.formats.xacro.child import _limit; import signal; _limit(1);"
+    endless = "from rosorin_compile.importing.xacro.child import _limit; import signal; _limit(1);"
     monkeypatch.setattr(reader, "_CHILD", f"{endless} signal.signal(signal.SIGPROF, signal.SIG_IGN)\nwhile True: pass")
     monkeypatch.setattr(reader, "MAX_SECONDS", 1)
     assert "it calculates for more than 1 s" in told(expand(arm))[-1]

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import read
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import Diagnostic, arrange
-from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.source.diagnostics import Diagnostic, arrange
+from rosorin_compile.source.report import text as report
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("home")]
 

@@ -10,14 +10,14 @@ import trimesh
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import Source
-from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower.shapes import lower_shape
+from rosorin_compile.importing.extract import writing
+from rosorin_compile.importing.extract.fits import KINDS, Fit, fits, smallest_circle, smallest_rectangle
+from rosorin_compile.importing.extract.measure import Ruler, closed, solid
+from rosorin_compile.language.lower.shapes import lower_shape
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape
 from rosorin_compile.model.geometry import IDENTITY
-from rosorin_compile_import.extract import writing
-from rosorin_compile_import.extract.fits import KINDS, Fit, fits, smallest_circle, smallest_rectangle
-from rosorin_compile_import.extract.measure import Ruler, closed, solid
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml
 from support.meshes import box, dome, random_points
 
 BRICK = box((-0.1, -0.05, -0.03), (0.1, 0.05, 0.03))

@@ -14,8 +14,8 @@ import trimesh
 import yaml
 from jsonschema import Draft7Validator
 
-from rosorin_compile.cli import main
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.cli.main import main
+from rosorin_compile.output.pipeline import compile_robot
 from support.commands import of_a_person
 from support.meshes import box
 from support.robots import compiled
@@ -314,11 +314,11 @@ def test_help_of_all_three(capsys: Said) -> None:
 
 def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
     """Run extract on a terminal of its own, on which a clock says that each look at it takes some seconds."""
-    code = "import itertools, sys, rosorin_compile.diagnostics.progress as p\n"
-    code += "import rosorin_compile_import.extract.heightmap as h\n"
+    code = "import itertools, sys, rosorin_compile.source.progress as p\n"
+    code += "import rosorin_compile.importing.extract.heightmap as h\n"
     code += f"p.time.monotonic = lambda c=itertools.count(): {seconds} * next(c)\n"
     code += "h.CHUNK = 3\n"
-    code += "from rosorin_compile.cli import main\n"
+    code += "from rosorin_compile.cli.main import main\n"
     code += f"main(['extract', '{what}', 'brick.stl', '-o', 'made.yaml', '--force'])\n"
     terminal, other_end = os.openpty()
     process = subprocess.Popen(
@@ -350,6 +350,6 @@ def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
 
 def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     assert here.is_dir()
-    monkeypatch.setattr("rosorin_compile.diagnostics.progress.AFTER", -1.0)
+    monkeypatch.setattr("rosorin_compile.source.progress.AFTER", -1.0)
     assert main(["extract", "heightmap", "brick.stl", "--format", "json"]) == 0
     assert "sampling [" not in capsys.readouterr().err

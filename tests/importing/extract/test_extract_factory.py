@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.report import text as report
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.cli.main import main
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.report import text as report
 from support.paths import DATA
 
 pytestmark = pytest.mark.slow

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.mesh_triangles import ExtractProblem
-from rosorin_compile_import.extract.grid import DIVISIONS, Grid, divisions_needed, longest_edge, samples
-from rosorin_compile_import.extract.heightmap import Wanted, below, grid_around, height_map, make_map, rounded_up
+from rosorin_compile.importing.extract.grid import DIVISIONS, Grid, divisions_needed, longest_edge, samples
+from rosorin_compile.importing.extract.heightmap import Wanted, below, grid_around, height_map, make_map, rounded_up
+from rosorin_compile.model.mesh_triangles import ExtractProblem
 from support.meshes import box, box_heights, clipped_heights, dome, quad, random_points
 
 CELL = 0.01
@@ -253,9 +253,9 @@ def test_order_and_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None
     told: list[tuple[int, int]] = []
     whole = height_map(mesh, GRID, progress=lambda done, total: told.append((done, total)))
     assert told == [(1600, 1600)]
-    monkeypatch.setattr("rosorin_compile_import.extract.heightmap.CHUNK", 7)
-    monkeypatch.setattr("rosorin_compile_import.extract.grid.MOST_POINTS", 50)
-    monkeypatch.setattr("rosorin_compile_import.extract.grid.MOST_POINTS", 50)
+    monkeypatch.setattr("rosorin_compile.importing.extract.heightmap.CHUNK", 7)
+    monkeypatch.setattr("rosorin_compile.importing.extract.grid.MOST_POINTS", 50)
+    monkeypatch.setattr("rosorin_compile.importing.extract.grid.MOST_POINTS", 50)
     assert height_map(mesh[::-1], GRID).tolist() == whole.tolist()
 
 

@@ -12,13 +12,13 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import Source
-from rosorin_compile.formats.mesh_triangles import ExtractProblem
-from rosorin_compile.frontend.load import parse_yaml
+from rosorin_compile.cli.main import main
+from rosorin_compile.importing.extract.into import changes, find_block, replaced
 from rosorin_compile.model import HeightMap
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile_import.extract.into import changes, find_block, replaced
+from rosorin_compile.model.mesh_triangles import ExtractProblem
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.load import parse_yaml
 from support.meshes import box
 from support.paths import ROSORIN
 

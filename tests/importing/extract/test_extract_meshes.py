@@ -16,10 +16,10 @@ import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile.formats.mesh_triangles import ExtractProblem, load_mesh
-from rosorin_compile_import.extract.meshes import bounds, too_large
+from rosorin_compile.cli.main import main
+from rosorin_compile.importing.extract.meshes import bounds, too_large
+from rosorin_compile.model.mesh_triangles import ExtractProblem, load_mesh
+from rosorin_compile.source.installing import pip_install
 from support.meshes import box
 from support.paths import DATA
 
@@ -205,8 +205,8 @@ def test_without_trimesh_the_way_out_is_said(
 
 
 def test_starting_the_command_line_imports_no_heavy_package() -> None:
-    code = "import sys, rosorin_compile.cli, rosorin_compile_import.extract.command as e;"
-    code += "import rosorin_compile_import.extract.heightmap;"
+    code = "import sys, rosorin_compile.cli.main, rosorin_compile.cli.extract as e;"
+    code += "import rosorin_compile.importing.extract.heightmap;"
     code += "print(sorted({'numpy', 'trimesh', 'scipy', 'xacro', 'mujoco'} & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout == "[]\n"

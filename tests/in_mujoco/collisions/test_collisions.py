@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import Progress, progress
-from rosorin_compile_mujoco.collisions import search as search_module
-from rosorin_compile_mujoco.collisions.search import Search
+from rosorin_compile.cli.main import main
+from rosorin_compile.mujoco.collisions import search as search_module
+from rosorin_compile.mujoco.collisions.search import Search
+from rosorin_compile.source import progress
+from rosorin_compile.source.diagnostics import Progress
 from support.commands import Shown, ask, write_files
 
 pytest.importorskip("mujoco", minversion="4")

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.commands.given import Given
-from rosorin_compile.commands.understanding import understood
-from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.cli.given import Given
+from rosorin_compile.cli.understanding import understood
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.project import Description
-from rosorin_compile_mujoco.collisions.contacts import FAR, Contacts
-from rosorin_compile_mujoco.collisions.search import Search, bounds_of
-from rosorin_compile_mujoco.physics.files import Meshes, named_meshes
-from rosorin_compile_ros.srdf.planning import Planning, urdf_of
+from rosorin_compile.mujoco.collisions.contacts import FAR, Contacts
+from rosorin_compile.mujoco.collisions.search import Search, bounds_of
+from rosorin_compile.mujoco.physics.files import Meshes, named_meshes
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.ros.srdf.planning import Planning, urdf_of
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.project import Description
 from support.coal import Coal
 from support.paths import ROOT, ROSORIN
 

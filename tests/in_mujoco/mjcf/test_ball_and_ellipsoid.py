@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.commands.transforms.states import NoState, place
+from rosorin_compile.cli.joint_states import NoState, place
 from rosorin_compile.model import Ellipsoid, Shape
 from rosorin_compile.model.mass import inertial_of
 from support.robots import compiled_text

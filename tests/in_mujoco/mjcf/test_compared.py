@@ -18,8 +18,8 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 import numpy as np  # noqa: E402
 
 from in_mujoco.mjcf.other_fields import CARED_FOR  # noqa: E402
-from rosorin_compile_mujoco.mjcf import compared, compared_fields, moves  # noqa: E402
-from rosorin_compile_mujoco.mjcf.matched import Model  # noqa: E402
+from rosorin_compile.mujoco.mjcf import compared, compared_fields, moves  # noqa: E402
+from rosorin_compile.mujoco.mjcf.matched import Model  # noqa: E402
 from support.paths import DATA  # noqa: E402
 
 EVERYTHING = DATA / "mjcf" / "compared" / "everything.xml"

@@ -12,14 +12,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 structs = pytest.importorskip("mujoco.introspect.structs")
 
 from in_mujoco.mjcf.other_fields import CARED_FOR, EXCUSED, follows  # noqa: E402
-from rosorin_compile_mujoco.mjcf import (  # noqa: E402
-    compared,
-    compared_drives,
-    compared_fields,
-    compared_values,
-    matched,
-    moves,
-)
+from rosorin_compile.mujoco.mjcf import compared, compared_drives, compared_fields, compared_values, matched, moves  # noqa: E402
 
 
 def fields() -> Iterator[str]:

@@ -8,7 +8,7 @@ import pytest
 
 np = pytest.importorskip("numpy")
 
-from rosorin_compile_mujoco.mjcf.compared_values import both, close, near, slice_of  # noqa: E402
+from rosorin_compile.mujoco.mjcf.compared_values import both, close, near, slice_of  # noqa: E402
 
 
 @pytest.mark.parametrize(

@@ -14,16 +14,16 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
-from rosorin_compile.frontend.lower import lower  # noqa: E402
+from rosorin_compile.language.lower import lower  # noqa: E402
+from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS  # noqa: E402
 from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
 from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
-from rosorin_compile.sections.disabled_contacts import DISABLED_CONTACTS  # noqa: E402
-from rosorin_compile_mujoco.mjcf.compared_values import may_touch  # noqa: E402
-from rosorin_compile_mujoco.mjcf.contacts import MOST, contacts  # noqa: E402
-from rosorin_compile_mujoco.mjcf.mjx import CANNOT, refused  # noqa: E402
-from rosorin_compile_mujoco.mjcf.robot import read_mjcf  # noqa: E402
-from rosorin_compile_mujoco.mjcf.write import write  # noqa: E402
+from rosorin_compile.mujoco.mjcf.compared_values import may_touch  # noqa: E402
+from rosorin_compile.mujoco.mjcf.contacts import MOST, contacts  # noqa: E402
+from rosorin_compile.mujoco.mjcf.mjx import CANNOT, refused  # noqa: E402
+from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
+from rosorin_compile.mujoco.mjcf.write import write  # noqa: E402
 from support.machines import BODY, overlapping, robot_of  # noqa: E402
 from support.paths import ROOT, ROSORIN  # noqa: E402
 from support.robots import compiled  # noqa: E402

@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile_mujoco.mjcf import proof
+from rosorin_compile.cli.main import main
+from rosorin_compile.mujoco.mjcf import proof
 from support.commands import Shown
 
 mujoco = pytest.importorskip("mujoco")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile_mujoco.mjcf.robot import read_mjcf
+from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile_mujoco.mjcf.robot import read_mjcf
+from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from support.paths import DATA
 
 mujoco = pytest.importorskip("mujoco")

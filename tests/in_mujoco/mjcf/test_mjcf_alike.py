@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats.expectation import Expectation
-from rosorin_compile.meaning.proof.facts import agreement
-from rosorin_compile.pipeline import Compiled
-from rosorin_compile_mujoco.mjcf import facts
+from rosorin_compile.mujoco.mjcf import facts
+from rosorin_compile.output.pipeline import Compiled
 from support.robots import CHAIN, compiled_text
 
 EYE = "sensors: {eye: {type: camera, parent: s4, frame: eye}}\noutputs: {mjcf: {file: chain.xml}}\n"

@@ -7,14 +7,14 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
+from rosorin_compile.compare.solids import same_set  # noqa: E402
+from rosorin_compile.compare.tolerance import same_turn  # noqa: E402
+from rosorin_compile.compare.view import view_of  # noqa: E402
 from rosorin_compile.formats.facts import angles  # noqa: E402
 from rosorin_compile.formats.urdf import facts as urdf_facts  # noqa: E402
-from rosorin_compile.meaning.solids import same_set  # noqa: E402
-from rosorin_compile.meaning.tolerance import same_turn  # noqa: E402
-from rosorin_compile.meaning.view import view_of  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
 from rosorin_compile.model.geometry import Transform  # noqa: E402
-from rosorin_compile_mujoco.mjcf import facts as mjcf_facts  # noqa: E402
+from rosorin_compile.mujoco.mjcf import facts as mjcf_facts  # noqa: E402
 from support.machines import exact_urdf, machine  # noqa: E402
 from support.simulator import BASES, emit, frame, load, matrix, pose, random_states  # noqa: E402
 

@@ -16,8 +16,8 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
 from rosorin_compile.model import Shape  # noqa: E402
 from rosorin_compile.model.shape import Material  # noqa: E402
-from rosorin_compile_mujoco.mjcf.robot import read_mjcf  # noqa: E402
-from rosorin_compile_mujoco.sections.simulation import MJCF_ELEMENTS  # noqa: E402
+from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
+from rosorin_compile.mujoco.sections.simulation import MJCF_ELEMENTS  # noqa: E402
 from support.machines import machine, overlapping  # noqa: E402
 from support.paths import OUTPUTS  # noqa: E402
 from support.robots import compiled, compiled_text, sound  # noqa: E402

@@ -10,10 +10,10 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.formats import Fact  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
+from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS  # noqa: E402
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
-from rosorin_compile.sections.disabled_contacts import DISABLED_CONTACTS  # noqa: E402
-from rosorin_compile_mujoco.mjcf import facts as mjcf_facts  # noqa: E402
-from rosorin_compile_mujoco.mjcf import write as mjcf  # noqa: E402
+from rosorin_compile.mujoco.mjcf import facts as mjcf_facts  # noqa: E402
+from rosorin_compile.mujoco.mjcf import write as mjcf  # noqa: E402
 from support.machines import BODY, chain, machine  # noqa: E402
 from support.simulator import BASES, load  # noqa: E402
 

@@ -9,8 +9,8 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.diagnostics import ERROR, WARNING  # noqa: E402
 from rosorin_compile.model import Robot  # noqa: E402
+from rosorin_compile.source.diagnostics import ERROR, WARNING  # noqa: E402
 from support.robots import RECORDED, compiled  # noqa: E402
 from support.simulator import BASES, contacts, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 

@@ -10,7 +10,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import numpy as np  # noqa: E402
 
-from rosorin_compile.cli import main  # noqa: E402
+from rosorin_compile.cli.main import main  # noqa: E402
 from support.images import png  # noqa: E402
 
 Said = pytest.CaptureFixture[str]

@@ -9,11 +9,11 @@ import pytest
 
 pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.diagnostics import WARNING, Diagnostic
+from rosorin_compile.compare.proof import Proof
 from rosorin_compile.formats.imported import Imported
-from rosorin_compile.meaning.proof import Proof
-from rosorin_compile_mujoco.mjcf import proof
-from rosorin_compile_mujoco.mjcf.proof import _how_it_moved, is_listed
+from rosorin_compile.mujoco.mjcf import proof
+from rosorin_compile.mujoco.mjcf.proof import _how_it_moved, is_listed
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 
 NO_GEOM = 'the mesh "m", that no geom has'
 

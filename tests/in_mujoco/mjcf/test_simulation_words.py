@@ -10,9 +10,9 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import ERROR
-from rosorin_compile.diagnostics.report import text as report
-from rosorin_compile.frontend.schema import resolve, schema
+from rosorin_compile.language.schema import resolve, schema
+from rosorin_compile.source.diagnostics import ERROR
+from rosorin_compile.source.report import text as report
 from support.robots import compiled_text
 
 HOPPER = """\

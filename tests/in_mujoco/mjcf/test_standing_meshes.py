@@ -11,8 +11,8 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import numpy as np  # noqa: E402
 
-from rosorin_compile.cli import main  # noqa: E402
-from rosorin_compile.formats.mesh_vertices import UnreadableMesh, read_vertices  # noqa: E402
+from rosorin_compile.cli.main import main  # noqa: E402
+from rosorin_compile.model.mesh_vertices import UnreadableMesh, read_vertices  # noqa: E402
 
 # A foot that is lowest at a corner, whatever way it is turned; in millimetres.
 CORNERS = ((-30.0, -20.0, 0.0), (60.0, -10.0, 5.0), (10.0, 40.0, 2.5), (5.0, 0.0, 90.0), (40.0, 30.0, -7.0))

@@ -11,18 +11,18 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.given import Given
-from rosorin_compile.commands.understanding import RobotCase, understood
-from rosorin_compile.diagnostics import Diagnostic, arrange
-from rosorin_compile.diagnostics.console import Console
-from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile.extending import world
-from rosorin_compile.project import Description
-from rosorin_compile_mujoco.simulate import command
-from rosorin_compile_mujoco.simulate.judging import LIMITS, Judge
-from rosorin_compile_mujoco.simulate.trials import all_trials
-from rosorin_compile_mujoco.simulate.world import FIXED, FREE, quiet
+from rosorin_compile.cli import simulate as command
+from rosorin_compile.cli.given import Given
+from rosorin_compile.cli.main import main
+from rosorin_compile.cli.understanding import RobotCase, understood
+from rosorin_compile.mujoco.simulate.judging import LIMITS, Judge
+from rosorin_compile.mujoco.simulate.trials import all_trials
+from rosorin_compile.mujoco.simulate.world import FIXED, FREE, quiet
+from rosorin_compile.source import world
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic, arrange
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
 from support.commands import Shown
 from support.paths import DATA, ROOT

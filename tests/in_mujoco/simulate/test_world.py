@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from rosorin_compile.formats.templating import Templates
+from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Joint, Limit, Link, Output, Robot
+from rosorin_compile.model.drive import Drive
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.standing import home_of
-from rosorin_compile.sections.drive import DRIVE
-from rosorin_compile.sections.drive.value import Drive
-from rosorin_compile_mujoco.simulate.trials import hold, poses_of, swept_joints
-from rosorin_compile_mujoco.simulate.world import (
+from rosorin_compile.mujoco.simulate.trials import hold, poses_of, swept_joints
+from rosorin_compile.mujoco.simulate.world import (
     FIXED,
     FORCE,
     FREE,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from rosorin_compile.frontend.schema import schema
+from rosorin_compile.language.schema import schema
 from support.words import used, words
 
 SCHEMA = schema()

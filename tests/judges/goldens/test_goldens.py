@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.paths import ROOT
 from support.robots import compiled
 

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import pytest
 
 from judges.planted.planting import Planted, drawn, one_of_each, planted, planted_in_lists
+from rosorin_compile.compare.committed import compare
+from rosorin_compile.compare.proof.facts import agrees
 from rosorin_compile.formats import Artifact
 from rosorin_compile.formats.expectation import Expectation
-from rosorin_compile.meaning.committed import compare
-from rosorin_compile.meaning.proof.facts import agrees
 from rosorin_compile.model import Robot
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled

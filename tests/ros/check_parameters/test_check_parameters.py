@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main, parser
-from rosorin_compile.commands.given import Given
-from rosorin_compile.commands.understanding import understood
-from rosorin_compile.diagnostics import Diagnostic
-from rosorin_compile.diagnostics.console import Console
-from rosorin_compile.project import Description
-from rosorin_compile_ros.check_parameters.checking import asked, look
+from rosorin_compile.cli.given import Given
+from rosorin_compile.cli.main import main, parser
+from rosorin_compile.cli.understanding import understood
+from rosorin_compile.ros.check_parameters.checking import asked, look
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
 from support.paths import DATA
 

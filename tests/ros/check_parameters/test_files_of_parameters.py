@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.diagnostics import Source
-from rosorin_compile_ros.check_parameters.files import NoParameters, Section, read
+from rosorin_compile.ros.check_parameters.files import NoParameters, Section, read
+from rosorin_compile.source.diagnostics import Source
 
 FILE = """\
 /**:

@@ -12,16 +12,16 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.cli import parser
-from rosorin_compile.commands.given import Given
-from rosorin_compile.commands.understanding import understood
-from rosorin_compile.diagnostics import NOTE, has_errors
-from rosorin_compile.diagnostics.console import Console
-from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.project import Description
-from rosorin_compile_ros.check_parameters.checking import asked, look
-from rosorin_compile_ros.check_parameters.files import read_file
-from rosorin_compile_ros.parameters.tables import DISTRIBUTIONS
+from rosorin_compile.cli.given import Given
+from rosorin_compile.cli.main import parser
+from rosorin_compile.cli.understanding import understood
+from rosorin_compile.output.pipeline import Compiled, compile_robot
+from rosorin_compile.ros.check_parameters.checking import asked, look
+from rosorin_compile.ros.check_parameters.files import read_file
+from rosorin_compile.ros.parameters.tables import DISTRIBUTIONS
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import NOTE, has_errors
+from rosorin_compile.source.project import Description
 from support.paths import DATA
 
 FOLDER = DATA / "controllers"

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.output.ours import RECORD
-from rosorin_compile_ros.package import finding
+from rosorin_compile.ros.package import finding
 from support.launch import run
 from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN

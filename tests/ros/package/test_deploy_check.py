@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.packages import LAUNCH, TEXTS, check, deploy, package_of_people
 from support.paths import ROSORIN
 

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostics import Source
 from rosorin_compile.formats import static_tf
 from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
@@ -24,7 +23,8 @@ from rosorin_compile.model import (
     Robot,
 )
 from rosorin_compile.model.joint import NODE
-from rosorin_compile_ros.package.launch_files import Unreadable, calls, check, is_launch_file, understood
+from rosorin_compile.ros.package.launch_files import Unreadable, calls, check, is_launch_file, understood
+from rosorin_compile.source.diagnostics import Source
 
 LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))
 STATIC = Publisher(STATIC_TRANSFORM_PUBLISHER, "tf_base_laser")

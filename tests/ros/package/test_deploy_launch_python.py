@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile_ros.package.launch_files import Call, calls
+from rosorin_compile.ros.package.launch_files import Call, calls
 
 ENDS = "['--frame-id', 'base_link', '--child-frame-id', 'laser']"
 READ = ("--x", "0.1", "--frame-id", "base_link", "--child-frame-id", "laser")

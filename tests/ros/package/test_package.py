@@ -14,9 +14,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
-from rosorin_compile_ros.package.meshes import named, settle
-from rosorin_compile_ros.package.naming import is_legal, package_name
+from rosorin_compile.cli.main import main
+from rosorin_compile.ros.package.meshes import named, settle
+from rosorin_compile.ros.package.naming import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled

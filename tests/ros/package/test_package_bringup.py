@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.launch import Started, read
 from support.packages import names_in, written
 from support.paths import ROOT

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.launch import read
 from support.paths import ROSORIN
 

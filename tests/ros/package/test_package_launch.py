@@ -10,11 +10,11 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats import static_tf
 from rosorin_compile.formats.launching import STATES
 from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Transform
-from rosorin_compile.numbers import METRE_DIGITS, RADIAN_DIGITS
+from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS
 from support.launch import Failed, command_line, read
 from support.packages import EXAMPLES, FORMS, clean, describe, made, static, written
 from support.robots import compiled

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile_ros.parameters.files import nodes_of
+from rosorin_compile.cli.main import main
+from rosorin_compile.ros.parameters.files import nodes_of
 from support.launch import Failed, Started, read
 from support.packages import clean
 from support.paths import ROOT

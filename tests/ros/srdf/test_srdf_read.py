@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
-from rosorin_compile.frontend.lower import lower
+from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Robot
-from rosorin_compile_ros.sections.moveit import MOVEIT
-from rosorin_compile_ros.sections.moveit.value import Ball, DisabledCollision, Moveit, VirtualJoint
+from rosorin_compile.model.moveit import Ball, DisabledCollision, Moveit, VirtualJoint
+from rosorin_compile.ros.sections.moveit import MOVEIT
 from support.cases import as_xml_comment, check
 from support.commands import Shown
 from support.paths import DATA

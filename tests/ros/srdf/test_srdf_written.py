@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import has_errors
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS, Fact, Value
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.output.pipeline import compile_robot
+from rosorin_compile.source.diagnostics import has_errors
 from support.commands import Shown, ask
 from support.paths import ROSORIN
 from support.robots import compiled_text, sound

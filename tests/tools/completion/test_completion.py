@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main, parser
-from rosorin_compile.commands.completion import robot_names
-from rosorin_compile.commands.completion.candidates import CommandLine, candidates
-from rosorin_compile.commands.completion.line import split
-from rosorin_compile.commands.parser import Parser
-from rosorin_compile.commands.registry import commands
-from rosorin_compile.frontend.arguments import declared
-from rosorin_compile.startup.remembering import forget
+from rosorin_compile.cli.completion import robot_names
+from rosorin_compile.cli.completion.candidates import CommandLine, candidates
+from rosorin_compile.cli.completion.line import split
+from rosorin_compile.cli.main import main, parser
+from rosorin_compile.cli.parser import Parser
+from rosorin_compile.cli.registry import commands
+from rosorin_compile.language.arguments import declared
+from rosorin_compile.source.memo import forget
 from support.commands import HANDY, edit
 from support.paths import ROOT
 
@@ -406,8 +406,8 @@ def test_the_arguments_of_the_reference_robot(monkeypatch: pytest.MonkeyPatch) -
 def test_other_commands_do_not_pay_for_it() -> None:
     import subprocess
 
-    code = "import sys; from rosorin_compile.cli import main; main(['all', '--help'])"
+    code = "import sys; from rosorin_compile.cli.main import main; main(['all', '--help'])"
     code = f"import atexit, sys\natexit.register(lambda: print(*sys.modules, sep='\\n'))\n{code}"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert "rosorin_compile.commands.all" in shown
+    assert "rosorin_compile.cli.all" in shown
     assert "completion" not in shown

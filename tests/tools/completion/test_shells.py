@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.completion.command import SCRIPTS
-from rosorin_compile.commands.registry import commands
+from rosorin_compile.cli.completion.command import SCRIPTS
+from rosorin_compile.cli.main import main
+from rosorin_compile.cli.registry import commands
 from support.commands import HANDY
 from support.shells import environment, shell
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands import diff as diff_command
-from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.cli import diff as diff_command
+from rosorin_compile.cli.main import main
+from rosorin_compile.output.pipeline import compile_robot
 from support.comparing import compared, diff
 from support.paths import BAD
 

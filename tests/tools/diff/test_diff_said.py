@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import rosorin_compile
-from rosorin_compile.meaning.difference import lines
+from rosorin_compile.compare.difference import lines
 from support.comparing import compared, diff, told
 
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="{0}" ixy="0" ixz="0" iyy="{0}" iyz="0" izz="{0}"/></inertial>'

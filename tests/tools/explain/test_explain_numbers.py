@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.commands.explain.answer import explain
-from rosorin_compile.commands.explain.explanation import Explanation, Number
-from rosorin_compile.frontend.expression import evaluate
-from rosorin_compile.frontend.load import plain_scalar
+from rosorin_compile.language.explain.answer import explain
+from rosorin_compile.language.explain.explanation import Explanation, Number
+from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import Robot, Transform
-from rosorin_compile.pipeline import understand
+from rosorin_compile.output.pipeline import understand
+from rosorin_compile.source.load import plain_scalar
 from support.paths import ROOT, ROSORIN
 
 

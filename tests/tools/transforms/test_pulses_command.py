@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.paths import OUTPUTS
 from support.robots import RECORDED

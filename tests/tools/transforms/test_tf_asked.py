@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.transforms.states import NoState, free_joint, position, sweep_of
-from rosorin_compile.commands.transforms.tf import _no_way
+from rosorin_compile.cli.joint_states import NoState, free_joint, position, sweep_of
+from rosorin_compile.cli.main import main
+from rosorin_compile.cli.tf import _no_way
 from rosorin_compile.model.kinematics import NoWay
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.paths import ROOT
@@ -183,7 +183,7 @@ def test_a_description_with_errors_has_no_answer(rosorin: Path, capsys: Shown) -
 
 def test_no_numpy_is_needed(tmp_path: Path) -> None:
     program = (
-        "import sys; from rosorin_compile.cli import main; code = main(['tf', 'base_link', 'laser']);"
+        "import sys; from rosorin_compile.cli.main import main; code = main(['tf', 'base_link', 'laser']);"
         "print(sorted({'numpy', 'mujoco'} & set(sys.modules))); sys.exit(code)"
     )
     environment = {**os.environ, "ROSORIN_COMPILE_CACHE": str(tmp_path)}

@@ -18,7 +18,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.commands.transforms.echo import text
+from rosorin_compile.cli.tf_echo import text
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.model.kinematics.lookup import Answer, lookup

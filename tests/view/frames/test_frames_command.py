@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile_view import frames as command
-from rosorin_compile_view.drawing import read
+from rosorin_compile.cli import frames as command
+from rosorin_compile.cli.main import main
+from rosorin_compile.viewer.drawing import read
 from support.paths import ROOT
 from support.robots import compiled, copy_of_rosorin
 
@@ -275,7 +275,7 @@ def test_a_description_with_errors(capsys: Shown, rosorin: Path) -> None:
 
 def test_nothing_heavy_is_imported() -> None:
     code = (
-        "import sys; from rosorin_compile.cli import main; main(['frames', 'rosorin', '-o', 'x.svg']);"
+        "import sys; from rosorin_compile.cli.main import main; main(['frames', 'rosorin', '-o', 'x.svg']);"
         "print([name for name in ('numpy', 'mujoco', 'trimesh', 'xacro', 'rosbags') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=dict(os.environ))
@@ -285,7 +285,7 @@ def test_nothing_heavy_is_imported() -> None:
 def test_the_sentences_are_those_of_the_list_of_frames() -> None:
     """Each edge of the robot is said once, whichever frame is asked for."""
     from rosorin_compile.model.frame_tree import rows
-    from rosorin_compile_view.drawing.situations import situations
+    from rosorin_compile.viewer.drawing.situations import situations
 
     robot = compiled().robot
     assert robot is not None

@@ -17,18 +17,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.compare.committed import compare, lines
+from rosorin_compile.compare.proof.facts import agreement
 from rosorin_compile.formats import Artifact, Facts, frames
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.frontend.expression import evaluate
-from rosorin_compile.meaning.committed import compare, lines
-from rosorin_compile.meaning.proof.facts import agreement
+from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Joint, Link, Output, Publisher, Robot
 from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.frame_tree import lines as tree_lines
 from rosorin_compile.model.joint import NODE
-from rosorin_compile_view import frames_picture
-from rosorin_compile_view.drawing import read
-from rosorin_compile_view.drawing.situations import situations
+from rosorin_compile.viewer import frames_picture
+from rosorin_compile.viewer.drawing import read
+from rosorin_compile.viewer.drawing.situations import situations
 from support.paths import OUTPUTS, ROOT
 from support.pictures import FILES, NOBODY, ODD, drawn, output, robots
 from support.robots import compiled, copy_of_rosorin, texts

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.frontend.expression import evaluate
+from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import Edge, Link, Publisher, Robot
 from rosorin_compile.model.joint import NODE
-from rosorin_compile_view import frames_picture
-from rosorin_compile_view.drawing.situations import TooMany, situations
+from rosorin_compile.viewer import frames_picture
+from rosorin_compile.viewer.drawing.situations import TooMany, situations
 from support.pictures import output
 
 CONDITIONS = ("", "a", "not a", "a and b", "a or b", "not (a and c)", "a and not b or c", "b")

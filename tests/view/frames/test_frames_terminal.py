@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.model.frame_tree import Row, lines
-from rosorin_compile_view.drawing.letters import cells
-from rosorin_compile_view.drawing.terminal import look, table, tree
+from rosorin_compile.viewer.drawing.letters import cells
+from rosorin_compile.viewer.drawing.terminal import look, table, tree
 from support.robots import copy_of_rosorin
 
 

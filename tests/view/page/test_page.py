@@ -14,13 +14,13 @@ from typing import Any
 import jsonschema
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Sensor
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile_view.page import data_of, html
-from rosorin_compile_view.page.data import robot_data
+from rosorin_compile.viewer.page import data_of, html
+from rosorin_compile.viewer.page.data import robot_data
 from support.commands import Shown, ask, edit, write_files
 from support.meshes import box
 from support.moving import random_robot

@@ -10,9 +10,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile_view.page import data_of
-from rosorin_compile_view.page.images import companion_files, image_type
+from rosorin_compile.cli.main import main
+from rosorin_compile.viewer.page import data_of
+from rosorin_compile.viewer.page.images import companion_files, image_type
 from support.commands import Shown, write_files
 from support.schemas import schema
 

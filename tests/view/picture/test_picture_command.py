@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.diagnostics.installing import pip_install
-from rosorin_compile.extending import world
-from rosorin_compile_view.picture.labels import AXIS_COLOURS, LINE_HEIGHT, place_labels
+from rosorin_compile.cli.main import main
+from rosorin_compile.source import world
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.viewer.picture.labels import AXIS_COLOURS, LINE_HEIGHT, place_labels
 from support.drawings import hue_name, pixels, rgba
 from support.paths import IMPORTED, OUTPUTS, ROOT
 

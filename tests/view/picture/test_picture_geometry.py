@@ -14,11 +14,11 @@ import pytest
 
 from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import Robot, Shape, Transform
-from rosorin_compile_view.page.data import robot_data
-from rosorin_compile_view.picture.camera import FIELD_OF_VIEW, MARGIN, VIEWS, Box, Camera
-from rosorin_compile_view.picture.png import png
-from rosorin_compile_view.picture.render import THEMES, Grid, Scene, render
-from rosorin_compile_view.picture.triangles import pieces
+from rosorin_compile.viewer.page.data import robot_data
+from rosorin_compile.viewer.picture.camera import FIELD_OF_VIEW, MARGIN, VIEWS, Box, Camera
+from rosorin_compile.viewer.picture.png import png
+from rosorin_compile.viewer.picture.render import THEMES, Grid, Scene, render
+from rosorin_compile.viewer.picture.triangles import pieces
 from support import drawings
 from support.drawings import HUES, first_hit, hue_name, rgba
 from support.paths import ROOT
@@ -162,8 +162,8 @@ def test_triangles_with_common_edges_share_no_sample_and_leave_none_out():
 def test_pixels_do_not_depend_on_the_size_of_bands(tmp_path, monkeypatch, size):
     _, scene, camera = scene_of(random_robot(tmp_path, 3), VIEWS["iso"], (60, 40))
     expected = drawn(scene, camera, False)
-    monkeypatch.setattr("rosorin_compile_view.picture.render._CHUNK", size)
-    monkeypatch.setattr("rosorin_compile_view.picture.render._BAND", size)
+    monkeypatch.setattr("rosorin_compile.viewer.picture.render._CHUNK", size)
+    monkeypatch.setattr("rosorin_compile.viewer.picture.render._BAND", size)
     assert (drawn(scene, camera, False) == expected).all()
 
 

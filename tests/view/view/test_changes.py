@@ -14,9 +14,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile.commands.parser import PAGE_MEGABYTES
-from rosorin_compile_view.page import MAX_MEGABYTES, data_of, html
+from rosorin_compile.cli.main import main
+from rosorin_compile.cli.parser import PAGE_MEGABYTES
+from rosorin_compile.viewer.page import MAX_MEGABYTES, data_of, html
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
 from support.schemas import schema

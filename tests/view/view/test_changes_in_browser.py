@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from support.commands import edit
 
 CHROMIUM = shutil.which("chromium")

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile.model import Robot
-from rosorin_compile_view.page.data import robot_data
+from rosorin_compile.viewer.page.data import robot_data
 from support.moving import random_robot, random_state
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli.main import main
 from rosorin_compile.model import Box, Joint, Link, Pose, Robot, Shape
-from rosorin_compile_view.page import html
-from rosorin_compile_view.page.data import robot_data
+from rosorin_compile.viewer.page import html
+from rosorin_compile.viewer.page.data import robot_data
 from support.browsing import Browser, apart, is_near, lacking
 from support.commands import Shown, ask, edit
 from support.paths import DATA, ROOT, ROSORIN

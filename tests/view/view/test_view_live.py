@@ -17,11 +17,11 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from rosorin_compile.commands.given import Given
-from rosorin_compile.diagnostics.console import Console
-from rosorin_compile.project import Description
-from rosorin_compile_view.page import data_of
-from rosorin_compile_view.view import command
+from rosorin_compile.cli import view as command
+from rosorin_compile.cli.given import Given
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.project import Description
+from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
 from support.robots import copy_of_rosorin

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
-from rosorin_compile_view.view.server import LOOPBACK, Page, Server, Unknown, bound
+from rosorin_compile.cli.main import main
+from rosorin_compile.viewer.server import LOOPBACK, Page, Server, Unknown, bound
 from support.commands import Shown
 from support.viewing import Events, asked
 

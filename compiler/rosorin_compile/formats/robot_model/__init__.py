@@ -10,16 +10,17 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
-from ...diagnostics.bounded import json_of
-from ...diagnostics.registry import FORMATS, Rule
-from ...model import Box, HeightMap, Joint, Output, Pose, Robot, Shape, Vector
-from ...model.geometry import IDENTITY
-from ...model.joint import SEVERAL_COORDINATES
-from ...rules.case import Case
-from ...sections.servos import SERVOS
-from ...sections.servos.value import ServoGroup
-from ...startup.remembering import remembered
+from rosorin_compile.language.sections.servos import SERVOS
+from rosorin_compile.model import Box, HeightMap, Joint, Output, Pose, Robot, Shape, Vector
+from rosorin_compile.model.geometry import IDENTITY
+from rosorin_compile.model.joint import SEVERAL_COORDINATES
+from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.bounded import json_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error
+from rosorin_compile.source.memo import remembered
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+
 from ..format import Facts, Format, Importing, InRos, Opened, Proving, Value, Writing
 
 if TYPE_CHECKING:

@@ -12,15 +12,16 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ...diagnostics import Diagnostic, Source, Span, error
-from ...diagnostics.bounded import json_of
-from ...diagnostics.registry import READING, Rule
-from ...frontend.load import LoadError, parse_yaml
-from ...frontend.schema import subject
-from ...frontend.tree import Map, Seq, locate
-from ...frontend.validator import misfits_of, validator, words
-from ...xml.files import printable_name, read_source
-from ...xml.markup import MarkupError
+from rosorin_compile.language.schema import subject
+from rosorin_compile.language.validator import misfits_of, validator, words
+from rosorin_compile.source.bounded import json_of
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.source.load import LoadError, parse_yaml
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map, Seq, locate
+from rosorin_compile.source.xml.files import printable_name, read_source
+from rosorin_compile.source.xml.markup import MarkupError
+
 from ..checked import accept
 from ..imported import Imported
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ...model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+
 from ..distributions import DISTRIBUTIONS
 from ..format import (
     BOXES_OF_HEIGHT_MAPS,
@@ -28,10 +29,11 @@ from ..format import (
 )
 
 if TYPE_CHECKING:
-    from ...diagnostics import Diagnostic
-    from ...frontend.tree import Map
-    from ...model import Output, Robot
-    from ...rules.case import Case
+    from rosorin_compile.model import Output, Robot
+    from rosorin_compile.rules.case import Case
+    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.source.tree import Map
+
     from ..imported import Imported
 
 __all__ = ["FORMAT"]
@@ -44,7 +46,7 @@ def _read(opened: Opened) -> Imported:
 
 
 def _syntax(text: str) -> object:
-    from ...xml.elements import canonical, tree_of
+    from rosorin_compile.source.xml.elements import canonical, tree_of
 
     return canonical(tree_of(text))
 

@@ -10,14 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ...diagnostics import WARNING, Diagnostic, Span
-from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import counted
-from ...model import Inertial, Joint, Output, Robot, Transform
-from ...model.geometry import dot, unit
-from ...model.mass import together
-from ...model.robot import of_robot
-from ...rules.case import Case, number
+from rosorin_compile.model import Inertial, Joint, Output, Robot, Transform
+from rosorin_compile.model.geometry import dot, unit
+from rosorin_compile.model.mass import together
+from rosorin_compile.model.robot import of_robot
+from rosorin_compile.rules.case import Case, number
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.wording import counted
+
 from .masses import has_inertials, joints_of
 
 if TYPE_CHECKING:

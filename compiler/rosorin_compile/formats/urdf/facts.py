@@ -18,8 +18,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ...model import Transform
-from ...model.geometry import rotation_of_rpy
+from rosorin_compile.model import Transform
+from rosorin_compile.model.geometry import rotation_of_rpy
+
 from ..facts import SIZES, FactSheet, Six, number_of
 from ..format import Fact, Facts
 from .grammar import CHILDREN, MOVING, NUMBERS, SHAPES

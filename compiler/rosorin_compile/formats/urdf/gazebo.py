@@ -10,14 +10,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from typing import NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic
-from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import quoted
-from ...model import Inertial, Joint, Pose, Robot, Sensor
-from ...model.geometry import IDENTITY, pose_of
-from ...model.simulated import CLASSIC, GazeboSensor
-from ...numbers import NumberFormat, vector
-from ...xml.elements import tree_of
+from rosorin_compile.model import Inertial, Joint, Pose, Robot, Sensor
+from rosorin_compile.model.geometry import IDENTITY, pose_of
+from rosorin_compile.model.simulated import CLASSIC, GazeboSensor
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.numbers import NumberFormat, vector
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.wording import quoted
+from rosorin_compile.source.xml.elements import tree_of
+
 from ..gazebo_sensors import DISTRIBUTIONS, sensor_lines
 from ..templating import attributes
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from ...diagnostics import did_you_mean
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import plural, quoted
-from ...frontend.tree import Map, Path
-from ...xml.markup import Element
+from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.wording import plural, quoted
+from rosorin_compile.source.xml.markup import Element
+
 from .grammar import NUMBERS, TYPES
 from .reading import Reading, check_element, named, put
 from .values import PLAIN, put_all, put_numbers, put_origin

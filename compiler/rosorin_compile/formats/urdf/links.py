@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from ...diagnostics import NOTE, Diagnostic
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted, listed, plural, quoted
-from ...frontend.tree import Map, Path, Seq
-from ...xml.markup import Element
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map, Path, Seq
+from rosorin_compile.source.wording import counted, listed, plural, quoted
+from rosorin_compile.source.xml.markup import Element
+
 from .grammar import NUMBERS, SHAPES, attributes
 from .materials import put_material
 from .reading import NAME, Reading, check_element, named, put

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Span
-from ...diagnostics.wording import and_more
-from ...rules.remarkable import FULL_TURN
-from ...rules.values import FAR
+from rosorin_compile.rules.remarkable import FULL_TURN
+from rosorin_compile.rules.values import FAR
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span
+from rosorin_compile.source.wording import and_more
 
 # Where a number stands: in an <origin>, in a limit of a joint, or as the size of a shape.
 ORIGIN, LIMIT, SIZE = "origin", "limit", "size"

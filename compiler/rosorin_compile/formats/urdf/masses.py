@@ -10,15 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from ...diagnostics import NOTE, Diagnostic, error
-from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import counted, quoted
-from ...model import Inertial, Joint, Output, Robot
-from ...model.geometry import IDENTITY
-from ...model.robot import of_robot
+from rosorin_compile.model import Inertial, Joint, Output, Robot
+from rosorin_compile.model.geometry import IDENTITY
+from rosorin_compile.model.robot import of_robot
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.wording import counted, quoted
 
 if TYPE_CHECKING:
-    from ...rules.case import Case
+    from rosorin_compile.rules.case import Case
 
 RULES = (
     Rule(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 
-from ...diagnostics import NOTE, Diagnostic, Related, Span
-from ...diagnostics.wording import and_more
-from ...frontend.tree import Map, Seq
-from ...xml.markup import Element
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related, Span
+from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.wording import and_more
+from rosorin_compile.source.xml.markup import Element
+
 from .reading import Reading, check_element, named
 from .values import PLAIN, number_of, put_numbers
 

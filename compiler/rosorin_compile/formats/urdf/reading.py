@@ -11,13 +11,14 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import plural, quoted
-from ...frontend.tree import Map, Path, Seq, Text
-from ...rules import acceptable
-from ...xml.elements import indented
-from ...xml.markup import INSTRUCTION, TEXT, Element
+from rosorin_compile.rules import acceptable
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map, Path, Seq, Text
+from rosorin_compile.source.wording import plural, quoted
+from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.xml.markup import INSTRUCTION, TEXT, Element
+
 from ..imported import LeftOut, ReadOptions, cannot_carry
 from .grammar import CHILDREN, NUMBERS, TEXTS, attributes
 from .magnitudes import Magnitudes

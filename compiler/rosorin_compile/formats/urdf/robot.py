@@ -12,13 +12,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from ...diagnostics import WARNING, Diagnostic, Related, has_errors
-from ...diagnostics.progress import Progress
-from ...diagnostics.registry import READING, Rule
-from ...frontend.tree import Map
-from ...frontend.tree import Path as TreePath
-from ...xml.files import printable_name
-from ...xml.markup import COMMENT, Document, Element, Remark
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, has_errors
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.tree import Path as TreePath
+from rosorin_compile.source.xml.files import printable_name
+from rosorin_compile.source.xml.markup import COMMENT, Document, Element, Remark
+
 from ..checked import accept
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
 from .grammar import CHILDREN, attributes

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ...model import Output
-from ...model.sections import OwnSection, own_sections
+from rosorin_compile.model import Output
+from rosorin_compile.model.sections import OwnSection, own_sections
 
 
 def sections_in(output: Output) -> Iterator[OwnSection[Any]]:

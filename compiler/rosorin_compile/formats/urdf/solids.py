@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence, Set
 
-from ...model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
-from ...model.geometry import dot, norm, pose_of
-from ...model.motion import plane_axes
-from ...model.robot import of_robot
-from ...model.shape import ROWS, plain
-from ...model.standing import along
+from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Transform, Vector
+from rosorin_compile.model.geometry import dot, norm, pose_of
+from rosorin_compile.model.motion import plane_axes
+from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.shape import ROWS, plain
+from rosorin_compile.model.standing import along
 
 _LAST = ("what the last set of frames leaves out",)
 _DIRECTIONS = 360  # around an axle, beside that of the middle of a shape: 40 um are missing at 1 m

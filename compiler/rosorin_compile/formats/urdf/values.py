@@ -9,15 +9,16 @@ import math
 import re
 from typing import Any
 
-from ...diagnostics import NOTE, Diagnostic, Span
-from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted
-from ...frontend.tree import Map, Path, Seq
-from ...model.geometry import Transform
-from ...rules.remarkable import FULL_TURN
-from ...rules.values import FAR
-from ...units import ANGLE, LENGTH, Quantity
-from ...xml.markup import Attribute, Element, Word
+from rosorin_compile.model.geometry import Transform
+from rosorin_compile.rules.remarkable import FULL_TURN
+from rosorin_compile.rules.values import FAR
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map, Path, Seq
+from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
+from rosorin_compile.source.wording import counted
+from rosorin_compile.source.xml.markup import Attribute, Element, Word
+
 from .grammar import NUMBERS, SHAPES
 from .magnitudes import LIMIT, ORIGIN, SIZE
 from .reading import Reading, check_element, named

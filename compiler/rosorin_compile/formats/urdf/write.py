@@ -13,10 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import counted, first_of, plural
-from ...model import (
+from rosorin_compile.model import (
     Box,
     Capsule,
     Cylinder,
@@ -31,11 +28,15 @@ from ...model import (
     Sphere,
     Vector,
 )
-from ...model.shape import plain
-from ...numbers import NumberFormat, number_format, numbers, vector
-from ...startup.remembering import remembered
-from ...xml.elements import indented
-from ...xml.escaping import Markup
+from rosorin_compile.model.shape import plain
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
+from rosorin_compile.source.memo import remembered
+from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.wording import counted, first_of, plural
+from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.xml.escaping import Markup
+
 from ..templating import Templates, attribute, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 from .sections import sections_in
@@ -137,7 +138,7 @@ def _seen(robot: Robot, output: Output) -> Robot:
     """Return the robot as an output shows it: with visuals that come from collision shapes, if it asks for them."""
     if output.options.get("visuals") != FROM_COLLISION:
         return robot
-    from ...model.looks import with_visuals
+    from rosorin_compile.model.looks import with_visuals
 
     return with_visuals(robot)
 

@@ -67,7 +67,7 @@ class Kinematics:
         try:
             import numpy
         except ImportError:
-            from ...diagnostics.installing import pip_install
+            from rosorin_compile.source.installing import pip_install
 
             raise ImportError(f"kinematics of many states needs numpy: {pip_install('verify')}") from None
         self.np = numpy

@@ -13,7 +13,8 @@ import math
 from collections.abc import Mapping
 from typing import TypeAlias
 
-from ...units import ANGLE, LENGTH, NUMBER
+from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER
+
 from .. import Joint, Robot, Vector
 
 Quaternion = tuple[float, float, float, float]

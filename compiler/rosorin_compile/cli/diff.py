@@ -1,0 +1,155 @@
+"""rosorin-compile diff: compare two robots by meaning, whatever they were written in."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.source.console import Console
+
+from .answer import give_result
+from .given import named
+from .pictures import pictures
+from .robots import one, take_stdin
+from .run import Run
+from .usage import FINE, PROBLEMS, WrongUsage
+
+if TYPE_CHECKING:
+    from rosorin_compile.compare.difference import Difference, Side
+
+    from .given import Given
+    from .parser import Parser
+    from .sides import Read
+
+_SIDES = ("A", "B")
+
+
+def options(command: Parser) -> None:
+    """Add what this command takes."""
+    from rosorin_compile.formats import FORMATS
+
+    *others, last = FORMATS.endings()
+    command.add_argument(
+        "words",
+        nargs="+",
+        metavar="A B",
+        completes="ROBOT ROBOT",
+        help=f"robots to compare: name, folder or file of a description, or a {', '.join(others)} or {last} file",
+    )
+    for side in _SIDES:
+        command.add_argument(
+            f"--{side.lower()}-arg",
+            action="append",
+            default=[],
+            metavar="NAME=VALUE",
+            help=f"set an argument of {side} only",
+        )
+    command.add_argument(
+        "--prefix",
+        metavar="TEXT",
+        help="prefix of all names in B; default: detected",
+    )
+    command.add_argument(
+        "--tolerance",
+        type=_tolerance,
+        metavar="NUMBER",
+        help="largest difference to ignore, in metres, radians or relative to the number; default: 1e-9",
+    )
+    command.add_argument("--full", action="store_true", help="print all differences")
+    command.add_page("write a page that shows both robots and their differences")
+    command.add_result()
+    command.add_given()
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compare two robots; say what differs."""
+    from rosorin_compile.compare.diff import compare_robots
+    from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, as_json, lines
+    from rosorin_compile.source.load import LoadError
+
+    run = Run.of(options)
+    given, words = run.given, run.words
+    if len(words) != 2:
+        raise WrongUsage(f"diff compares two robots, and was given {len(words)}: {', '.join(words) or 'none'}")
+    take_stdin(words)
+    try:
+        arguments = given.values()
+    except LoadError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    own = [{**arguments, **named(texts)} for texts in (options.a_arg, options.b_arg)]
+    read = [_read(word, values, given.packages, given.trust) for word, values in zip(words, own, strict=True)]
+    sides = _sides(read, words, run.console)
+    if sides is None:
+        return PROBLEMS
+    _check_arguments(options, read, words, bool(arguments))
+    tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
+    found = compare_robots(*sides, tolerance, options.prefix)
+    each = options.full or options.format != "text"
+    left = [line for word, side in zip(words, read, strict=True) for line in side.lines(word, each)]
+    found = replace(found, not_compared=(*found.not_compared, *left))
+    try:
+        give_result(options, as_json(found), lambda: "\n".join(lines(found, options.full)))
+        if options.html is not None:
+            sys.stdout.flush()
+    finally:  # also where nobody reads to the end
+        if options.html is not None:
+            givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]
+            _write_page(options, list(zip(words, givens, strict=True)), found)
+    return FINE if found.same else PROBLEMS
+
+
+def _write_page(options: argparse.Namespace, givens: Sequence[tuple[str, Given]], found: Difference) -> None:
+    """Write the page that shows B with A under it. Raises WrongUsage."""
+    page = pictures(options)
+    robots = [(given, one(word, "rosorin-compile diff A B")) for word, given in givens]
+    page.take_sides(robots, found, options.prefix)
+    page.write(Console(options.format))
+
+
+def _tolerance(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= 0):
+        raise argparse.ArgumentTypeError(f'"{text}" is no number from zero upwards')
+    return value
+
+
+def _read(word: str, arguments: dict[str, Any], packages: Mapping[str, Path], trust: bool) -> Read:
+    from rosorin_compile.source.project import NoDescription
+
+    from .sides import read_side
+
+    try:
+        return read_side(word, arguments, packages, trust)
+    except NoDescription as problem:
+        raise WrongUsage(str(problem)) from None
+
+
+def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[str], both: bool) -> None:
+    """Refuse an argument of a file that has none: only a description and a xacro have. Raises WrongUsage."""
+    deaf = [one.deaf for one in read]
+    for is_deaf, word, own, side in zip(deaf, words, (options.a_arg, options.b_arg), _SIDES, strict=True):
+        if is_deaf and own:
+            raise WrongUsage(
+                f"--{side.lower()}-arg {own[0]}: {word} has no arguments; only a description and a xacro do"
+            )
+    if all(deaf) and both:
+        raise WrongUsage("neither of the two has arguments; only a description and a xacro do")
+
+
+def _sides(read: list[Read], words: list[str], console: Console) -> tuple[Side, Side] | None:
+    """Return both sides; None, after saying what is wrong, if one of them cannot be read."""
+    for word, side in zip(words, read, strict=True):
+        console.show(side.diagnostics)
+        if side.side is None:
+            console.warn(f"{word}: cannot be compared")
+    first, second = read[0].side, read[1].side
+    return (first, second) if first is not None and second is not None else None

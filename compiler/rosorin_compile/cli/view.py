@@ -1,0 +1,260 @@
+"""rosorin-compile view: show a robot in the browser, and follow its files; or write it as one page."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import secrets
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.model import Joint
+from rosorin_compile.output.watch import Inputs
+from rosorin_compile.source.diagnostics import Console, Diagnostic, Progress, pip_install
+from rosorin_compile.source.project import Description
+from rosorin_compile.source.world import world
+from rosorin_compile.viewer.page import MAX_MEGABYTES, Embedding, html, left_out
+from rosorin_compile.viewer.server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
+from rosorin_compile.viewer.showing import Looked, Shown, look, on_disk, served
+
+from .answer import give_result
+from .given import Given
+from .registry import service
+from .run import Run
+from .usage import FINE, PROBLEMS, WrongUsage
+
+if TYPE_CHECKING:
+    from .parser import Parser
+
+
+_LOOK = 0.15  # seconds between two looks at the files
+_HOW = "rosorin-compile view ROBOT"
+_LAST_PORT = 65535
+
+
+def options(command: Parser) -> None:
+    """Add what this command takes."""
+    command.add_robot()
+    command.add_page("write the page to a file instead of serving it")
+    command.add_argument("--no-open", action="store_true", help="do not open a browser")
+    command.add_argument(
+        "--port", type=int, metavar="NUMBER", help="port of the server; default: 8642, or another one if it is in use"
+    )
+    command.add_argument(
+        "--host",
+        default=LOOPBACK,
+        metavar="ADDRESS",
+        help="address of the server, to make the page accessible from other machines; default: this machine only",
+    )
+    command.add_result()
+    command.add_given()
+
+
+def run(options: argparse.Namespace) -> int:
+    """Show a robot."""
+    run, description = Run.alone(options, "a page shows one robot", _HOW)
+    if options.max_megabytes is not None and not options.max_megabytes >= 0:
+        raise WrongUsage("--max-megabytes wants a number from 0 on")
+    if options.html is None and options.format != "text":
+        raise WrongUsage("JSON goes with --html FILE: without a file there is a page to look at, and no answer")
+    if options.html is None and (options.no_meshes or options.max_megabytes is not None):
+        raise WrongUsage("--no-meshes and --max-megabytes go with --html FILE")
+    if options.html is not None:
+        return _write(run, description)
+    return _Followed(run.given, description, options.quiet).serve(options)
+
+
+def _looked(given: Given, description: Description, console: Console) -> Looked:
+    from rosorin_compile.source.load import LoadError
+
+    try:
+        return look(given, description, console)
+    except LoadError as problem:
+        return Looked(None, [problem.diagnostic], (description.path,))
+
+
+def _write(run: Run, description: Description) -> int:
+    """Write the page of a robot into a file."""
+    from rosorin_compile.output import OutputError
+    from rosorin_compile.output.one_file import write_file
+
+    options, console = run.options, run.console
+    looked = _looked(run.given, description, console)
+    console.show([one for one in looked.diagnostics if one.severity == "error"])
+    if looked.shown is None:
+        console.warn(f"{description.name}: a robot with errors is not shown")
+        return PROBLEMS
+    megabytes = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
+    embedding = Embedding(int(megabytes * 1_000_000))
+    data = on_disk(looked.shown, None if options.no_meshes else embedding)
+    text = html({"robot": data})
+    try:
+        write_file(Path(options.html), text.encode(), looked.files)
+    except OutputError as problem:
+        console.show([problem.diagnostic])
+        return PROBLEMS
+    if embedding.left:
+        console.warn(f"not shown: {left_out(embedding.left)}")
+    console.say(f"{description.name}: {options.html}, {len(text.encode()) / 1e6:.1f} MB")
+    give_result(options, {"robot": description.name, "file": options.html, "bytes": len(text.encode())}, str)
+    return FINE
+
+
+class _Followed:
+    """One robot that is shown while its files change."""
+
+    def __init__(self, given: Given, description: Description, quiet: bool) -> None:
+        self.given = given
+        self.description = description
+        self.console = Console("text", quiet)
+        self.inputs = Inputs()
+        self.page = Page()
+        self.numbers: dict[Path, str] = {}  # of mesh files: a page that is older than a save finds its own ones
+        self.compiled = threading.Lock()  # explanations and contacts are made of one robot at a time
+
+    def serve(self, options: argparse.Namespace) -> int:
+        """Serve the page until Ctrl-C or SIGTERM; one with errors is waited for."""
+        import gc
+        import signal
+
+        gc.enable()  # this run is a long one
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        server = _bound(self.page, options)
+        try:
+            self.inputs.read(self._compile)
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            self._tell(server, options)
+            self._follow()
+        except KeyboardInterrupt:
+            print()
+        finally:
+            server.socket.close()
+        return FINE
+
+    def _tell(self, server: Server, options: argparse.Namespace) -> None:
+        """Say where the page is, and to whom; open it."""
+        address = _address(server)
+        print(f"{self.description.name}: {address}  (Ctrl-C ends it)")
+        sys.stdout.flush()
+        if not is_loopback(server.host):
+            self.console.warn(f"every machine that reaches {server.host} sees this robot, its meshes and its sources")
+        if not options.no_open:
+            import webbrowser
+
+            webbrowser.open(address)
+
+    def _follow(self) -> None:
+        while True:
+            time.sleep(_LOOK)
+            if self.inputs.changed():
+                self.inputs.settle()
+                self.inputs.read(self._compile)
+
+    def _compile(self) -> None:
+        """Read the robot, and tell the pages; after an error the last one stays."""
+        Progress.begin()
+        looked = _looked(self.given, self.description, self.console)
+        Progress.wipe()
+        errors = [one for one in looked.diagnostics if one.severity == "error"]
+        self.console.show(errors)
+        for file in looked.files:
+            with suppress(OSError):
+                world.read(file)  # what the page asks for later is followed, too
+        if looked.shown is None:
+            self._failed(errors)
+            return
+        if self.page.problem:
+            self.console.warn(f"{self.description.name}: that is corrected")
+        self._show(looked.shown)
+
+    def _failed(self, errors: list[Diagnostic]) -> None:
+        if not self.page.text:
+            self._serve({"robot": None}, {})
+        self.page.problem = "".join(one.as_text() for one in errors)
+        self.page.changed()
+
+    def _serve(self, data: Data, files: Mapping[str, tuple[Path, str]]) -> None:
+        """Have a new version of the page served."""
+        page = self.page
+        version = secrets.token_hex(8)
+        text = html(data, live=version)
+        page.files, page.data, page.text, page.version = files, {**data, "version": version}, text, version
+
+    def _show(self, shown: Shown) -> None:
+        data = dict(shown.data)
+        tables, files = served(shown, self.numbers)
+        data |= tables
+        page = self.page
+
+        def explained(frame: str) -> list[str]:
+            with self.compiled:
+                return shown.explained(frame)
+
+        page.explain, page.touching = explained, _Touching(shown, self.compiled)
+        page.problem = ""
+        self._serve({"robot": data}, files)
+        page.changed()
+
+
+class _Touching:
+    """Which links are inside each other, as the package says that has an engine; made at the first question."""
+
+    def __init__(self, shown: Shown, lock: threading.Lock) -> None:
+        self.shown = shown
+        self.lock = lock
+        self.engine: Any = None
+
+    def __call__(self, state: Mapping[str, Any]) -> list[list[str]]:
+        """Return pairs of links at positions by joint (rad or m), neighbours left aside. Raises Unknown."""
+        if self.engine is None:
+            self.engine = service("links inside each other")(self.shown.case, self.shown.meshes)
+        missing = self.engine.lacking()
+        if missing:
+            raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
+        with self.lock:
+            try:
+                return self._found(state)
+            except Exception as problem:  # whatever an engine stumbles over: the page says it, and goes on
+                raise Unknown(" ".join(str(problem).split())[:200] or type(problem).__name__) from None
+
+    def _found(self, state: Mapping[str, Any]) -> list[list[str]]:
+        joints = self.shown.robot.joint
+        positions = {name: _position(joints[name], at) for name, at in state.items() if name in joints}
+        found: list[list[str]] = self.engine.pairs(positions)
+        return found
+
+
+def _position(joint: Joint, at: object) -> float | list[float]:
+    """Return where a joint is. Raises ValueError unless there is a number for each of its coordinates."""
+    numbers = [float(one) for one in at] if isinstance(at, list) else [float(at)]  # type: ignore[arg-type]
+    if isinstance(at, list) != joint.is_several or len(numbers) != len(joint.coordinates):
+        raise ValueError(f"joint {joint.name} is at {len(joint.coordinates)} numbers, not at {len(numbers)}")
+    return numbers if isinstance(at, list) else numbers[0]
+
+
+def _bound(page: Page, options: argparse.Namespace) -> Server:
+    """Return the server at the address and the port that are asked for. Raises WrongUsage."""
+    port, host = options.port, options.host
+    if port is not None and not 0 <= port <= _LAST_PORT:
+        raise WrongUsage(f"there is no port {port}: they go from 0 to {_LAST_PORT}")
+    try:
+        return bound(page, host, port)
+    except OSError as problem:
+        if problem.errno == errno.EADDRINUSE:
+            raise WrongUsage(f"port {port} is taken; without --port a free one is found") from None
+        if problem.errno in (errno.EACCES, errno.EPERM):
+            raise WrongUsage(f"port {port} is not for everybody; take one above 1023, or leave --port out") from None
+        raise WrongUsage(f"{host} is no address of this machine ({problem.strerror or problem})") from None
+    except UnicodeError:
+        raise WrongUsage(f"{host} is no address of this machine") from None
+
+
+def _address(server: Server) -> str:
+    host = server.host
+    name = "localhost" if host == LOOPBACK else f"[{host}]" if ":" in host else host
+    return f"http://{name}:{server.port}/"

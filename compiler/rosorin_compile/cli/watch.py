@@ -1,0 +1,151 @@
+"""rosorin-compile watch: compile on every change, and say what moved."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import time
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from rosorin_compile.output.watch import INTERVAL, Inputs, Said
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.wording import and_more, counted
+
+from .compiling import compile_proven, count
+from .robots import described
+from .run import Run
+from .usage import FINE
+
+if TYPE_CHECKING:
+    from rosorin_compile.compare.committed import Comparison
+    from rosorin_compile.output.pipeline import Compiled
+
+    from .parser import Parser
+
+MAX_SHOWN = 20  # changes of one run, one line each
+
+
+def options(command: Parser) -> None:
+    """Add what this command takes."""
+    command.add_robots()
+    command.add_output()
+    command.add_quiet()
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
+    import gc
+
+    gc.enable()  # this run is a long one
+    run = Run.of(options)
+    run.no_stdin(run.words, "name a file to watch")
+    watched = {one.path: _Robot(one, run) for one in described(options, run.words)}
+    stop = _Stop()
+    for robot in watched.values():
+        robot.compile()
+    _say(f"watching {', '.join(robot.description.name for robot in watched.values())}; Ctrl-C ends it")
+    while not stop.asked:
+        time.sleep(INTERVAL)
+        if not run.words:
+            _notice_new(watched, run)
+        for robot in watched.values():
+            if not stop.asked and robot.inputs.changed():
+                robot.inputs.settle()
+                robot.compile()
+    _say("watch ended")
+    return FINE
+
+
+class _Stop:
+    """Whether somebody asked for the end. The work at hand is finished first; a second Ctrl-C does not wait for it."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        signal.signal(signal.SIGINT, self._ask)
+        signal.signal(signal.SIGTERM, self._ask)
+
+    def _ask(self, _number: int, _frame: FrameType | None) -> None:
+        self.asked = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _notice_new(watched: dict[Path, _Robot], run: Run) -> None:
+    """Compile descriptions that were not there before."""
+    try:
+        found = Description.find([], run.options.output)
+    except NoDescription:
+        return
+    for description in found:
+        if description.path not in watched:
+            watched[description.path] = _Robot(description, run)
+            watched[description.path].compile()
+
+
+class _Robot:
+    """One robot that is watched."""
+
+    def __init__(self, description: Description, run: Run) -> None:
+        self.description = description
+        self.given, self.console = run.given, run.console
+        self.inputs = Inputs(description.outputs)
+        self.said = Said()
+
+    def compile(self) -> None:
+        """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
+        Progress.begin()
+        self.inputs.read(self._compile)
+
+    def _compile(self) -> None:
+        """Compile, and write what came of it; after an error nothing."""
+        compiled = compile_proven(self.given, self.description, self.console)
+        errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
+        new = self.said.new(compiled.diagnostics)
+        self.console.show(new)
+        name = self.description.name
+        if errors:
+            old = errors - sum(diagnostic.severity == "error" for diagnostic in new)
+            also = "" if not old else ", as before" if old == errors else f", {old} as before"
+            self.console.warn(f"{name}: {counted(errors, 'error')}{also}; the artifacts stay as they are")
+        elif not compiled.artifacts:
+            _say(f"{name}: nothing to emit; say under outputs: what you want")
+        else:
+            self._write(compiled)
+
+    def _write(self, compiled: Compiled) -> None:
+        from rosorin_compile.compare.committed import compare
+        from rosorin_compile.output import OutputError, read_set, write_outputs
+
+        if compiled.robot is None:
+            return
+        files = {artifact.file: artifact.text for artifact in compiled.artifacts}
+        meshes = compiled.mesh_files
+        try:
+            before = read_set(self.description.outputs)
+            comparison = compare(compiled.robot, compiled.artifacts, before)
+            done = write_outputs(self.description.outputs, {**meshes, **files})
+        except OutputError as problem:
+            self.console.show([problem.diagnostic])
+            return
+        written = done.written
+        self.console.show(done.put_aside(self.description.outputs))
+        summary = f"{self.description.name}: {count(files)} in {self.description.outputs}"
+        _say(f"{summary}, {'written: ' + ', '.join(written) if written else 'unchanged'}")
+        for line in _moved(comparison):
+            _say(f"  {line}")
+
+
+def _moved(comparison: Comparison) -> list[str]:
+    """Return what changed by its meaning, a line each."""
+    lines = [change.line() for change in comparison.changes]
+    if len(lines) > MAX_SHOWN:
+        lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"]
+    return lines
+
+
+def _say(line: str) -> None:
+    print(line)
+    sys.stdout.flush()

@@ -1,1 +1,0 @@
-"""Transforms and servo pulses, as commands answer them."""

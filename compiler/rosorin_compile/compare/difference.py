@@ -1,0 +1,215 @@
+"""Difference: the answer of a comparison of two robots: the sides, what differs, and what cannot be compared.
+
+It is lines for people, and JSON for programs (``schemas/robot_diff.schema.json``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.formats import Format
+from rosorin_compile.formats.format import Importing
+from rosorin_compile.model import Robot
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.project import ENDINGS
+from rosorin_compile.source.wording import counted, printable
+
+from .proof import Tolerance
+from .tolerance import EXACT, Printing
+
+if TYPE_CHECKING:
+    from .overlay import Overlay
+
+# A description has a word for everything, and is no artifact.
+YAML = Format(
+    name="yaml",
+    word="description",
+    article="a",
+    endings=ENDINGS,
+    reading=Importing(
+        takes_arguments=True,
+    ),
+)
+DEFAULT_TOLERANCE = Tolerance.POSE
+
+
+class Side(NamedTuple):
+    """One of two robots: as it was named, the format that it was read from, and how well its numbers are known."""
+
+    label: str
+    format: Format
+    robot: Robot
+    printing: Printing = EXACT
+    folder: Path | None = None
+
+
+# Kinds of differences, the most important ones first: what moves and where, then what it may do, weighs, looks like.
+FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER = (
+    "frame",
+    "joint",
+    "limit",
+    "mass",
+    "shape",
+    "visual",
+    "name",
+    "other",
+)
+KINDS = (FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER)
+
+Scalar = float | str | None
+
+
+@dataclass(frozen=True)
+class Item:
+    """One difference: of which kind, of what, in words, and as values in SI units.
+
+    ``name`` is the link or joint, as A calls it, or B where it is new. ``distance`` (m) and ``angle`` (rad) say how far
+    a frame is off, ``when`` at which positions of the joints, ``at`` where it is off the most.
+    """
+
+    kind: str
+    name: str
+    quantity: str
+    text: str
+    before: Scalar = None
+    after: Scalar = None
+    unit: str = ""
+    distance: float | None = None
+    angle: float | None = None
+    when: str = ""
+    at: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How two robots differ by meaning; ``notes`` say what is written differently and means the same.
+
+    ``a`` and ``b`` are None where they could not be read, or not be compared: then ``diagnostics`` has errors.
+    """
+
+    a: Side | None
+    b: Side | None
+    items: tuple[Item, ...]
+    notes: tuple[str, ...]
+    not_compared: tuple[str, ...]
+    tolerance: float
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def sides(self) -> tuple[Side, Side]:
+        """The two robots that were compared. Raises ValueError if one of them could not be read."""
+        if self.a is None or self.b is None:
+            raise ValueError("one of the two could not be read: see diagnostics")
+        return self.a, self.b
+
+    @property
+    def same(self) -> bool:
+        """Whether both could be read, and nothing that was compared differs."""
+        return not self.items and self.a is not None and self.b is not None
+
+    def overlay(self, prefix: str | None = None) -> Overlay:
+        """Return the first robot under the second one, to be drawn; ``prefix`` is that of the second one."""
+        from .overlay import of_two
+
+        return of_two(self, prefix)
+
+    def brief(self) -> str:
+        """Return what differs, each once and without its numbers; of many the first ones. Empty if nothing does."""
+        from .wording import brief
+
+        return brief(item.text for item in self.items)
+
+    def summary(self) -> str:
+        """Return how much differs, in one line."""
+        return summary(self)
+
+    def __str__(self) -> str:
+        """Return the lines that the command line prints; what keeps from comparing, if anything does."""
+        return "\n".join(lines(self, full=True))
+
+    def __repr__(self) -> str:
+        """Return the answer alone."""
+        return f"<Difference: {summary(self)}>"
+
+
+_COUNTED = {
+    FRAME: ("frame", "frames"),
+    JOINT: ("joint", "joints"),
+    LIMIT: ("limit", "limits"),
+    MASS: ("mass", "masses"),
+    SHAPE: ("set of collision shapes", "sets of collision shapes"),
+    VISUAL: ("visual", "visuals"),
+    NAME: ("name", "names"),
+    OTHER: ("other thing", "other things"),
+}
+# More than a person reads; a program gets all.
+_MOST = 200
+
+
+def lines(difference: Difference, full: bool = False) -> list[str]:
+    """Return a comparison as lines of plain text, the most important differences first, a summary last."""
+    if difference.a is None or difference.b is None:
+        return [*(str(diagnostic) for diagnostic in difference.diagnostics), summary(difference)]
+    said = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
+    said += [item.text for item in difference.items]
+    if not full and len(difference.items) > _MOST:
+        said[2 + _MOST :] = [f"... {counted(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
+    said += [f"note: {note}" for note in difference.notes]
+    said += [f"not compared: {line}" for line in difference.not_compared]
+    return [printable(line, keep="\t") for line in [*said, summary(difference)]]
+
+
+def _side(side: Side) -> str:
+    robot = side.robot
+    links, joints = len(robot.links), sum(not joint.is_fixed for joint in robot.joints)
+    sizes = f"{counted(links, 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
+    return f"{side.label} ({side.format.word} of {robot.name}, {sizes})"
+
+
+def summary(difference: Difference) -> str:
+    """Return one line: the same, or how many differences of each kind."""
+    if difference.a is None or difference.b is None:
+        return "not compared"
+    if difference.same:
+        return "the same robot, as far as it was compared"
+    counts = {kind: sum(item.kind == kind for item in difference.items) for kind in KINDS}
+    said = [f"{count} {_COUNTED[kind][count > 1]}" for kind, count in counts.items() if count]
+    return f"different: {', '.join(said)}"
+
+
+def as_json(difference: Difference) -> dict[str, Any]:
+    """Return a comparison as a value of JSON. Raises ValueError if there was nothing to compare."""
+    a, b = difference.sides
+    return {
+        "a": _side_json(a),
+        "b": _side_json(b),
+        "same": difference.same,
+        "tolerance": difference.tolerance,
+        "differences": [_item_json(item) for item in difference.items],
+        "notes": list(difference.notes),
+        "not_compared": list(difference.not_compared),
+        "summary": summary(difference),
+    }
+
+
+def _side_json(side: Side) -> dict[str, Any]:
+    robot = side.robot
+    counts = {"links": len(robot.links), "joints": len(robot.joints)}
+    return {"source": side.label, "format": side.format.name, "robot": robot.name, **counts}
+
+
+def _item_json(item: Item) -> dict[str, Any]:
+    found: dict[str, Any] = {"kind": item.kind, "name": item.name, "quantity": item.quantity, "text": item.text}
+    found |= {"a": item.before, "b": item.after, "unit": item.unit}
+    if item.distance is not None:
+        found["distance"] = item.distance
+    if item.angle is not None:
+        found["angle"] = item.angle
+    if item.when:
+        found["when"] = item.when
+    if item.at:
+        found["at"] = dict(item.at)
+    return found

@@ -1,0 +1,56 @@
+"""Read back: what a description was compiled to becomes a robot again, to be held against the source of an import."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from rosorin_compile.compare.proof import Proof
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.format import Format
+from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.model import Robot
+from rosorin_compile.source.tree import Map
+
+from .words.taking import CONTROL
+
+
+def read_back(stage: Path, said: Mapping[str, str], tree: Map, beside: Sequence[Format] = ()) -> Imported:
+    """Return the robot that compiled texts say (by the names of their formats), which are written into a folder.
+
+    It is that of the format that is published, with what the formats ``beside`` it add. ``tree`` is that of the source:
+    what it may break, its copy may.
+    """
+    how = ReadOptions(lenient=True, checked=False)
+    back = Imported.read(_saved(stage, FORMATS.published(), said), how)
+    for companion in beside:
+        back = back.joined(companion.name, _saved(stage, companion, said), how)
+    if back.tree is not None and "accept" in tree:
+        back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
+    return back
+
+
+def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:
+    """Return the file of a compiled artifact."""
+    file = stage / f"compiled{format.endings[0]}"
+    file.write_text(said[format.name], "utf-8")
+    return file
+
+
+def by_elements(source: Robot, again: Robot, humble: bool) -> list[str]:
+    """Return what elements of a robot that was read back say otherwise than those of its source."""
+    return Proof.of(source.urdf_elements, again.urdf_elements, Proof.elements(source, humble=humble)).texts
+
+
+def without_words(robot: Robot, source: Robot) -> Robot:
+    """Return a robot that says in the words of its source what became other words."""
+    return replace(
+        robot,
+        urdf_elements=source.urdf_elements,
+        sensors=source.sensors,
+        edges=source.edges,
+        publishers=source.publishers,
+        modes=source.modes,
+        sections=robot.sections.taking((CONTROL, "drive"), source.sections),
+    )

@@ -1,0 +1,323 @@
+"""Import a source again into the description that an earlier import of it wrote.
+
+An import keeps a record of the files that it wrote: ``robot.yaml.imported`` beside ``robot.yaml``, and so on. The first
+line of the record of ``robot.yaml`` has the command line of the import. The record belongs to the description and goes
+with it into version control. It is the common base when ``git merge-file`` merges the edited files with the new ones.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import takewhile
+from pathlib import Path
+from typing import NamedTuple
+
+from rosorin_compile.cli.usage import WrongUsage
+from rosorin_compile.source.diagnostics import (
+    WARNING,
+    Diagnostic,
+    Heading,
+    Rule,
+    Source,
+    Span,
+    counted,
+    error,
+    listed,
+    printable,
+)
+from rosorin_compile.source.load import LoadError, parse_yaml
+from rosorin_compile.source.project import Description
+from rosorin_compile.source.world import world
+
+RULES = (
+    Rule(
+        "import-conflict",
+        "A source is imported again, and it changed lines that were edited in the description. The file has both "
+        "versions between conflict marks.",
+        "Edit the file: choose a version at each `<<<<<<<`, and remove the marks.",
+        Heading.READING,
+    ),
+    Rule(
+        "import-file-left",
+        "A warning: a source is imported again, and it removes a file that was edited in the description, or changes "
+        "one that was deleted there. The edited file stays; the changed one is written as `NAME.new`.",
+        "Remove the file that you do not need.",
+        Heading.READING,
+    ),
+    Rule(
+        "import-no-git",
+        "A source is imported again, and `git`, which merges its changes with those of the description, is missing or "
+        "fails. The description stays as it is, and the new files are written as `NAME.new`.",
+        "Install git and import again.",
+        Heading.READING,
+    ),
+)
+
+ENDING = ".imported"
+_NEW = ".new"
+_PROGRAM = "# rosorin-compile import "
+_MARK = re.compile(r"^<{7}(?= |$)", re.MULTILINE)
+_MOST_CONFLICTS = 127  # the largest exit code of git merge-file that counts conflicts
+
+
+class Record(NamedTuple):
+    """The command line of an earlier import, and the text of each file that it wrote, by name."""
+
+    words: list[str]
+    files: dict[str, str]
+
+
+class Request(NamedTuple):
+    """The command line of an import as a record has it; ``keep_ours`` resolves conflicts in favour of the edits."""
+
+    words: Sequence[str]
+    keep_ours: bool = False
+
+
+class Merged(NamedTuple):
+    """The result of importing again.
+
+    ``before`` are the files of the description as they were read. ``files`` are to be written, with their records;
+    ``removed`` are files and records that the source has no use for any more. ``refused``: nothing is written.
+    """
+
+    before: dict[str, str]
+    files: dict[str, str]
+    removed: list[str]
+    diagnostics: list[Diagnostic]
+    lines: list[str]
+    refused: bool = False
+
+
+def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
+    """Return the record of the files of a description, text by name."""
+    command = list(words)
+    line = shlex.join(command)
+    if not line.isprintable():
+        line = json.dumps(command)
+    made = {f"{name}{ENDING}": text for name, text in files.items()}
+    root = f"{Description.ROOT_FILE}{ENDING}"
+    if root in made:
+        made[root] = f"{_PROGRAM}{line}\n{made[root]}"
+    return made
+
+
+def is_record(name: str) -> bool:
+    """Return True if a file is the record of another one."""
+    return name.endswith(ENDING)
+
+
+def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
+    """Return the record of the description in a folder, or None if it is missing or damaged.
+
+    ``others`` are names of files outside the folder that may have a record. Raises OSError.
+    """
+    try:
+        first, end, root = text_of(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
+        line = first.removeprefix(_PROGRAM)
+        words = json.loads(line) if line.startswith("[") else shlex.split(line)
+        names = [path.relative_to(folder).as_posix() for path in world.matching(folder, f"**/*{ENDING}")]
+        names += [f"{name}{ENDING}" for name in others if name.startswith("../")]
+        texts = {name: text_of(folder / name) for name in names if world.kind(folder / name) == world.FILE}
+    except (ValueError, FileNotFoundError, NotADirectoryError):
+        return None
+    if not first.startswith(_PROGRAM) or not end or not words:
+        return None
+    files = {name.removesuffix(ENDING): text for name, text in texts.items()}
+    return Record(words, {**files, Description.ROOT_FILE: root})
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file without converting line ends. Raises OSError, ValueError."""
+    return world.read(path).decode()
+
+
+def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> Record | None:
+    """Return the record of the description in a folder, or None. Raises WrongUsage if it is of another import."""
+    try:
+        record = read_record(folder, others)
+    except OSError as problem:
+        raise WrongUsage(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
+    if record is None or not world.stands(folder / Description.ROOT_FILE):
+        return None
+    (before, old_options), (now, new_options) = (_source_and_options(one) for one in (record.words, words))
+    if before != now:
+        message = f"{folder} is of another import: rosorin-compile import {before}; this one is: {now}"
+        raise WrongUsage(f"{message}; name a folder with -o, or another robot with --name")
+    missing = [option for option in old_options if option not in new_options]
+    if missing:
+        message = f"{folder} was imported with {listed(missing)}: rosorin-compile import {shlex.join(record.words)}"
+        raise WrongUsage(f"{message}; give the same options, or name a folder with -o")
+    return record
+
+
+def _source_and_options(words: Sequence[str]) -> tuple[str, list[str]]:
+    """Return the source with its arguments, and the options of an import."""
+    options = [word for word in words[1:] if word.startswith("--")]
+    return shlex.join(takewhile(lambda word: word not in options, words)), options
+
+
+def import_again(folder: Path, record: Record, theirs: Mapping[str, str], request: Request) -> Merged:
+    """Merge the files that the importer now makes of a source with those of a description. Nothing is written here.
+
+    Raises WrongUsage for a file that cannot be read.
+    """
+    source = printable(request.words[0])
+    ours = _read_files(folder, {**record.files, **theirs})
+    marked = [found for found in (_marks(folder / name, text) for name, text in ours.items()) if found]
+    if marked:
+        return Merged({}, {}, [], marked, [], refused=True)
+    try:
+        files = {name: text for name in theirs if (text := _merge(name, record, ours, theirs, request)) is not None}
+    except _NoGit as problem:
+        return _without_git(folder, ours, theirs, str(problem), source)
+    found: list[Diagnostic] = []
+    for name, text in files.items():
+        if text != ours.get(name) and (mark := _MARK.search(text)):
+            count = len(_MARK.findall(text))
+            message = (
+                f"the newer {source} changes lines of {name} that were edited here: {counted(count, 'conflict')}; "
+                "both versions are in the file"
+            )
+            span = Span(Source(str(folder / name), text), text.count("\n", 0, mark.start()) + 1, 1, 7)
+            help = "choose a version at each <<<<<<<, and remove the marks"
+            found.append(error("import-conflict", message, span, help))
+    removed = [f"{name}{ENDING}" for name in record.files if name not in theirs]
+    for name, base in record.files.items():
+        if name not in theirs and ours.get(name) == base:
+            removed.append(name)
+        elif name not in theirs and name in ours:
+            message = f"{folder / name} was edited, and the newer {source} has nothing for it: it stays"
+            found.append(_left(message, "remove it if you do not need it"))
+        elif name in theirs and name not in ours and theirs[name] != base:
+            new = _free_name(folder, name, theirs[name])
+            files[new] = theirs[name]
+            message = f"{folder / name} was deleted, and the newer {source} changes it: it is written as {new}"
+            found.append(_left(message, f"rename it to {name}, or remove it"))
+    lines = _report(record, ours, theirs, files, source)
+    written = {name: text for name, text in files.items() if text != ours.get(name)}
+    return Merged(ours, {**written, **record_of(theirs, request.words)}, removed, found, lines)
+
+
+def _read_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Return the files of a description that exist. Raises WrongUsage."""
+    texts = {}
+    for name in names:
+        path = folder / name
+        try:
+            if world.kind(path) == world.FILE:
+                texts[name] = text_of(path)
+        except OSError as problem:
+            raise WrongUsage(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
+        except ValueError:
+            raise WrongUsage(f"{path} is not UTF-8 text: nothing is merged into it") from None
+    return texts
+
+
+def _marks(path: Path, text: str) -> Diagnostic | None:
+    """Return the error about the conflict marks of an earlier merge, or None."""
+    if _MARK.search(text):
+        try:
+            parse_yaml(Source(str(path), text))
+        except LoadError as problem:
+            return problem.diagnostic
+    return None
+
+
+def _left(message: str, help: str) -> Diagnostic:
+    return Diagnostic("import-file-left", WARNING, message, help=help)
+
+
+def _merge(
+    name: str, record: Record, ours: Mapping[str, str], theirs: Mapping[str, str], request: Request
+) -> str | None:
+    """Return the merged text of a file, or None if it was deleted from the description. Raises _NoGit."""
+    base, own, new = record.files.get(name), ours.get(name), theirs[name]
+    if own is None:
+        return new if base is None else None
+    if own == base:
+        return new
+    if new in (base, own):
+        return own
+    return _merge_texts(base or "", own, new, printable(request.words[0]), request.keep_ours)
+
+
+class _NoGit(Exception):
+    """``git merge-file`` cannot run; the message has the reason."""
+
+
+def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool) -> str:
+    """Merge three texts with ``git merge-file``; conflicts are marked in the style of diff3. Raises _NoGit."""
+    git = shutil.which("git")
+    if git is None:
+        raise _NoGit("git is not installed")
+    windows = "\r\n" in ours and "\n" not in ours.replace("\r\n", "")
+    texts = {"ours": ours.replace("\r\n", "\n") if windows else ours, "base": base, "theirs": theirs}
+    labels = ("edited here", "imported before", f"newer {source}")
+    # Neither the repository around the description nor the configuration of the user changes the result.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    environment |= {"GIT_CONFIG_NOSYSTEM": "1", "GIT_CONFIG_GLOBAL": os.devnull, "LC_ALL": "C"}
+    try:
+        with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as stage:
+            for side, text in texts.items():
+                Path(stage, side).write_bytes(text.encode())
+            options = ["--ours"] if keep_ours else ["--diff3"]
+            options += [word for label in labels for word in ("-L", label)]
+            command = [git, "merge-file", "-p", *options, *texts]
+            done = subprocess.run(command, cwd=stage, env=environment, capture_output=True, check=False)  # noqa: S603
+            merged = done.stdout.decode()
+    except (OSError, ValueError) as problem:
+        raise _NoGit(f"git merge-file fails: {problem}") from None
+    if not 0 <= done.returncode <= _MOST_CONFLICTS:
+        raise _NoGit(f"git merge-file fails: {done.stderr.decode('utf-8', 'replace').strip()}")
+    return merged.replace("\n", "\r\n") if windows else merged
+
+
+def _without_git(folder: Path, ours: Mapping[str, str], theirs: Mapping[str, str], why: str, source: str) -> Merged:
+    """Return the new files as ``NAME.new``, and leave the description and its record unchanged."""
+    files = {_free_name(folder, name, text): text for name, text in theirs.items() if text != ours.get(name)}
+    message = (
+        f"{folder} was edited, and the changes of the newer {source} are not merged into it: {printable(why)}; "
+        f"the new files are {listed(list(files))}"
+    )
+    return Merged({}, files, [], [error("import-no-git", message, None, "install git, and import again")], [])
+
+
+def _free_name(folder: Path, name: str, text: str) -> str:
+    """Return an unused name for the new text of a file: ``NAME.new``, ``NAME.new2``, ..."""
+    number = 1
+    while True:
+        new = f"{name}{_NEW}" if number == 1 else f"{name}{_NEW}{number}"
+        path = folder / new
+        if not world.stands(path) or (world.kind(path) == world.FILE and world.read(path) == text.encode()):
+            return new
+        number += 1
+
+
+def _report(
+    record: Record, ours: Mapping[str, str], theirs: Mapping[str, str], files: Mapping[str, str], source: str
+) -> list[str]:
+    """Return the summary lines about merged and kept files."""
+    if dict(theirs) == record.files:
+        lines = [f"{source} is as it was when it was imported before"]
+    else:
+        taken = [name for name in files if name in theirs and files[name] != ours.get(name)]
+        lines = [f"changes of the newer {source}: {', '.join(taken)}"] if taken else []
+    edited = [name for name, base in record.files.items() if name in theirs and ours.get(name) not in (None, base)]
+    lines += [f"edited here, and kept: {', '.join(edited)}"] if edited else []
+    return lines
+
+
+def remove(folder: Path, merged: Merged) -> None:
+    """Delete files that the source no longer produces, unless they changed since they were read. Raises OSError."""
+    for name in merged.removed:
+        path = folder / name
+        if is_record(name) or path.read_bytes() == merged.before[name].encode():
+            path.unlink(missing_ok=True)

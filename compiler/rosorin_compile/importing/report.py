@@ -1,0 +1,243 @@
+"""Report: what became of a source, in a few lines for the person who imports it.
+
+``renamed`` makes the names of meshes and textures such that they are found from where the description stands. The
+``source`` of the description says where: in which ``folder`` relative names are looked for, and the ``packages``
+that are found from the source, but not from the description. A relative name that leads out of the folder of the source
+is made one from a folder above it, so that artifacts have their files beside them wherever they are.
+"""
+
+from __future__ import annotations
+
+import os
+import posixpath
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.language.schema import fragment_at
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, Rule, Span, counted, first_of
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.project import Description
+from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.world import world
+
+from .layout import within_part
+
+RULES = (
+    Rule(
+        "import-mesh-path",
+        "A warning: meshes or textures are named by a path that only this machine has or, in a xacro, by one that "
+        "leads out of its folder. Or `--meshes` for a robot without relative names.",
+        "Name them as package://NAME/FILE; or `--meshes FOLDER`, as seen from the artifacts.",
+        Heading.READING,
+    ),
+)
+
+_RULE = "import-mesh-path"
+_TAG = re.compile(r"<([^\s/>!?]+)")
+_FEW = 3
+
+
+class Renamed(NamedTuple):
+    """The tree of a robot with the names that its description gets, and what there is to say about them.
+
+    ``meshes`` is what stands before all relative names; None if nothing does.
+    """
+
+    tree: Map
+    diagnostics: list[Diagnostic]
+    meshes: str | None = None
+
+
+def renamed(
+    tree: Map, source: Path, folder: Path, meshes: str | None, packages: Mapping[str, Path], keeps: bool = False
+) -> Renamed:
+    """Return a robot whose description finds the files of meshes and textures that its source does.
+
+    ``source`` is the file that the robot was read from, ``folder`` where its description is going to stand, and
+    ``packages`` what the command line says of packages. Relative names have ``meshes`` before them if that is given;
+    with ``keeps``, where they are made by macros, the way from the artifacts to the source if they lead out of its
+    folder. What is not found is told. Nothing is lost by that: it is no ``import-cannot-carry``.
+    """
+    place = tree.value_spans.get("robot", tree.span)
+    places = Places(source, source.parent, packages, world.environment())
+    searched = places.named(tree, relative=meshes is None)
+    whole = Imported(tree, [])
+    files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
+    known = {name: _seen(at, here) for name, at in _packages(files, here)}
+    base, relative = Path(os.path.abspath(source.parent)), whole.relative_files()
+    if meshes is not None:
+        message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
+        vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
+        told += [] if relative else [vain]
+        known |= _package_of(meshes, relative, base, here)
+        return Renamed(_saying(whole.with_files_below(meshes).whole, "", known), told, meshes)
+    outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
+    stay = keeps or not (files or _has_one(base, relative))  # what leads nowhere stays as it is
+    top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
+    bare = [name for name in files if name not in names and not _is_of_package(name)]
+    if bare:
+        told.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))
+    if outside:
+        way = (
+            f"are out of the folder of {source.name}: artifacts name them as seen from {_artifacts(folder).as_posix()}"
+        )
+        told.append(_elsewhere(way, outside, place))
+        meshes = _seen(base, _artifacts(folder))
+        return Renamed(_saying(whole.with_files_below(meshes).whole, "", known), told, meshes)
+    tree = whole.with_files_named(lambda name: names.get(name, name)).whole
+    return Renamed(_saying(tree, _seen(top, here) if names else "", known), told)
+
+
+def _artifacts(folder: Path) -> Path:
+    """Return where the artifacts of a description stand unless somebody says so (see ``project``)."""
+    base = folder.parent.parent if Path(os.path.abspath(folder)).parent.name == Description.FOLDER else Path()
+    return base / Description.OUTPUTS / folder.name
+
+
+def _is_of_package(name: str) -> bool:
+    return name.startswith(("package://", "model://"))
+
+
+def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
+    """Return the folder that files of a source lie in, and their names as seen from there, by those in the source.
+
+    ``base`` is the folder of the source. Paths of this machine are among them where they lead into the package of the
+    source, or into the folder around ``base``.
+    """
+    package = next((folder for folder in (base, *base.parents) if Packages.name_of(folder)), base.parent)
+    places = {name: os.path.normpath(base / name) for name in relative}
+    paths = {name: os.path.abspath(file) for name, file in files.items() if name.startswith(("/", "file://"))}
+    places |= {name: path for name, path in paths.items() if Path(path).is_relative_to(package)}
+    top = Path(os.path.commonpath([base, *places.values()]))
+    return top, {name: _seen(Path(path), top) for name, path in places.items()}
+
+
+def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:
+    """Yield the packages that files were found in, with their folders, but for those that are found from ``here``."""
+    near, seen = Packages({}, world.environment(), here / Description.ROOT_FILE), set()
+    for name, file in files.items():
+        package, _, path = name.partition("://")[2].lstrip("/").partition("/")
+        if _is_of_package(name) and package not in seen:
+            seen.add(package)
+            folder = Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1]
+            known = near.find(package)
+            if known is None or world.real(known) != world.real(folder):
+                yield package, folder
+
+
+def _package_of(meshes: str, relative: Sequence[str], base: Path, here: Path) -> dict[str, str]:
+    """Return the package that relative names get, with its folder, where it would not be found with these files.
+
+    The folder of the source, ``base``, is what ``meshes`` leads to, as far as their last folders have the same names.
+    """
+    package, _, path = meshes.partition("://")[2].strip("/").partition("/")
+    parts = Path(path).parts
+    above = len(base.parts) - len(parts)
+    found = (
+        Packages({}, world.environment(), here / Description.ROOT_FILE).find(package)
+        if _is_of_package(meshes)
+        else base
+    )
+    if base.parts[above:] != parts or (found is not None and _has_one(found / path, relative)):
+        return {}
+    return {package: _seen(Path(*base.parts[:above]), here)} if _has_one(base, relative) else {}
+
+
+def _has_one(folder: Path, relative: Sequence[str]) -> bool:
+    return any(world.kind(folder / name) == world.FILE for name in relative)
+
+
+def seen_from(imported: Imported, folder: Path) -> Imported:
+    """Return a robot whose source says where its meshes are by whole paths, which ``folder`` is the base of."""
+    source = imported.tree.get("source") if imported.tree is not None else None
+    if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
+        return imported
+    here = Path(os.path.abspath(folder))
+    known = {name: os.path.normpath(here / at) for name, at in (source.get("packages") or {}).items()}
+    own = os.path.normpath(here / source["folder"]) if "folder" in source else ""
+    return imported._replace(tree=_saying(imported.tree, own, known))
+
+
+def _saying(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
+    """Return the tree of a robot whose source says where its meshes are."""
+    if not (folder or packages):
+        return tree
+    made, span = tree.copied(), tree.span
+    source, named = tree["source"].copied(), Map(span)
+    for package, at in packages.items():
+        named.put(package, at, span, span)
+    for key, value in (("folder", folder), ("packages", named)):
+        if value:
+            source.put(key, value, span, span)
+    made["source"] = source
+    return made
+
+
+def _seen(path: Path, folder: Path) -> str:
+    """Return a path as seen from a folder, as a description has it."""
+    return Path(os.path.relpath(path, folder)).as_posix()
+
+
+def _elsewhere(how: str, names: Sequence[str], span: Span) -> Diagnostic:
+    """Return the warning about files that artifacts do not find wherever they are."""
+    help = "name them as package://NAME/FILE; or import with --meshes FOLDER, as seen from the artifacts"
+    return Diagnostic(_RULE, WARNING, f"files {how}: {first_of(names, 1)}", span, (), help)
+
+
+def sizes(tree: Map) -> str:
+    """Return how many links and joints a robot has."""
+    links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
+    return f"{counted(links, 'link')}, {counted(joints, 'joint')}"
+
+
+def repeated(tree: Map, reordered: bool) -> list[str]:
+    """Return the lines about the parts that were made of what a robot has several times; none without any.
+
+    Who reads a vector of joint positions by the order of the file has to know that it is another one.
+    """
+    bodies = [tree, *(tree.get("parts") or {}).values()]
+    uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
+    if not uses:
+        return []
+    lines = ["parts: " + ", ".join(f"{part} ({counted(count, 'use')})" for part, count in uses.items())]
+    return [*lines, "the joints come in another order than in the source; --no-parts keeps it"] if reordered else lines
+
+
+def kept(tree: Map) -> list[str]:
+    """Return the line about elements that stand in the description as they stood in the source; none without any."""
+    tags = Counter(_tag(text) for text in _elements(tree))
+    if not tags:
+        return []
+    return ["kept as they are: " + ", ".join(f"{tag} ({count})" if count > 1 else tag for tag, count in tags.items())]
+
+
+def accepted(tree: Map) -> list[str]:
+    """Return the lines about rules that the robot breaks, and that the description accepts."""
+    found: dict[str, list[str]] = {}
+    for entry in tree.get("accept") or ():
+        found.setdefault(entry["rule"], []).extend(map(str, entry.get("of") or ()))
+    return [
+        f"accepted: {rule} ({first_of(names, _FEW)})" if names else f"accepted: {rule}" for rule, names in found.items()
+    ]
+
+
+def _elements(node: Any, path: tuple[str | int, ...] = ()) -> Iterator[str]:
+    """Yield every element that is kept, in the order of the tree."""
+    if isinstance(node, Map):
+        for key, value in node.items():
+            yield from _elements(value, (*path, key))
+    elif isinstance(node, Seq) and "x-names-in" in fragment_at((*within_part(path), 0)):
+        yield from node
+    elif isinstance(node, Seq):
+        for index, item in enumerate(node):
+            yield from _elements(item, (*path, index))
+
+
+def _tag(text: str) -> str:
+    found = _TAG.search(text)
+    return found[1] if found else "text"

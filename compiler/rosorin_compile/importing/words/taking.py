@@ -1,0 +1,150 @@
+"""Taking: the elements of a URDF that may become words, each with the text that is left without it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.formats.imported import Comment, Imported
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.tree import Map, Path, Seq, Text
+from rosorin_compile.source.xml.markup import Document, Element, Remark
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element as Tree
+
+CONTROL, SENSORS = "control", "sensors"
+_AROUND = "elements"
+
+
+class Candidate(NamedTuple):
+    """An element that may become an entry of a section: its name, the text it is in, its number there.
+
+    ``reference`` is that of the <gazebo> around it.
+    """
+
+    section: str
+    name: str
+    text: int
+    number: int
+    element: Tree
+    reference: str = ""
+
+    @property
+    def path(self) -> Path:
+        """Where its entry stands."""
+        return (self.section, self.name)
+
+    @property
+    def called(self) -> str:
+        """What it is called in a message."""
+        return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
+
+    @property
+    def alone(self) -> str:
+        """The element as a text of its own, in what it stands in."""
+        from xml.etree import ElementTree
+
+        if self.section == CONTROL:
+            return ElementTree.tostring(self.element, "unicode")
+        around = ElementTree.Element("gazebo", {"reference": self.reference} if self.reference else {})
+        around.append(self.element)
+        return ElementTree.tostring(around, "unicode")
+
+
+def trees(texts: Seq) -> Iterator[tuple[int, Tree]]:
+    """Yield the elements of each text, with its index; none of one that is no XML."""
+    for index, text in enumerate(texts):
+        try:
+            yield from ((index, element) for element in Document.tree(f"<{_AROUND}>{text}</{_AROUND}>"))
+        except ValueError:
+            continue
+
+
+def candidates(texts: Seq) -> list[Candidate]:
+    """Return the hardware blocks and the sensors among elements."""
+    found = []
+    for index, element in trees(texts):
+        if element.tag == "ros2_control":
+            found.append(Candidate(CONTROL, element.get("name", "").strip(), index, 0, element))
+        elif element.tag == "gazebo" and set(element.attrib) <= {"reference"}:
+            inner = [child for child in element if child.tag == "sensor"]
+            for number, child in enumerate(inner):
+                name, reference = child.get("name", "").strip(), element.get("reference", "").strip()
+                found.append(Candidate(SENSORS, name, index, number, child, reference))
+    return found
+
+
+class Rest(NamedTuple):
+    """What is left of the elements: the texts, where each former index went, and the comments of what was taken."""
+
+    texts: Seq
+    paths: Mapping[int, Path]
+    comments: list[Comment]
+
+
+def without(texts: Seq, taken: list[Candidate]) -> Rest:
+    """Return elements without those that became words; a <gazebo> that says nothing more is gone."""
+    left, paths, comments = Seq(texts.span, texts.via), dict[int, Path](), list[Comment]()
+    for index, (text, span) in enumerate(zip(texts, texts.value_spans, strict=True)):
+        mine = [one for one in taken if one.text == index]
+        rest, said = _cut(str(text), mine) if mine else (str(text), [])
+        comments += [Comment(words, span, path) for path, words in said]
+        if rest:
+            paths[index] = ("urdf_elements", len(left))
+            left.put(Text(rest), span)
+        else:
+            paths[index] = mine[0].path
+    return Rest(left, paths, comments)
+
+
+def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
+    """Return a text without some elements, and the comments of those by the path of what they became."""
+    root = Document.parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>")).root
+    said: list[tuple[Path, str]] = []
+    gone: list[tuple[int, int]] = []
+    for one in taken:
+        element = _found(root, one)
+        said += [(one.path, remark.text) for remark in _comments(element)]
+        gone.append((element.start, element.end))
+    outer = root.children[0]
+    if outer.tag != "gazebo" or len(outer.children) == len(taken):
+        inside = {item.start for one in taken for item in _comments(_found(root, one))}
+        said = [*((taken[0].path, item.text) for item in _comments(outer) if item.start not in inside), *said]
+        return "", said
+    whole = root.document.source.text
+    pieces, at = [], outer.start
+    for start, end in sorted(gone):
+        pieces.append(whole[at:start].rstrip(" \t"))
+        at = end + len(whole[end:]) - len(whole[end:].lstrip(" \t"))
+    pieces.append(whole[at : outer.end])
+    lines = [line for line in "".join(pieces).split("\n") if line.strip()]
+    return Document.indented("\n".join(lines), ""), said
+
+
+def _found(root: Element, one: Candidate) -> Element:
+    outer = root.children[0]
+    if one.section == CONTROL:
+        return outer
+    return [child for child in outer.children if child.tag == "sensor"][one.number]
+
+
+def _comments(element: Element) -> list[Remark]:
+    return [item for inner in element.iter() for item in inner.content if isinstance(item, Remark) and item.is_comment]
+
+
+def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
+    """Return comments of elements at the paths where those are now."""
+    made = []
+    for comment in comments:
+        path = comment.path
+        if path[:1] == ("urdf_elements",) and len(path) > 1 and path[1] in paths:
+            comment = replace(comment, path=paths[path[1]])
+        made.append(comment)
+    return made
+
+
+def put(tree: Map, sections: Mapping[str, Any]) -> Map:
+    """Return a tree with more sections, whose values are plain; what is empty goes."""
+    return Imported(tree, []).with_sections(sections).whole

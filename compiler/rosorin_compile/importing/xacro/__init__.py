@@ -1,0 +1,56 @@
+"""Xacro: expanded by the xacro library in a child process, then read as the URDF that came out.
+
+To be read in this order: ``expanding`` (``is_xacro``, ``read_xacro``), then ``child``, the program of that process,
+which remembers where elements stood (``tracing``) and hears what is missing (``wanting``); ``origins`` finds the places
+again, and ``faults`` says what went wrong.
+Nothing is imported here, because the child process imports this package too, and needs no reader.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rosorin_compile.formats.format import Format, Importing, InRos, Opened
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.source.xml.markup import Document
+
+__all__ = ["FORMAT"]
+
+
+def _recognises(document: Document, path: Path) -> bool:
+    from .expanding import is_xacro
+
+    return document.root.tag == "robot" and is_xacro(document, path)
+
+
+def _read(opened: Opened) -> Imported:
+    from .expanding import only_left_over, read_xacro
+
+    if only_left_over(opened.xml, opened.path):
+        from rosorin_compile.formats.urdf.robot import read_urdf
+
+        read = read_urdf(opened.xml, opened.path, opened.options)
+        if read.tree is not None:
+            return read._replace(unexpanded=True)
+    return read_xacro(opened.xml, opened.path, opened.options)
+
+
+FORMAT = Format(
+    name="xacro",
+    word="xacro",
+    article="a",
+    rank=20,
+    endings=(".xacro",),
+    recognises=_recognises,
+    read=_read,
+    reading=Importing(
+        takes_arguments=True,
+        becomes="urdf",
+    ),
+    ros=InRos(
+        folder="urdf",
+    ),
+)

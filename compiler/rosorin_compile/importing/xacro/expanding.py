@@ -1,0 +1,274 @@
+"""Xacro: expanded by the xacro library in a child process, then read as what came out.
+
+Expanding can run Python code of whoever wrote the file: xacro guards its expressions, but not well enough for a
+foreign file (see docs). So it is said before, and nothing is expanded where there is nothing to expand.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.urdf.reading import named
+from rosorin_compile.formats.urdf.robot import read_urdf
+from rosorin_compile.source import system
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Source, Span, error, with_calls
+from rosorin_compile.source.project import shown
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.wording import and_more, counted
+from rosorin_compile.source.world import Notes, environment, note_all, variable
+from rosorin_compile.source.world.asking import OF_ENVIRONMENT
+from rosorin_compile.source.xml.files import read_source
+from rosorin_compile.source.xml.markup import Document, MarkupError, parse
+
+from .child import out_of_time
+from .faults import faults
+from .origins import Origins, Sources
+
+RULES = (
+    Rule(
+        "xacro-runs-code",
+        "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
+        "Go on only with files of people whom you trust; `--trust` says that you do, in an include `trust: true`.",
+        READING,
+    ),
+    Rule(
+        "import-machine-path",
+        "A warning: what is kept of an expanded xacro names a file by its folder on this machine.",
+        "Let the xacro write `package://PACKAGE/FILE` where the reader takes that.",
+        READING,
+    ),
+    Rule("xacro-says", "A note: what xacro has to say beside its result.", topic=READING),
+)
+
+MAX_SECONDS = 60  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, says another number
+_PATIENCE, _START = 4, 60  # so many times as long, and seconds more, may one take that waits
+_MORE_TIME = "make it smaller, or give it more time: --xacro-seconds S"
+
+_CHILD = (
+    "import sys\n"
+    "if sys.path[:1] == ['']: del sys.path[0]\n"
+    "from rosorin_compile.importing.xacro.child import main\n"
+    "main()\n"
+)
+# Elements of xacro that make nothing by themselves.
+_DEFINING = ("arg", "include", "macro", "property")
+# Those that make something, where other names are macros.
+_MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
+_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
+
+
+def is_xacro(document: Document, path: Path) -> bool:
+    """Say whether a document has anything to expand: elements or attributes of xacro, or, as a .xacro, ${} and $()."""
+    text = document.source.text
+    if "xacro:" in text:
+        for element in document.root.iter():
+            if element.tag.startswith("xacro:") or any(name.startswith("xacro:") for name in element.attributes):
+                return True
+    declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
+    # What xacro has made declares its prefix too, and often holds comments that it left alone.
+    return declared and re.search(r"\$[{(]", _COMMENT.sub("", text)) is not None
+
+
+def only_left_over(document: Document, path: Path) -> bool:
+    """Say whether a file is called a URDF and is one, but for elements of xacro that somebody forgot.
+
+    Readers of URDF pass over them. Where such a file has links, and nothing outside of those elements is to be
+    expanded, it is tried as what it is called first. A call of a macro that nothing can define makes nothing either;
+    without the prefix declared, xacro cannot even read the file.
+    """
+    if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):
+        return False
+    if "xmlns:xacro" not in document.source.text:
+        return True
+    waiting = [document.root]
+    while waiting:
+        element = waiting.pop()
+        if element.tag.startswith("xacro:"):
+            word = element.tag.removeprefix("xacro:")
+            if word not in _DEFINING and (word in _MAKING or _may_define(document, word)):
+                return False
+            continue
+        if any("${" in one.raw or "$(" in one.raw for one in element.attributes.values()):
+            return False
+        waiting += element.children
+    return True
+
+
+def _may_define(document: Document, name: str) -> bool:
+    """Say whether a macro of this name can come from a document: it defines it, or includes a file that may."""
+    return any(
+        element.tag == "xacro:include"
+        or (element.tag == "xacro:macro" and name in [one.raw for one in element.attributes.values()])
+        for element in document.root.iter()
+    )
+
+
+def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:
+    """Return the robot of a xacro file."""
+    first = document.root.span
+    warning = Diagnostic(
+        "xacro-runs-code",
+        WARNING,
+        f"{document.source.path} is expanded by xacro, which can run Python code of whoever wrote it",
+        first,
+        (),
+        "go on only with files of people whom you trust; --trust says that you do",
+    )
+    diagnostics = [] if options.trust else [warning]
+    if options.tell is not None:
+        options.tell(replace(warning, numbers=TRUSTED) if options.trust else warning)
+        diagnostics = []
+    system.needs("resource", system.NO_LIMITS)
+    answer = _expand(path, options)
+    _note(answer)
+    files = _files(path, answer)
+    sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
+    diagnostics += _remarks(answer, first)
+    problems = faults(answer, document, path, options, files, sources)
+    if problems:
+        return Imported(None, [*diagnostics, *problems], (), files)
+    try:
+        made = parse(Source(document.source.path, answer["text"]))
+    except MarkupError as failure:
+        message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
+        return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
+    made.origin = Origins(made, answer["places"], sources, first)
+    if made.root.tag != "robot":
+        help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
+        message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
+        return Imported(None, [*diagnostics, error("wrong-root", message, made.root.span, help)], (), files)
+    if not any(child.tag == "link" for child in made.root.children) and "<xacro:macro" in document.source.text:
+        message = f"{path.name} makes no link: it defines macros for other files"
+        help = "name the file that calls them"
+        return Imported(None, [*diagnostics, error("no-links", message, first, help)], (), files)
+    read = read_urdf(made, path, options, files)
+    own = _of_this_machine(made, answer["folders"])
+    return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+
+
+def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield a warning where what is kept names a folder of the machine that expands; of meshes nothing is left."""
+    found: list[tuple[str, Span]] = []
+    for element in made.root.iter() if any(folder in made.source.text for folder in folders) else ():
+        values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
+        for value, span in (*values, (element.text, element.span)):
+            if any(f"{folder}{os.sep}" in value for folder in folders):
+                found.append((f"{named(element)} names a file of this machine: {value.strip()[:200]}", span))
+    if found:
+        (message, span), *more = found
+        help = "it is kept as it is; let the xacro write package://PACKAGE/FILE where the reader takes that"
+        message += f",{and_more(len(more))}" if more else ""
+        yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
+
+
+def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
+    """Return what the child process has to say: the expanded text, or what went wrong."""
+    seconds = _seconds()
+    wait = _PATIENCE * seconds + _START
+    request = {
+        "file": str(path),
+        "arguments": dict(options.arguments),
+        "packages": {name: os.path.abspath(folder) for name, folder in options.packages.items()},
+        "seconds": seconds,
+        "environment": None if options.environment is None else dict(options.environment),
+    }
+    variables = {**environment(), "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
+    try:
+        child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
+            [sys.executable, "-c", _CHILD],
+            input=json.dumps(request).encode(),
+            capture_output=True,
+            env=variables,
+            timeout=wait,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return {
+            "error": f"it does not end within {wait:g} s",
+            "help": _MORE_TIME,
+            "stack": [str(path)],
+        }
+    except OSError as problem:
+        return {"error": f"no child process can be started: {problem}", "stack": [str(path)]}
+    output = child.stderr.decode("utf-8", "replace")
+    if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # in the midst of one number
+        return {"error": out_of_time(seconds), "help": _MORE_TIME, "stack": [str(path)]}
+    try:
+        answer: dict[str, Any] = json.loads(child.stdout)
+    except ValueError:
+        last = output.strip().splitlines()[-1:] or [f"the process ended with {child.returncode}"]
+        answer = {"error": f"xacro broke down: {last[0]}", "stack": [str(path)]}
+    answer["said"] = output
+    if answer.get("error") == out_of_time(seconds):
+        answer["help"] = _MORE_TIME
+    return answer
+
+
+def _note(answer: dict[str, Any]) -> None:
+    """Note what the child process has asked; its environment was noted as a whole when it was begun."""
+    notes = Notes()
+    asked = [row for row in answer.get("asked", ()) if row[0] not in OF_ENVIRONMENT]
+    notes.answers = {(kind, subject): said for kind, subject, said in asked}
+    notes.spoiled = answer.get("spoiled", "it did not say what it has read")
+    note_all(notes)
+
+
+def _seconds() -> float:
+    """Return how long a xacro may calculate (s of CPU)."""
+    text = variable("ROSORIN_COMPILE_XACRO_SECONDS")
+    return int(text) if text.isascii() and text.isdigit() and 0 < len(text) < 9 and int(text) else MAX_SECONDS
+
+
+def _files(path: Path, answer: dict[str, Any]) -> tuple[Path, ...]:
+    """Return the files that were read, the first one as it was named, each once."""
+    files = {os.path.abspath(path): path}
+    for name in answer.get("files", ()):
+        files.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
+    return tuple(files.values())
+
+
+MAX_REMARKS = 10
+# How ``xacro.print_location`` begins its lines; the file stands in those about files.
+_LOCATION = re.compile(
+    r"(?:when instantiating macro|instantiated from|(?:included from|in file|when processing file): *(.*))"
+)
+
+
+def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
+    """Return what xacro itself had to say, as notes."""
+    if "text" not in answer:
+        return []
+    lines: list[str] = []
+    for line in re.sub("\x1b\\[[0-9;]*m", "", answer.get("said", "")).splitlines():
+        location = _LOCATION.match(line)
+        if location is None:
+            lines += [line.strip()] if line.strip() else []
+        elif lines and location[1] and not lines[-1].endswith(")"):  # further lines say what that is included from
+            lines[-1] += f" ({shown(Path(location[1]))})"
+    lines = list(dict.fromkeys(lines))
+    more = [f"and {counted(len(lines) - MAX_REMARKS, 'more line')}"] if len(lines) > MAX_REMARKS else []
+    return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in [*lines[:MAX_REMARKS], *more]]
+
+
+def _read_files(answer: dict[str, Any], document: Document, path: Path) -> dict[int, Document]:
+    """Return the files whose elements xacro has made something of, by their number; those that can be read."""
+    found: dict[int, Document] = {}
+    for number, name in enumerate(answer.get("read", ())):
+        if os.path.abspath(name) == os.path.abspath(path):
+            found[number] = document
+            continue
+        try:
+            found[number] = parse(read_source(Path(os.path.normpath(name))))
+        except MarkupError:
+            continue
+    return found

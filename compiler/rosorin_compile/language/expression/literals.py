@@ -1,0 +1,132 @@
+"""Literals: quantities as they stand in an expression (``30 mm``, ``-90 deg``, ``2.5 kg*m^2``).
+
+A number and a unit behind it are one value, which binds tighter than every operator. The unit is written as in a
+plain value: without spaces around its ``*`` and ``/``, with ``^`` for its powers. Python's parser knows no such value:
+``masked`` puts a name of the same length in its place, so that columns stay as they are. ``mistake`` says why a text is
+no expression, in the words of the description.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from rosorin_compile.source.units import UNITS, Quantity
+from rosorin_compile.source.wording import printable
+
+from .functions import CONSTANTS, ExpressionError
+
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_FACTOR = r"[A-Za-z]+(?:\^-?\d)?(?![\w(])"
+# Texts and names are passed by, so that what is in them is no literal.
+_TOKEN = re.compile(
+    r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[^\W\d]\w*|"""
+    rf"(?<![\w.])(?P<number>{_NUMBER})[ ]*(?P<unit>{_FACTOR}(?:[*/]{_FACTOR})*)"
+)
+_OVER = rf"(?<![\w.])({_NUMBER})\s*/\s*\Z"
+
+
+class Literal(NamedTuple):
+    """A quantity that stands in an expression; ``factors`` are the units after its first one."""
+
+    value: Quantity
+    factors: tuple[str, ...]
+
+
+def masked(text: str) -> tuple[str, Mapping[tuple[int, int], Literal]]:
+    """Return an expression with a name of the same length for each quantity, and the quantities by line and column.
+
+    Raises ExpressionError for a quantity that two people would read in two ways.
+    """
+    if not any(letter.isdigit() for letter in text):
+        return text, {}
+    pieces: list[str] = []
+    found: dict[tuple[int, int], Literal] = {}
+    end = 0
+    for match in _TOKEN.finditer(text):
+        unit = _known(match["unit"] or "")
+        if not unit or match.start() < end:
+            continue
+        start, stop = match.start(), match.start("unit") + len(unit)
+        parsed = Quantity.parse(f"{match['number']} {unit}")
+        if parsed is None:
+            continue
+        value = Quantity(parsed, parsed.dimension, text[start:stop])  # what was parsed is shared by all who ask
+        _check_neighbours(text, start, stop, unit)
+        line, begin = text.count("\n", 0, start) + 1, text.rfind("\n", 0, start) + 1
+        # Python's parser counts bytes.
+        found[line, len(text[begin:start].encode())] = Literal(value, tuple(re.findall("[A-Za-z]+", unit)[1:]))
+        pieces += [text[end:start], "_" * (stop - start)]
+        end = stop
+    return "".join([*pieces, text[end:]]), found
+
+
+def _known(unit: str) -> str:
+    """Return the longest beginning of a unit whose factors are known; what follows is arithmetic."""
+    known = ""
+    for factor in re.finditer(r"[*/]?([A-Za-z]+)(?:\^-?\d)?", unit):
+        if factor[1] not in UNITS:
+            break
+        known = unit[: factor.end()]
+    return known
+
+
+def _check_neighbours(text: str, start: int, stop: int, unit: str) -> None:
+    """Raise ExpressionError where a power or a quotient could be that of the number or that of the quantity."""
+    if text[stop:].lstrip().startswith("**"):
+        help = f"write {unit}^2 for the power of a unit, ({text[start:stop]})**2 for that of the quantity"
+        raise ExpressionError(f'"**" after {text[start:stop]} could be the power of the unit', start, help)
+    quotient = re.search(_OVER, text[:start])
+    if quotient:
+        number, whole = quotient[1], text[start:stop]
+        divisor = whole.removesuffix(unit).strip()
+        help = f"write {number}/{divisor} * 1 {unit}, or {number} / ({whole})"
+        raise ExpressionError(f"{number}/{whole} could be a part of 1 {unit}, or one over {whole}", start, help)
+
+
+# What other languages write, and what is written here.
+_FOREIGN: tuple[tuple[str, str], ...] = (
+    (r"[\u00a0\u2007\u202f]", "type the space anew: it is none of the keyboard"),
+    (r"&&", 'write "and"'),
+    (r"\|\|", 'write "or"'),
+    (r"\?.*:", "write A if CONDITION else B"),
+    (r"!(?!=)", 'write "not"'),
+    (r"\$", "a name stands in an expression as it is: no $ before it"),
+    (r"[\u00b0\u00ba]", "write deg: 90 deg"),
+    (r"[\u2212\u2013\u2014]", 'write the minus sign of the keyboard: "-"'),
+    (r"[\u00d7\u00b7]", "write * for a product"),
+    (r"\u00f7", "write / for a quotient"),
+    (r"[\u00b2\u00b3]", "write **2 or **3; in a unit ^2 or ^3"),
+    (r"[\u00b5\u03bc]m", "write um"),
+    (r"\u03c0", "write pi"),
+    (r"[\u2018\u2019\u201c\u201d]", "write straight quotes"),
+    (r"(?<![=<>!])=(?!=)", 'compare with "=="; a value is given its name in let'),
+    (r"\d,\d", "a number has a point, not a comma"),
+)
+_NO_UNIT = r"(?<![\w.])([\d.]+) *([A-Za-z]+)\b"
+_WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
+
+
+def mistake(text: str, problem: SyntaxError) -> ExpressionError:
+    """Return why a text is no expression, given what Python's parser says of it."""
+    plain = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), text)
+    for match in re.finditer(_NO_UNIT, plain):
+        word = match[2]
+        if word not in _WORDS and word not in UNITS and word not in CONSTANTS:
+            from ..suggestions import unit_meant
+
+            meant = unit_meant(word, [])
+            help = f"write {match[1]} {meant}" if meant else "a unit such as mm, kg, deg or N*m; or * for a product"
+            return ExpressionError(f'there is no unit "{word}"', match.start(2), help)
+    for pattern, help in _FOREIGN:
+        found = re.search(pattern, plain)
+        if found:
+            sign = printable(found[0] if len(found[0]) < 3 else found[0][:1])
+            return ExpressionError(f'"{sign}" has no meaning in an expression', found.start(), help)
+    column = max(0, (problem.offset or 1) - 1)
+    if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):
+        return ExpressionError(f"not an expression: {problem.msg}", column, "brackets come in pairs")
+    two = re.search(r"[\w)\]] +[\w(]", plain[max(0, column - 2) :])
+    help = "two values need an operator between them: * for a product" if two else ""
+    return ExpressionError(f"not an expression: {problem.msg}", column, help)

@@ -1,0 +1,200 @@
+"""The JSON Schemas that ship with the tool: reading them, asking them about a path, naming a path in words."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.source.project import data_folder
+from rosorin_compile.source.world import text
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats import Format
+
+# An entry of outputs with this key is made by it, whatever its name.
+TEMPLATE = "template"
+
+# The sections that stand at the end of a description, behind those of plug-ins.
+LAST = ("accept", "outputs")
+
+Steps = list[str | int]
+
+
+def keys_of(section: str) -> Collection[str]:
+    """Return the keys of a section that is one entry."""
+    keys: Collection[str] = resolve(schema()["properties"][section])["properties"].keys()
+    return keys
+
+
+def has_entries(section: str) -> bool:
+    """Say whether a section has many entries, by name or in a list."""
+    said = resolve(schema()["properties"].get(section, {}))
+    return "items" in said or isinstance(said.get("additionalProperties"), dict)
+
+
+@cache
+def keys_of_xml() -> frozenset[str]:
+    """Return the keys whose values are lists of elements of XML that are kept as they are."""
+    entries = (entry.get("properties", {}) for entry in (schema(), *schema()["$defs"].values()))
+    found = (item for entry in entries for item in entry.items())
+    return frozenset(key for key, said in found if said.get("items", {}).get("$ref") == "#/$defs/element")
+
+
+@cache
+def schema(name: str = "description") -> dict[str, Any]:
+    """Return a schema: that of descriptions with the sections that plug-ins bring, or one that ships with the tool."""
+    own = own_schema(name)
+    if name != "description":
+        return own
+    from .section_registry import piece, plugged_sections
+
+    brought = {name: piece(section) for name, section in plugged_sections().items()}
+    last = {name: own["properties"][name] for name in LAST}
+    rest = {name: said for name, said in own["properties"].items() if name not in last}
+    return {**own, "properties": {**rest, **brought, **last}} if brought else own
+
+
+@cache
+def own_schema(name: str = "description") -> dict[str, Any]:
+    """Return one of the schemas that ship with the tool."""
+    import json
+
+    made: dict[str, Any] = json.loads(text(data_folder("schemas") / f"{name}.schema.json"))
+    return _with_own_sections(made) if name == "description" else made
+
+
+def _with_own_sections(whole: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of descriptions with the pieces that stand in the folders of sections, each in its place."""
+    from rosorin_compile.model.sections import own_sections
+
+    made, definitions = whole["properties"], whole["$defs"]
+    for section in own_sections().values():
+        names = list(made)
+        at = names.index(section.after) + 1
+        piece = {key: value for key, value in section.schema.items() if key != "$defs"}
+        made = {**{name: made[name] for name in names[:at]}, section.name: piece, **made}
+        definitions = {**definitions, **section.schema.get("$defs", {})}
+    return {**whole, "properties": made, "$defs": definitions}
+
+
+def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
+    """Return the schema of descriptions with the options of the outputs of one; each entry by its format."""
+    entries: dict[str, Any] = {}
+    for name, entry in outputs.items() if isinstance(outputs, Mapping) else ():
+        called = entry.get("backend", backend_of(name, entry)) if isinstance(entry, Mapping) else ""
+        if isinstance(called, str) and called in formats:
+            entries[name] = {**_output(), "properties": {**_output()["properties"], **formats[called].options}}
+    if not entries:
+        return schema()
+    whole, section = schema(), schema()["properties"]["outputs"]
+    return {**whole, "properties": {**whole["properties"], "outputs": {**section, "properties": entries}}}
+
+
+def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
+    """Return the schema of descriptions with the options of every format, each with the formats that have it."""
+    options: dict[str, dict[str, Any]] = {}
+    meanings: dict[str, dict[str, list[str]]] = {}
+    for one in formats:
+        for key, option in one.options.items():
+            known = options.setdefault(key, dict(option))
+            if "enum" in known and "enum" in option:  # editors ask this schema; each format's own words are held later
+                known["enum"] = [*known["enum"], *(value for value in option["enum"] if value not in known["enum"])]
+            meanings.setdefault(key, {}).setdefault(option.get("description", ""), []).append(one.name)
+    for key, option in options.items():
+        texts = (f"{', '.join(names)}: {_uncapitalised(text)}" for text, names in meanings[key].items())
+        option["description"] = " ".join(texts)
+    output = {**_output(), "properties": {**_output()["properties"], **options}, "additionalProperties": False}
+    return {**schema(), "$defs": {**schema()["$defs"], "output": output}}
+
+
+def backend_of(name: str, entry: Mapping[str, Any]) -> str:
+    """Return the backend of an entry of outputs that does not say it: its name, unless it names a template."""
+    return TEMPLATE if TEMPLATE in entry else name
+
+
+def _output() -> dict[str, Any]:
+    output: dict[str, Any] = schema()["$defs"]["output"]
+    return output
+
+
+def _uncapitalised(text: str) -> str:
+    return text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == " " else text
+
+
+def subject(path: Steps) -> str:
+    """Return a path in words: ``joint "joint1" limit lower``.
+
+    >>> subject(["joints", "joint1", "xyz", 2])
+    'joint "joint1" xyz[2]'
+    """
+    if not path:
+        return "the description"
+    words: str = str(path[0])
+    rest = path[1:]
+    called = schema()["properties"].get(path[0], {}).get("x-called")
+    if called and rest:
+        words, rest = f'{called} "{rest[0]}"', rest[1:]
+    for step in rest:
+        words += f"[{step}]" if isinstance(step, int) else f" {step}"
+    return words
+
+
+def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
+    """Return the part of a schema that a validator came to on a path, and the last definition on the way ("": none).
+
+    What ``then`` says is found with or without ``if`` before it: jsonschema 3.2 names it.
+    """
+    node, name = whole, ""
+    for number, step in enumerate(path):
+        if step == "if" and path[number + 1 : number + 2] == ["then"]:
+            continue
+        node = node[step]  # type: ignore[index]
+        if isinstance(node, dict) and isinstance(node.get("$ref"), str):
+            name = node["$ref"].rsplit("/", 1)[1]
+            node = whole["$defs"][name]
+    return node, name
+
+
+def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
+    """Return the unit (or units) that the schema asks for at a path of a description; "" for a plain number.
+
+    None where the schema has no number at all.
+    """
+    node = fragment_at(path)
+    if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # a number, or a list of them
+        return None
+    unit: str | list[str] = node.get("x-unit", "")
+    return unit
+
+
+def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
+    """Return what the schema says of the value at a path of a description; nothing where it says nothing.
+
+    Of what is said beside a reference and behind it, the nearer one counts.
+    """
+    # The names of entries and the indices of items make no difference: what is asked for is found once for all.
+    steps = [0 if isinstance(step, int) else step for step in path]
+    if len(steps) > 1 and has_entries(str(steps[0])):
+        steps[1] = "*"
+    return _fragment_at(tuple(steps))
+
+
+@lru_cache(maxsize=2_000)
+def _fragment_at(path: tuple[str | int, ...]) -> Mapping[str, Any]:
+    node: Any = schema()
+    for step in path:
+        inner = node.get("items")
+        if not isinstance(step, int):
+            inner = node.get("properties", {}).get(step, node.get("additionalProperties", inner))
+        if not isinstance(inner, dict):
+            return {}
+        node = {**resolve(inner), **inner} if "$ref" in inner else inner
+    found: Mapping[str, Any] = node
+    return found
+
+
+def resolve(node: dict[str, Any]) -> dict[str, Any]:
+    """Return what a fragment of the schema of descriptions refers to, or the fragment itself."""
+    reference = node.get("$ref")
+    return schema()["$defs"][reference.rsplit("/", 1)[1]] if reference else node

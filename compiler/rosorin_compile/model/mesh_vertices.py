@@ -1,0 +1,176 @@
+"""Vertices of STL, OBJ and MSH files, read without any package.
+
+Every value in an artifact that follows from the size of a mesh comes from this reader, so artifacts do not depend on
+which extras are installed. Triangles and other formats are read by trimesh (``mesh_triangles``).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from array import array
+from sys import byteorder
+
+from rosorin_compile.source.world import FILE, kind, read, size
+
+from . import Mesh, Robot
+from .standing import Cloud, Clouds
+
+MAX_BYTES = 500_000_000
+STL_HEADER = 84  # bytes: 80 of text and the number of triangles; each triangle has 50 bytes
+_STL_RECORD = 50
+_STL_NORMAL, _STL_CORNERS = 12, 36  # bytes within a triangle
+_MSH_HEADER = struct.Struct("<4i")  # numbers of vertices, normals, texture coordinates and faces
+_LFS_POINTER = b"version https://git-lfs"
+_OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
+_STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
+
+
+class UnreadableMesh(Exception):
+    """A mesh file that is damaged or of another format; the message completes a sentence about the file."""
+
+    def __init__(self, message: str, help: str = "export it again", rule: str = "") -> None:
+        super().__init__(message)
+        self.help, self.rule = help, rule
+
+
+def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
+    """Return a function that returns the vertices of a mesh, or None if its file is missing or cannot be read.
+
+    The files are those that the description names. With ``as_opened`` they are those that MuJoCo opens, such as the OBJ
+    that was made of a DAE, and a mesh that is left out of the MJCF has no vertices.
+    """
+    clouds: dict[str, Cloud | None] = {}
+
+    def cloud(mesh: Mesh) -> Cloud | None:
+        if as_opened and mesh.file in robot.missing_meshes:
+            return Cloud((), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        if mesh.file not in clouds:
+            try:
+                clouds[mesh.file] = _read_cloud(robot, mesh.file, as_opened)
+            except UnreadableMesh:
+                clouds[mesh.file] = None
+        return clouds[mesh.file]
+
+    return cloud
+
+
+def why_unread(robot: Robot, name: str) -> str:
+    """Return the reason why a mesh of a description has no vertices, or an empty text if it has some."""
+    try:
+        _read_cloud(robot, name, as_opened=False)
+    except UnreadableMesh as problem:
+        return str(problem)
+    return ""
+
+
+def _read_cloud(robot: Robot, name: str, as_opened: bool) -> Cloud:
+    if as_opened and name in robot.mesh_contents:
+        coordinates = read_vertices(*robot.mesh_contents[name])
+    else:
+        path = robot.mesh_files.get(name)
+        try:
+            if path is None or kind(path) != FILE:
+                raise UnreadableMesh("the file is not found")
+            check_readable(path.suffix.lower())
+            if size(path) > MAX_BYTES:
+                raise UnreadableMesh(f"the file is larger than {MAX_BYTES:,} bytes")
+            coordinates = read_vertices(read(path), path.suffix.lower())
+        except OSError as problem:
+            raise UnreadableMesh(problem.strerror or "the file cannot be read") from None
+    xs, ys, zs = coordinates[::3], coordinates[1::3], coordinates[2::3]
+    points = tuple(dict.fromkeys(zip(xs, ys, zs, strict=True)))
+    return Cloud(points, (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs)))
+
+
+def read_vertices(data: bytes, ending: str) -> array[float]:
+    """Return x, y and z of every vertex of a mesh file, in the order and the unit of the file.
+
+    ``ending`` is that of the file name, such as ".stl". An STL has three vertices for each triangle. Raises
+    UnreadableMesh.
+    """
+    check_content(data)
+    check_readable(ending)
+    coordinates = _READERS[ending](data)
+    if not coordinates:
+        raise UnreadableMesh("it has no vertices")
+    if not math.isfinite(sum(map(abs, coordinates))):
+        raise UnreadableMesh("a coordinate of a vertex is not a finite number")
+    return coordinates
+
+
+def check_content(data: bytes) -> None:
+    """Raise UnreadableMesh for an empty file and for a pointer of Git LFS."""
+    if not data.strip():
+        raise UnreadableMesh("the file is empty")
+    if data.startswith(_LFS_POINTER):
+        raise UnreadableMesh("it is a pointer of Git LFS, not the file itself", "fetch the file: git lfs pull")
+
+
+def check_readable(ending: str) -> None:
+    """Raise UnreadableMesh for the ending of a format that this reader does not read."""
+    if ending not in _READERS:
+        raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
+
+
+def stl_count(data: bytes) -> int | None:
+    """Return the number of triangles of a binary STL, or None if the size of the file is not the size for it."""
+    count = int(struct.unpack_from("<I", data, STL_HEADER - 4)[0]) if len(data) >= STL_HEADER else -1
+    return count if len(data) == STL_HEADER + _STL_RECORD * count else None
+
+
+def is_ascii_stl(data: bytes) -> bool:
+    """Return True if an STL is text; the header of a binary one may begin with "solid", too."""
+    return stl_count(data) is None and data.lstrip()[:5].lower() == b"solid"
+
+
+def _read_stl(data: bytes) -> array[float]:
+    if is_ascii_stl(data):
+        coordinates = _read_text(_STL_VERTEX, data)
+        if len(coordinates) % 9:
+            raise UnreadableMesh("the STL is damaged: a triangle has fewer than three vertices")
+        return coordinates
+    count = stl_count(data)
+    if count is None:
+        raise UnreadableMesh("the STL is damaged")
+    corners = bytearray(_STL_CORNERS * count)
+    for offset in range(_STL_CORNERS):
+        corners[offset::_STL_CORNERS] = data[STL_HEADER + _STL_NORMAL + offset :: _STL_RECORD]
+    return _floats(bytes(corners))
+
+
+def _read_obj(data: bytes) -> array[float]:
+    """Return all vertices, including those without a face: MuJoCo takes them into the hull."""
+    return _read_text(_OBJ_VERTEX, data)
+
+
+def _read_msh(data: bytes) -> array[float]:
+    counts = _MSH_HEADER.unpack_from(data) if len(data) >= _MSH_HEADER.size else (-1, 0, 0, 0)
+    vertices, normals, texture_coordinates, _ = counts
+    sizes = sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
+    whole = len(data) == _MSH_HEADER.size + sizes and min(counts) >= 0
+    if not whole or {normals, texture_coordinates} - {0, vertices}:
+        raise UnreadableMesh("the MSH is damaged")
+    return _floats(data[_MSH_HEADER.size :][: 12 * vertices])
+
+
+def _read_text(pattern: re.Pattern[bytes], data: bytes) -> array[float]:
+    coordinates = array("d")
+    for line in pattern.finditer(data):
+        try:
+            x, y, z = map(float, line[1].split()[:3])
+        except ValueError:
+            raise UnreadableMesh("a vertex is not three numbers") from None
+        coordinates.extend((x, y, z))
+    return coordinates
+
+
+def _floats(data: bytes) -> array[float]:
+    numbers = array("f", data)
+    if byteorder == "big":
+        numbers.byteswap()
+    return numbers
+
+
+_READERS = {".stl": _read_stl, ".obj": _read_obj, ".msh": _read_msh}

@@ -1,0 +1,308 @@
+"""MJCF: the robot for MuJoCo.
+
+Written by ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``, after ``omissions`` and
+``masses`` have told what MuJoCo would refuse; ``facts`` reads such a file back for comparison, and ``process`` asks
+MuJoCo whether it loads it. ``bodies`` is what both sides know: names and welded links; ``contacts`` who may touch whom,
+``height_fields`` what height maps become, ``masks`` the bits of shapes; ``mjx`` tells what MJX does not load.
+
+Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
+(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``broken`` (what it refuses), ``source`` and
+``reading`` (the text, and what is known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``entries``,
+``sections`` and ``neighbours``, which fill the tree. ``resolved`` has MuJoCo write the file back with all that classes
+say, and ``worded`` makes keys of such attributes.
+
+What becomes of such a file is held against it by ``proof``, in a child process again: ``matched`` says which object of
+MuJoCo's two models is which, ``compared`` compares them (``compared_fields`` has the fields, ``compared_values`` and
+``compared_drives`` help), and ``moves`` lets both move.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.formats.format import (
+    BOXES_OF_HEIGHT_MAPS,
+    FORMS_OF_BOXES,
+    NUMBER_FORMAT,
+    Asked,
+    Fact,
+    Format,
+    Importing,
+    InRos,
+    Opened,
+    Proving,
+    Writing,
+    by_name,
+)
+from rosorin_compile.source.world import world
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rosorin_compile.formats.format import Refusal
+    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.model import Output, Robot, Shape
+    from rosorin_compile.rules.case import Case
+    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.source.tree import Map
+
+__all__ = ["FORMAT"]
+
+
+def _read(opened: Opened) -> Imported:
+    from .robot import read_mjcf
+
+    return read_mjcf(opened.path, opened.options)
+
+
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from . import mjx, servos
+
+    yield from servos.check(case, output)
+    yield from mjx.check(case, output)
+
+
+def _syntax(text: str) -> object:
+    from rosorin_compile.source.xml.elements import canonical, tree_of
+
+    return canonical(tree_of(text))
+
+
+def _refusal(text: str, folder: Path) -> Refusal:
+    from xml.sax.saxutils import unescape
+
+    from .process import refusal
+
+    files, begun = _FILE.findall(text), world.now()
+    found = refusal(text, folder, by_itself=not files)
+    for file in files:  # MuJoCo has read them, too
+        with suppress(OSError):  # it is noted that there is none
+            world.note_read(folder / unescape(file, {"&quot;": '"'}), begun)
+    if len(_ANY_FILE.findall(text)) > len(files):
+        world.spoil("nobody says which files MuJoCo has read")
+    return found
+
+
+def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape] | None:  # noqa: ARG001
+    from .height_fields import colliding
+
+    return colliding(robot.link[link], output)
+
+
+def _cannot_say(robot: Robot, fact: Fact) -> bool:
+    """Say whether a fact is the type of a joint that MJCF tells from another one by its range alone.
+
+    Or the effort of one whose actuators say it, or whose force is larger below zero than above, of which MJCF has both.
+    """
+    if (fact.kind, fact.quantity) == ("joint", "effort"):
+        from .servos import is_clamped
+
+        joint = robot.joint[fact.name]
+        force = joint.mjcf.get("actuatorfrcrange")
+        if isinstance(force, tuple) and abs(float(force[0])) > abs(float(force[1])):
+            return True
+        return joint.limit is not None and is_clamped(robot, joint, joint.limit.effort or 0.0)
+    if (fact.kind, fact.quantity) != ("joint", "type"):
+        return False
+    from .omissions import position_range
+
+    joint = robot.joint[fact.name]
+    return joint.type == "revolute" and position_range(joint) is None
+
+
+def _adds(robot: Robot, name: str, described: Robot) -> bool:
+    """Say whether a frame of a simulation is a site or a camera that a sensor of the description has there."""
+    link, joint = robot.link[name], robot.joint_to.get(name)
+    if link.inertial or link.visual or link.collision or joint is None or not joint.is_fixed:
+        return False
+    made = [element for sensor in described.sensors for element in sensor.simulated]
+    return any(name in (one.name, one.site) or (one.replicas and name.startswith(f"{one.name}_")) for one in made)
+
+
+def _opens(file: str) -> str:
+    from .omissions import mesh_path, texture_path
+
+    return mesh_path(file) or texture_path(file)
+
+
+_ANY_FILE = re.compile(r'\bfile\w*="|<plugin\b')
+_FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
+
+
+# MuJoCo's own word where a file has none: what it does with a URDF too.
+_ITS_OWN = {"integrator": "Euler"}
+
+_SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
+    "integrator": ({"enum": ["Euler", "RK4", "implicit", "implicitfast"]}, "How time goes on."),
+    "cone": ({"enum": ["pyramidal", "elliptic"]}, "The form of friction cones."),
+    "jacobian": ({"enum": ["dense", "sparse", "auto"]}, "How the solver keeps its matrices."),
+    "solver": ({"enum": ["PGS", "CG", "Newton"]}, "What solves for the forces of contacts and limits."),
+    "timestep": ({"type": "number"}, "One step of time in s."),
+    "impratio": ({"type": "number"}, "How hard friction is against normal forces."),
+    **{
+        f"{of}tolerance": ({"type": "number"}, f"When {what} is done.")
+        for of, what in {"": "the solver", "ls_": "a line search", "noslip_": "noslip", "ccd_": "ccd"}.items()
+    },
+    "density": ({"type": "number"}, "Density of the air or water around, in kg/m^3."),
+    "viscosity": ({"type": "number"}, "Viscosity of the air or water around, in Pa*s."),
+    "o_margin": ({"type": "number"}, "Margin of all contacts in m, where contacts are overridden."),
+    **{
+        f"{of}iterations": ({"type": "integer"}, f"Most steps of {what}.")
+        for of, what in {
+            "": "the solver",
+            "ls_": "a line search",
+            "noslip_": "noslip",
+            "ccd_": "ccd",
+            "sdf_": "sdf",
+        }.items()
+    },
+    "sdf_initpoints": ({"type": "integer"}, "Where sdf begins, how often."),
+    **{
+        word: ({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}, what)
+        for word, what in {
+            "gravity": "Gravity in m/s^2.",
+            "wind": "Speed of the air in m/s.",
+            "magnetic": "The magnetic field of the earth.",
+        }.items()
+    },
+    "sleep_tolerance": ({"type": "number"}, "Below which speed in m/s or rad/s what is at rest may sleep."),
+    **{
+        f"o_{word}": (
+            {"type": "array", "items": {"type": "number"}, "minItems": 1, "maxItems": count},
+            f"{what} of all contacts, where contacts are overridden.",
+        )
+        for word, (count, what) in {
+            "solref": (2, "Stiffness"),
+            "solimp": (5, "Impedance"),
+            "friction": (5, "Friction"),
+        }.items()
+    },
+    "actuatorgroupdisable": (
+        {"type": "array", "items": {"type": "integer"}},
+        "The groups of actuators that are switched off.",
+    ),
+    "flag": (
+        {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
+        "What is computed, and what not.",
+    ),
+}
+SETTINGS = {word: {**form, "description": what} for word, (form, what) in _SETTINGS.items()}
+"""The settings of a simulation that a description has a word for: those of MuJoCo's <option>, in SI units."""
+
+
+def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
+    wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
+    return Asked({"file": "", **wishes, "option": wishes.get("option", _ITS_OWN)} | {"file": f"{name}.xml"})
+
+
+_GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
+
+_here = by_name(__name__)
+
+FORMAT = Format(
+    name="mjcf",
+    word="MJCF",
+    about="the model for MuJoCo",
+    rank=30,
+    options={
+        "number_format": NUMBER_FORMAT,
+        "base": {
+            "enum": ["fixed", "free"],
+            "description": "fixed: held in the world at the root link; free: free to move."
+            " Default: free, if the robot has a drive.",
+        },
+        "option": {
+            "type": "object",
+            "description": "Settings of the simulation, in MuJoCo's words and SI units; default: integrator"
+            " implicitfast; for what is free or drives also cone elliptic, and on rollers or feet impratio 100.",
+            "properties": SETTINGS,
+            "additionalProperties": False,
+        },
+        "visuals": {
+            "enum": ["own", "from_collision"],
+            "description": "What is seen of links without visuals: nothing (own), or their collision shapes, in one"
+            " colour a link. Default: from_collision, if no link has a visual.",
+        },
+        "mesh_inertia": {
+            "enum": ["convex", "exact", "legacy", "shell"],
+            "description": "What MuJoCo takes meshes for that do not say it; default: shell, which may be thin or open."
+            " Masses are those of the description in any case.",
+        },
+        "height_maps": {
+            "enum": [*FORMS_OF_BOXES, "hfield"],
+            "description": f"What height maps are; default: merged. Boxes: {BOXES_OF_HEIGHT_MAPS}; hfield: a height"
+            " field, which does not collide with planes.",
+        },
+        "contacts": {
+            "enum": ["implied", "described"],
+            "description": "Who does not touch whom; default: implied, which is links that a joint connects, and those"
+            " that touch wherever it is, with disabled_contacts and contact_pairs; described: those two"
+            " alone, and what MuJoCo does by itself.",
+        },
+        "groups": {
+            "type": "object",
+            "description": "The groups by which viewers show and hide geoms, of visuals and of what collides.",
+            "properties": {
+                "visual": {**_GROUP, "description": "That of visuals; default 2."},
+                "collision": {**_GROUP, "description": "That of what collides; default 3, of a robot without looks 0."},
+            },
+            "additionalProperties": False,
+        },
+        "actuators": {
+            "type": "array",
+            "items": {"type": "string"},
+            "description": "The order of the actuators, by name; default: that of their joints.",
+        },
+    },
+    file="{}.xml",
+    endings=(".xml", ".mjcf"),
+    roots=("mujoco",),
+    check=_check,
+    write=_here("write:write"),
+    read=_read,
+    facts=_here("facts:read"),
+    reading=Importing(
+        asked=_asked,
+        optional=True,
+    ),
+    writing=Writing(
+        lacks=frozenset(
+            {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
+            | {"urdf_elements", "drive", "simulation"}
+        ),
+        says=(
+            "disabled_contacts",
+            *(
+                "actuators",
+                "tendons",
+                "constraints",
+                "mjcf_sensors",
+                "contact_layers",
+                "contact_pairs",
+                "mjcf_elements",
+            ),
+        ),
+        adds=_adds,
+        why="a simulation has sites and cameras of its own for the sensors of a description",
+        beside=lambda text: _FILE.findall(text),
+        opens=_opens,
+    ),
+    proving=Proving(
+        against=_here("facts:against"),
+        syntax=_syntax,
+        refusal=_refusal,
+        prove=_here("proof:prove"),
+        frames=lambda robot: [joint.child for joint in robot.joints],
+        solids=_solids,
+        all_solids=True,
+        engine_reads=True,
+        cannot_say=_cannot_say,
+        complete=True,
+    ),
+    ros=InRos(
+        folder="mjcf",
+    ),
+)

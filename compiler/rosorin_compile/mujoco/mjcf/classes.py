@@ -1,0 +1,242 @@
+"""Default classes: what geoms, joints and actuators of an MJCF of ours have in common, said once.
+
+All stand in one class with the name of the robot, and begin with it: two robots that are included in one scene share
+one space of names. Each element names its class itself, and no body has a ``childclass``: what stands verbatim in a
+body, or is attached to it, keeps MuJoCo's own defaults.
+
+Joints that move alike share a class, and so do actuators that are alike, where that makes the file shorter. Such a
+class is called after the words that the names of all its joints have: wrist of wrist_1_joint and wrist_2_joint.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from rosorin_compile.formats.templating import attribute, attributes
+from rosorin_compile.source.xml.escaping import Markup
+
+from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, SHOWN_WHEEL, VISUAL, VISUAL_GROUP, WHEEL
+from .masks import BESIDE_WHEELS, ROLLS
+
+# What each joint has for itself, and what many have in common that move otherwise.
+_OWN = ("name", "class", "type")
+_SIDE = ("axis", "range", "ctrlrange", "forcerange")
+# The kinds of actuators whose attributes all may stand in a class, and what an actuator acts on.
+_KINDS = ("position", "velocity", "motor", "general")
+_TARGETS = ("name", "class", "joint", "jointinparent", "tendon", "site", "refsite", "body", "slidersite", "cranksite")
+_OF_ACTUATOR = (*_TARGETS, "lengthrange")  # MuJoCo takes it in no class
+
+_WORD = re.compile(r"[^\W\d_]+")
+_CLASS = re.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
+
+Texts = Mapping[str, str]
+
+
+class Part(NamedTuple):
+    """An element as printed, with what stands in it."""
+
+    tag: str
+    attributes: Markup
+    elements: Sequence[Part] = ()
+
+
+class Named(NamedTuple):
+    """An element that may have a class: its tag, its name, its other attributes, the joint that names its class.
+
+    Elements that are alike may share one object of attributes, which is looked at once.
+    """
+
+    tag: str
+    name: str
+    values: Texts
+    joint: str = ""
+
+
+class Class(NamedTuple):
+    """A default class: its name, what stands in it, and classes in it."""
+
+    name: str
+    parts: Sequence[Part] = ()
+    classes: Sequence[Class] = ()
+
+
+class _Shared(NamedTuple):
+    """Attributes that several elements of a kind share; ``members`` are their places in the list of all.
+
+    ``words`` are those that the names of their joints have in common.
+    """
+
+    tag: str
+    values: Texts
+    members: tuple[int, ...]
+    words: str
+
+
+class Classes:
+    """The default classes of a robot: ``of`` says the class of an element that has one."""
+
+    def __init__(self, robot: str, elements: Sequence[Named], kept: Iterable[str]) -> None:
+        self._taken = {name for text in kept for name in _CLASS.findall(text)} | {"main"}
+        self.outer = self._free(robot)
+        self._prefix = f"{self.outer}_"
+        self._elements = elements
+        self._names: dict[int, str] = {}
+        self._printed: dict[tuple[int, str], Markup] = {}
+        self.shared = self._share()
+
+    def named(self, purpose: str) -> str:
+        """Return the name of the class of geoms (``visual``, ``collision``, ``wheel_collision``) or of frames."""
+        return f"{self._prefix}{purpose}"
+
+    def printed(self, place: int) -> Markup:
+        """Return the attributes of the element at a place in the list: those of its class are said there."""
+        element, name = self._elements[place], self._names.get(place, "")
+        key = (id(element.values), name)
+        printed = self._printed.get(key)
+        if printed is None:
+            said = next((one.values for one in self.shared[name] if one.tag == element.tag), {}) if name else {}
+            own = {word: text for word, text in element.values.items() if word not in said}
+            printed = self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
+        return Markup(attribute("name", element.name) + printed)
+
+    def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
+        """Return the classes as the file has them: of geoms those that are ``used``; ``rolls``: some are of wheels.
+
+        ``groups`` are those that visuals and collisions have if not ours, by purpose.
+        """
+        seen = {"group": str(groups.get(VISUAL, VISUAL_GROUP))}
+        group = groups.get(COLLISION, COLLISION_GROUP if {VISUAL, SHOWN, SHOWN_WHEEL}.intersection(used) else 0)
+        solid = {"group": str(group)} if group else {}
+        solid |= {"density": "0", **(BESIDE_WHEELS.attributes() if rolls else {})}
+        inner = {WHEEL: ROLLS.attributes(), SHOWN: seen, SHOWN_WHEEL: seen | ROLLS.attributes()}
+        solids = [Class(self.named(name), [_part("geom", said)]) for name, said in inner.items() if name in used]
+        made = []
+        if VISUAL in used:
+            seen |= {"contype": "0", "conaffinity": "0", "density": "0"}
+            made.append(Class(self.named(VISUAL), [_part("geom", seen)]))
+        if solids or COLLISION in used:
+            made.append(Class(self.named(COLLISION), [_part("geom", solid)], solids))
+        made.append(Class(self.named(FRAME), [_part("site", {"group": str(FRAME_GROUP)})]))
+        made += [Class(name, [_part(one.tag, one.values) for one in shared]) for name, shared in self.shared.items()]
+        return Class(self.outer, (), made)
+
+    def _free(self, name: str) -> str:
+        while name in self._taken:
+            name += "_"
+        self._taken.add(name)
+        return name
+
+    def _share(self) -> dict[str, list[_Shared]]:
+        """Return what elements share, by the name of the class: actuators with their joints, if all are of it."""
+        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)}
+        made: dict[str, list[_Shared]] = {}
+        for shared in self._groups(made):
+            name = self._with_joints(shared, made) or self._called(shared)
+            if self._saved(shared, made) > 0:
+                if name not in made:
+                    self._free(name)
+                made.setdefault(name, []).append(shared)
+                self._names |= dict.fromkeys(shared.members, name)
+        return made
+
+    def _groups(self, made: Mapping[str, Sequence[_Shared]]) -> Iterator[_Shared]:
+        """Yield what elements share that move alike; those of one axis and range alone, where their names say so.
+
+        Hips and knees of many legs are two classes, though they may have the same damping.
+        """
+        for tag, members in self._cut(range(len(self._elements)), _SIDE):
+            whole = self._shared(tag, members)
+            cut = self._cut(members, ())
+            parts = [self._shared(tag, inner) for _, inner in cut] if len(cut) > 1 else [whole]
+            saved = [self._saved(one, made) for one in parts]
+            words = {one.words for one in parts} - {"", "joint"}
+            told_apart = len(words) == len(parts) and min(saved) > 0
+            shorter = sum(max(0, more) for more in saved) >= self._saved(whole, made)
+            yield from parts if told_apart or shorter else [whole]
+
+    def _cut(self, places: Iterable[int], without: Sequence[str]) -> list[tuple[str, list[int]]]:
+        """Return groups of elements of a kind that are alike but for their names and some attributes."""
+        groups: dict[Hashable, list[int]] = {}
+        known: dict[tuple[str, int], Hashable] = {}
+        for place in places:
+            element = self._elements[place]
+            if element.tag != "joint" and element.tag not in _KINDS:  # it is like no other
+                groups[element.tag, element.name, place] = [place]
+                continue
+            key = (element.tag, id(element.values))
+            if key not in known:
+                known[key] = (element.tag, frozenset(_alike(element, without)))
+            groups.setdefault(known[key], []).append(place)
+        return [(self._elements[members[0]].tag, members) for members in groups.values()]
+
+    def _shared(self, tag: str, members: Sequence[int]) -> _Shared:
+        elements = [self._elements[place] for place in members]
+        return _Shared(tag, _common(elements), tuple(members), _words_of([one.joint for one in elements]))
+
+    def _with_joints(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> str:
+        """Return the class that has all joints of these actuators, and can have them, too; empty if there is none."""
+        joints = {self._elements[place].joint for place in shared.members} if made else set()
+        for name, parts in made.items():
+            known = {self._elements[place].joint for place in parts[0].members}
+            if parts[0].tag == "joint" != shared.tag and len(parts) == 1 and joints <= known:
+                return name
+        return ""
+
+    def _called(self, shared: _Shared) -> str:
+        """Return a name that no class has: after what the names of the joints have in common, or after the first."""
+        first = self._elements[shared.members[0]].joint
+        own = _words_of([first])
+        words = [shared.words or shared.tag, own if "_" in own else first or shared.tag]
+        names = [
+            f"{self._prefix}{word}" for word in (*words, *(f"{words[0]}_{n}" for n in range(2, len(self._taken) + 2)))
+        ]
+        return next(name for name in names if name not in self._taken)
+
+    def _saved(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> int:
+        """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
+        joined = self._with_joints(shared, made)
+        name = joined or self._called(shared)
+        said, named = len(attributes(**shared.values)), len(f' class="{name}"')
+        around = len(f"        <{shared.tag}/>\n")
+        around += 0 if joined else len(f'      <default class="{name}">\n      </default>\n')
+        return len(shared.members) * (said - named) - said - around if said else 0
+
+
+def _alike(element: Named, without: Sequence[str]) -> Iterable[tuple[str, str]]:
+    """Return the attributes by which elements share a class."""
+    others = (*(_OWN if element.tag == "joint" else _OF_ACTUATOR), *without)
+    return [(key, text) for key, text in element.values.items() if key not in others]
+
+
+def _common(members: Sequence[Named]) -> Texts:
+    """Return the attributes that all elements have, in the order of the first one."""
+    first, own = members[0], _OWN if members[0].tag == "joint" else _OF_ACTUATOR
+    every = {id(member.values): member.values for member in members}.values()
+    return {
+        key: text
+        for key, text in first.values.items()
+        if key not in own and all(values.get(key) == text for values in every)
+    }
+
+
+def _words_of(names: Sequence[str]) -> str:
+    """Return the words that all names begin and end with; "joint" and numbers only if there is nothing else.
+
+    >>> _words_of(["wrist_1_joint", "wrist_2_joint"]), _words_of(["FL_hip_joint", "FR_hip_joint"])
+    ('wrist', 'hip')
+    >>> _words_of(["joint1", "joint2"]), _words_of(["pan", "tilt"])
+    ('joint', '')
+    """
+    split = list(map(_WORD.findall, names))
+    shortest = min(map(len, split))
+    begin = next((at for at in range(shortest) if len({tuple(words[at : at + 1]) for words in split}) > 1), shortest)
+    rest = range(shortest - begin)
+    end = next((at for at in rest if len({words[len(words) - 1 - at] for words in split}) > 1), len(rest))
+    words = split[0][:begin] + split[0][len(split[0]) - end :]
+    return "_".join([word for word in words if word != "joint"] or words[:1])
+
+
+def _part(tag: str, values: Texts) -> Part:
+    return Part(tag, attributes(**values))

@@ -1,0 +1,115 @@
+"""Masks: the bits by which MuJoCo lets two geoms touch, before it asks for excluded bodies.
+
+Two geoms may touch if the ``contype`` of one has a bit that the ``conaffinity`` of the other has. A shape has those of
+the layers that the description names; all that says nothing, and so the floor of a scene, has bit 1 in both.
+
+Where a robot names no layer, the wheels of its drive meet the floor alone: a hub and its rollers are built into each
+other, and a wheel into its arch. What else the robot has meets itself, the floor, and other things.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from rosorin_compile.language.sections.drive import DRIVE
+from rosorin_compile.model import Robot, Shape
+from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.simulation import SHARED_LAYER
+
+from ..sections.simulation import CONTACT_LAYERS
+
+if TYPE_CHECKING:
+    from .contacts import Geom
+
+
+class Mask(NamedTuple):
+    """The bits that a geom is on, and those that it touches."""
+
+    contype: int = 1
+    conaffinity: int = 1
+
+    def meets(self, other: Mask) -> bool:
+        """Say whether MuJoCo lets geoms with these bits touch."""
+        return bool(self.contype & other.conaffinity or other.contype & self.conaffinity)
+
+    def attributes(self) -> dict[str, str]:
+        """Return the attributes of a geom."""
+        return {"contype": str(self.contype), "conaffinity": str(self.conaffinity)}
+
+
+USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
+
+
+class Masks:
+    """The masks of the collision shapes of a robot; ``rolling`` are the links that meet the floor alone.
+
+    Without ``implied`` they are those that the description says.
+    """
+
+    def __init__(self, robot: Robot, implied: bool) -> None:
+        self.robot = robot
+        self.bits = {name: 1 << bit for bit, name in enumerate(contact_layers(robot))}
+        self.rolling = rolling(robot) if implied else frozenset[str]()
+        self.usual = BESIDE_WHEELS if self.rolling else USUAL
+
+    def of(self, link: str, shape: Shape) -> Mask:
+        """Return the mask of a collision shape."""
+        if link in self.rolling:
+            return ROLLS
+        contact = shape.contact
+        if contact is None:
+            return self.usual
+        both = zip((contact.layers, contact.touches), self.usual, strict=True)
+        return Mask(*(usual if said is None else self._bits(said) for said, usual in both))
+
+    def _bits(self, layers: Sequence[str]) -> int:
+        return sum(self.bits.get(name, 0) for name in set(layers))  # contact-layer refuses one that is not listed
+
+    @cached_property
+    def _of_links(self) -> dict[str, set[Mask]]:
+        return {link.name: {self.of(link.name, shape) for shape in link.collision} for link in self.robot.links}
+
+    def meet(self, one: str, other: str) -> bool:
+        """Say whether some shape of a link may touch one of another link."""
+        return any(mask.meets(theirs) for mask in self._of_links[one] for theirs in self._of_links[other])
+
+    def pair(self, one: Geom, other: Geom) -> bool:
+        """Say whether two shapes may touch."""
+        return self.of(one.link, one.solid.shape).meets(self.of(other.link, other.solid.shape))
+
+
+@of_robot
+def rolling(robot: Robot) -> frozenset[str]:
+    """Return the links that meet the floor alone: the wheels of a drive with what turns on them, hubs and rollers.
+
+    Behind a joint that steers it is what turns there. Who says layers of contacts, says of all links what they meet.
+    """
+    drive, contacts = robot.sections[DRIVE], (shape.contact for link in robot.links for shape in link.collision)
+    if drive is None or any(one and (one.layers is not None or one.touches is not None) for one in contacts):
+        return frozenset()
+    wheels = {robot.joint[name].child for names in drive.joints.values() for name in names if name in robot.joint}
+    steered = {robot.joint[name].child for name in drive.steering if name in robot.joint}
+    wheels -= steered
+    for link in robot.walk():
+        above = robot.joint_to.get(link.name)
+        if above is not None and (above.parent in wheels or (above.parent in steered and above.type == "continuous")):
+            wheels.add(link.name)
+        elif above is not None and above.parent in steered:
+            steered.add(link.name)
+    return frozenset(wheels)
+
+
+def contact_layers(robot: Robot) -> tuple[str, ...]:
+    """Return the layers of contacts, in the order of their bits; the first is that of shapes that name none."""
+    if robot.sections[CONTACT_LAYERS]:
+        return robot.sections[CONTACT_LAYERS]
+    named = {
+        name
+        for link in robot.links
+        for shape in link.collision
+        if shape.contact is not None
+        for name in (*(shape.contact.layers or ()), *(shape.contact.touches or ()))
+    }
+    return (SHARED_LAYER, *sorted(named - {SHARED_LAYER}))

@@ -1,0 +1,238 @@
+"""What MuJoCo does not load and what MJCF has no word for, told before the artifact is."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Iterator, Mapping, Sequence
+
+from rosorin_compile.model import Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Sphere
+from rosorin_compile.model.shape import MERGED
+from rosorin_compile.model.simulated import SENSOR_ELEMENT, Simulated
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, and_more, first_of
+from rosorin_compile.source.rule_registry import Rule
+
+from .bodies import WORLD, body_name, is_free
+from .masses import masses
+
+RULES = (
+    Rule(
+        "mjcf-cannot-say",
+        "A warning or a note: MJCF has no word for a range without width, and MuJoCo opens no such mesh or texture.",
+        "As the message says.",
+        Heading.FORMATS,
+    ),
+    Rule(
+        "mjcf-left-out",
+        "A contact pair, a sensor or a tendon names a shape that is left out of the MJCF: MuJoCo would not load that.",
+        "Put the file of its mesh there, or take out what names it.",
+        Heading.FORMATS,
+    ),
+    Rule(
+        "mjcf-reserved-name",
+        "A sensor brings a site that is called like a link, whose own site has that name.",
+        "Give the element of its type another name.",
+        Heading.FORMATS,
+    ),
+)
+
+# What names a geom: <pair geom1>, <geom geom> of a tendon, <framepos objtype="geom" objname>.
+_GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
+
+_MESH_FORMATS = (".stl", ".obj", ".msh")
+_IMAGE_FORMAT = ".png"
+# What is converted on the way, and what it becomes.
+_CONVERTED = (".dae", ".gltf", ".glb")
+CONVERTED_ENDING = ".obj"
+MESHES = "meshes"  # the folder beside the MJCF that has the meshes of packages
+
+
+def mesh_path(file: str) -> str:
+    """Return the file of a mesh as MuJoCo opens it, by its name in the description; empty if MuJoCo cannot.
+
+    >>> mesh_path("package://arm/visual/base.DAE"), mesh_path("base.stl"), mesh_path("base.step")
+    ('meshes/arm/visual/base.DAE.obj', 'base.stl', '')
+    """
+    ending = posixpath.splitext(file)[1].lower()
+    more = CONVERTED_ENDING if ending in _CONVERTED else ""
+    return _path(file, more) if more or ending in _MESH_FORMATS else ""
+
+
+def texture_path(file: str) -> str:
+    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is no PNG.
+
+    >>> texture_path("package://house/wood.png"), texture_path("wood.jpg")
+    ('meshes/house/wood.png', '')
+    """
+    return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
+
+
+def _path(file: str, more: str) -> str:
+    """Return how a file is called as seen from the MJCF, where its name gets ``more`` at its end if it is converted."""
+    scheme, mark, rest = file.partition("://")
+    if mark and scheme in ("package", "model"):
+        rest = rest.lstrip("/")  # as package:///NAME/FILE is read, too
+        parts = rest.split("/")
+        return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
+    if mark or file.startswith("/"):
+        return "" if more or scheme not in ("file", file) else file.removeprefix("file://")
+    inside = posixpath.normpath(file)
+    while more and inside.startswith("../"):  # what is converted stands beside the MJCF
+        inside = inside[3:]
+    return file if not more else f"{inside}{more}" if inside == posixpath.normpath(file) else f"{MESHES}/{inside}{more}"
+
+
+def is_written(robot: Robot, mesh: Mesh) -> bool:
+    """Say whether the MJCF has a mesh: MuJoCo opens its file, and it was not looked for in vain."""
+    return bool(mesh_path(mesh.file)) and mesh.file not in robot.missing_meshes
+
+
+def is_textured(robot: Robot, texture: str) -> bool:
+    """Say whether the MJCF has a texture, by its name in the description."""
+    return bool(texture_path(texture)) and texture not in robot.missing_meshes
+
+
+def named(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
+    """Yield an error for each geom that an MJCF names and does not have; ``left_out`` are those, each with its link."""
+    from html import unescape  # that of xml.sax.saxutils would load http
+
+    for name in dict.fromkeys(_GEOM.findall(text)):
+        link = left_out.get(unescape(name))
+        if link is not None:
+            message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)}):'
+            message += " MuJoCo does not load that"
+            help = "put the file of its mesh there, or take out what names it"
+            yield Diagnostic("mjcf-left-out", ERROR, message, help=help)
+
+
+def position_range(joint: Joint) -> tuple[float, float] | None:
+    """Return the limits of the position of a joint (rad or m); None where it has none."""
+    limit = joint.limit if joint.moves else None
+    if joint.type == "continuous" or limit is None:
+        return None
+    lower, upper = limit.known("lower"), limit.known("upper")
+    return None if lower is None or upper is None else (lower, upper)
+
+
+def has_volume(geometry: Geometry) -> bool:
+    """Say whether MuJoCo takes the sizes of a geometry: all above zero; a mesh may be mirrored."""
+    if isinstance(geometry, HeightMap):
+        return True
+    if isinstance(geometry, Mesh):
+        return all(geometry.scale)
+    if isinstance(geometry, Box):
+        return all(size > 0 for size in geometry.size)
+    if isinstance(geometry, Ellipsoid):
+        return all(radius > 0 for radius in geometry.radii)
+    return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
+
+
+def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
+    """Yield an error for each thing that MuJoCo does not load."""
+    yield from masses(robot, free)
+    for sensor in robot.sensors:
+        for part in sensor.simulated:
+            site = _site_name(part)
+            if site in robot.link:
+                message = (
+                    f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
+                )
+                yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
+
+
+def _site_name(part: Simulated) -> str:
+    """Return the name of the site that an element of a sensor brings; empty if it brings none, or many."""
+    if part.replicas is not None:
+        return ""
+    if part.kind == SENSOR_ELEMENT:
+        return "" if part.pose is None else part.site
+    return part.name if part.element == "site" else ""
+
+
+def omitted(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
+    """Yield what joints and meshes have that MJCF has no word for."""
+    fine: set[tuple[str, int]] = set()  # types and limits, which many joints may share
+    for joint in joints:
+        if not joint.moves:
+            yield from () if is_free(robot, joint) else _several(joint)
+        elif (joint.type, id(joint.limit)) not in fine:
+            found = list(_limits(joint))
+            yield from found
+            if not found:
+                fine.add((joint.type, id(joint.limit)))
+    yield from _without_texture(robot)
+    yield from _unreadable(robot)
+    if WORLD in robot.link:
+        message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
+        message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
+        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+
+
+def _limits(joint: Joint) -> Iterator[Diagnostic]:
+    """Yield a warning for each limit of a joint that MuJoCo would read as "no limit"."""
+    ends = position_range(joint)
+    if ends and ends[0] >= ends[1]:
+        what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
+        message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
+    effort = joint.limit.known("effort") if joint.limit else None
+    if effort is not None and effort <= 0:
+        message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no'
+        message += " width for no limit"
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
+
+
+def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
+    """Yield a note on links that may collide, and have too many shapes to say it."""
+    if links:
+        which = first_of([f'"{one}" and "{other}"' for one, other in links], 3)
+        message = f"links with hundreds of shapes that a joint brings together: {which}"
+        message += "; MuJoCo lets them collide only where one is fixed to the world"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message, help="fewer shapes: a height map of larger cells or steps")
+
+
+def _several(joint: Joint) -> Iterator[Diagnostic]:
+    """Yield what a planar or floating joint has that its slides and its hinge or ball cannot."""
+    has = {"limit": joint.limit is not None and joint.type == "planar"}
+    has["dynamics"] = joint.dynamics is not None and joint.type != "ball"
+    words = [word for word, there in has.items() if there]
+    if words:
+        message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)} '
+        message += "are" if len(words) > 1 or words == ["dynamics"] else "is"
+        yield Diagnostic("mjcf-cannot-say", WARNING, f"{message} left out of the MJCF", help="the URDF carries them")
+
+
+def _without_texture(robot: Robot) -> Iterator[Diagnostic]:
+    """Yield a note on the textures that MuJoCo does not open: what has them is in its colour alone."""
+    every = [shape.texture for link in robot.links for shape in link.visual]
+    every += [material.texture for material in robot.materials]
+    names = [name for name in dict.fromkeys(every) if name and not texture_path(name)]
+    if names:
+        what = f"texture {names[0]} is" if len(names) == 1 else f"{len(names)} textures ({first_of(names, 3)}) are"
+        message = f"{what} left out of the MJCF: MuJoCo opens PNG files"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message, help="save it as PNG, and name the new file")
+
+
+def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
+    """Yield a warning for the shapes that are left out: MuJoCo takes no such size, or cannot open their meshes."""
+    meshes: list[tuple[str, str]] = []
+    fine: set[int] = set()  # shapes, which many links may share
+    for link in robot.walk():
+        for shape in (*link.collision, *link.visual):
+            if id(shape) in fine:
+                continue
+            if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
+                kind = type(shape.geometry).__name__.lower()
+                message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
+                yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
+            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
+                meshes.append((shape.geometry.file, link.name))
+            else:
+                fine.add(id(shape))
+    if meshes:
+        (file, link_name), *more = meshes
+        what = f'mesh {file} of link "{link_name}"'
+        what += f"{and_more(len(more))} {'are' if more else 'is'}"
+        message = f"{what} left out of the MJCF: MuJoCo opens"
+        message += " STL, OBJ and MSH files; DAE, glTF and GLB are converted"
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="convert it, and name the new file")

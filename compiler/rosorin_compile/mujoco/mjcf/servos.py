@@ -1,0 +1,162 @@
+"""Actuators: what they are called in an MJCF of ours, in which order, and what they can be asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from rosorin_compile.language.sections.mjcf_elements import MJCF_ELEMENTS
+from rosorin_compile.model import Joint, Output, Robot
+from rosorin_compile.model.simulated import Attribute
+from rosorin_compile.model.simulation import GENERAL, MOTOR, VELOCITY, Actuator
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import Diagnostic, Heading, did_you_mean
+from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.xml.elements import found_in
+
+from ..sections.simulation import ACTUATORS
+from .omissions import position_range
+
+RULES = (
+    Rule(
+        "mjcf-actuators",
+        "Two actuators have one name, or an output of MJCF lists one that the robot does not have, or one twice.",
+        "Name each one once.",
+        Heading.FORMATS,
+    ),
+)
+
+
+class Drive(NamedTuple):
+    """An actuator and its name; ``joint`` is what it drives, if that is a joint, ``beside`` if it stands with it."""
+
+    name: str
+    actuator: Actuator
+    joint: Joint | None
+    beside: bool
+
+
+def servo_name(joint: Joint) -> str:
+    """Return what the actuator of a joint is called: by default as the joint."""
+    return (joint.actuator.name if joint.actuator else "") or joint.name
+
+
+def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) -> list[Drive]:
+    """Return the actuators: those that the output lists, in its order, then those of ``joints``, then all others."""
+    made = [Drive(servo_name(joint), joint.actuator, joint, True) for joint in joints if joint.actuator and joint.moves]
+    for actuator in robot.sections[ACTUATORS]:
+        name = actuator.targets.get("joint", "")
+        made.append(Drive(actuator.name, actuator, robot.joint.get(name), False))
+    rank = {name: place for place, name in enumerate(output.options.get("actuators", ()))} if output else {}
+    return sorted(made, key=lambda drive: rank.get(drive.name, len(rank)))
+
+
+def aims(drive: Drive) -> tuple[float, float] | None:
+    """Return what an actuator can be asked for: of a servo a position (rad or m) or speed; None is anything."""
+    actuator, joint = drive.actuator, drive.joint
+    if actuator.unlimited or "inheritrange" in actuator.mjcf:
+        return None
+    if actuator.range is not None or joint is None:
+        return actuator.range
+    gear = actuator.gear[0] if actuator.gear else 1.0
+    if actuator.holds_position:
+        ends = position_range(joint)
+        return None if ends is None else _ordered(gear * ends[0], gear * ends[1])
+    if actuator.type == VELOCITY:
+        speed = joint.limit.known("velocity") if joint.limit else None
+        return _ordered(-gear * speed, gear * speed) if speed else None
+    return None
+
+
+def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
+    """Say whether the actuators of a joint bring its effort and no more: then that is no second clamp."""
+    own = [joint.actuator] if joint.actuator else []
+    others = robot.sections[ACTUATORS] if own and own[0].targets == {} else ()
+    drives = [*own, *(one for one in others if one.targets.get("joint") == joint.name)]
+    most = [_strength(one) for one in drives]
+    total = sum(one for one in most if one is not None)
+    return bool(most) and None not in most and math.isclose(total, effort, rel_tol=_ROUNDING)
+
+
+_ROUNDING = 1e-12
+
+
+def _strength(actuator: Actuator) -> float | None:
+    """Return the largest torque (N*m) or force (N) that an actuator brings to its joint; None if that is not said."""
+    gear = abs(actuator.gear[0]) if actuator.gear else 1.0
+    if actuator.force is not None and actuator.mjcf.get("forcelimited") is not False:
+        return gear * max(map(abs, actuator.force))
+    gain = _gain(actuator)
+    if gain is not None and actuator.range is not None and not actuator.unlimited:
+        return gear * gain * max(map(abs, actuator.range)) if actuator.mjcf.get("ctrllimited") is not False else None
+    return None
+
+
+def _gain(actuator: Actuator) -> float | None:
+    """Return by what an actuator multiplies its control to a force; None if that is not all that it does."""
+    if actuator.type == MOTOR:
+        return 1.0
+    usual = {"gaintype": "fixed", "biastype": "none"}
+    if actuator.type != GENERAL or any(actuator.mjcf.get(word, text) != text for word, text in usual.items()):
+        return None
+    found = actuator.mjcf.get("gainprm", 1.0)
+    gains = found if isinstance(found, tuple) else (found,)
+    return abs(float(gains[0])) if isinstance(gains[0], (int, float)) else None
+
+
+# The controls of the kinds that may have several, where none are named.
+_INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
+_QUATERNION, _TURN = 4, 3
+
+
+def controls_of(drive: Drive, asked: float) -> list[float]:
+    """Return the controls of an actuator of which ``asked`` is the first; MuJoCo has several of some kinds."""
+    count = _count(drive.actuator.type, {**drive.actuator.mjcf})
+    return [asked, *[0.0] * (count - 1)] if count else []
+
+
+def kept_controls(robot: Robot) -> int:
+    """Return how many controls the actuators have that stand in elements of MJCF."""
+    texts = [text for text in robot.sections[MJCF_ELEMENTS] if "<actuator" in text]
+    elements = [found for text in texts for found in found_in(text) if found.tags[:-1] == ("actuator",)]
+    return sum(_count(found.tags[-1], {**found.attributes}) for found in elements)
+
+
+def _count(tag: str, attributes: Mapping[str, Attribute]) -> int:
+    kind = tag if tag in _INPUTS else str(attributes.get("gaintype", ""))
+    words = str(attributes.get("input") or _INPUTS.get(kind, ""))
+    if "so3" in kind or tag == "orientation":
+        return _QUATERNION if words == "quat" else _TURN
+    return (0 if words == "none" else len(words.split())) if kind in _INPUTS else 1
+
+
+def _ordered(one: float, other: float) -> tuple[float, float]:
+    return (one, other) if one <= other else (other, one)
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the names of actuators, and with the list that orders them."""
+    robot = case.robot
+    names: dict[str, Drive] = {}
+    for drive in drives(robot, robot.joints):
+        if names.setdefault(drive.name, drive) is not drive:
+            message = f'two actuators are called "{drive.name}"'
+            related = [case.related("the other one", _place(case, names[drive.name]))]
+            help = "give one of them another name"
+            yield case.problem("mjcf-actuators", message, _place(case, drive), help, related=related)
+    seen: set[str] = set()
+    for index, name in enumerate(output.options.get("actuators", ())):
+        path = ("outputs", output.name, "actuators", index)
+        if name not in names:
+            message = f'the robot has no actuator "{name}"'
+            yield case.problem("mjcf-actuators", message, path, did_you_mean(name, names))
+        elif name in seen:
+            yield case.problem("mjcf-actuators", f'the actuator "{name}" is listed twice', path, "remove one")
+        seen.add(name)
+
+
+def _place(case: Case, drive: Drive) -> tuple[str | int, ...]:
+    if drive.joint is not None and drive.beside:
+        return case.joint(drive.joint, "actuator")
+    return ("actuators", drive.name)

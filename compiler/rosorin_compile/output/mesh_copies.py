@@ -1,0 +1,246 @@
+"""Mesh copies: the meshes and textures that artifacts open, as files in the folder of the artifacts.
+
+Binary STL, OBJ, MSH and PNG files are copied. MuJoCo reads no other format: an ASCII STL becomes a binary one; DAE,
+glTF and GLB become OBJ, which needs trimesh. A converted file has the SHA-256 of its source in its first line, and a
+machine without trimesh uses the copy that is already there. Without either it is an error, so that the MJCF never
+depends on what is installed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import struct
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from rosorin_compile.formats.mesh_files import Found, Searched, files_diagnostic
+from rosorin_compile.formats.named_files import OF_ELEMENT, Named
+from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
+from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
+from rosorin_compile.source import world
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.world.listening import listening
+
+RULES = (
+    Rule(
+        "mesh-converted",
+        "A note: a mesh is of a format that MuJoCo does not read; the MJCF names a copy in another one.",
+        "Nothing is to be done; colours and textures of such a file are not carried over.",
+        FORMATS,
+        asked="meshes",
+    ),
+    Rule(
+        "mesh-not-read",
+        "A warning: a mesh or a texture cannot be read, or not by MuJoCo; it is left out of the MJCF. An error of one "
+        "that an element of `mjcf_elements` names.",
+        "As the message says.",
+        FORMATS,
+        asked="meshes",
+    ),
+)
+
+MAX_BYTES = 500_000_000
+MAX_STL_TRIANGLES = 200_000  # of MuJoCo
+MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no hull beyond it
+MIN_VERTICES = 4  # distinct ones, of MuJoCo
+_MARK = "made by rosorin-compile of SHA-256 "
+_PNG = b"\x89PNG\r\n\x1a\n"
+_OBJ_FACE = re.compile(rb"(?:^|[\r\n])[ \t]*f[ \t]+([^\r\n]*)")
+_OBJ_INDEX = re.compile(rb"(?:^|(?<=[ \t]))(-?\d+)", re.MULTILINE)
+_STL_TRIANGLE = struct.Struct("<12x9f2x")
+
+
+def brought(searched: Searched, outputs: Path) -> Searched:
+    """Read the meshes and textures that belong to the artifacts, and add their contents to the result of the search.
+
+    Those that cannot be read are added to ``missing`` and reported.
+    """
+    if has_errors(searched.diagnostics):
+        return searched
+    files: dict[str, bytes] = {}
+    missing = set(searched.missing)
+    converted: list[Named] = []
+    failed: dict[tuple[str, str, str, str], list[Named]] = {}  # by rule, reason, help and kind of file
+    for number, found in enumerate(searched.found):
+        Progress.step("reading meshes", number, len(searched.found))
+        try:
+            files |= dict.fromkeys(found.beside, _read(found.file)) if found.beside else {}
+            copies, is_new = _copies(found, outputs)
+        except UnreadableMesh as problem:
+            cause = (problem.rule or "mesh-not-read", str(problem), problem.help, found.named.kind)
+            failed.setdefault(cause, []).append(found.named)
+            missing.add(found.named.name)
+            continue
+        files |= copies
+        if is_new:
+            converted.append(found.named)
+    diagnostics = [*searched.diagnostics, *_diagnostics(failed, converted)]
+    return searched._replace(missing=frozenset(missing), diagnostics=diagnostics, files=files)
+
+
+def check_for_mujoco(data: bytes, ending: str) -> None:
+    """Raise UnreadableMesh for a file that MuJoCo does not load; ``ending`` is that of its name, such as ".stl"."""
+    check_content(data)
+    if ending == ".png":
+        if not _is_whole_png(data):
+            raise UnreadableMesh("it is no complete PNG", "export it again, as PNG")
+        return
+    if ending == ".stl":
+        if is_ascii_stl(data):
+            raise UnreadableMesh("MuJoCo reads no ASCII STL", "export it as binary STL")
+        count = stl_count(data)
+        if count is not None and not 1 <= count <= MAX_STL_TRIANGLES:
+            message = f"it has {count:,} triangles, and MuJoCo reads 1 to {MAX_STL_TRIANGLES:,} of an STL"
+            raise UnreadableMesh(message, "reduce the number of triangles, or export it as OBJ")
+    if ending not in (".stl", ".obj", ".msh"):
+        return
+    coordinates = read_vertices(data, ending)
+    farthest = max(map(abs, coordinates))
+    if farthest > MAX_COORDINATE:
+        raise UnreadableMesh(f"a coordinate of a vertex is {farthest:g}")
+    distinct: set[object] = set()
+    for vertex in zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True):
+        distinct.add(vertex)
+        if len(distinct) == MIN_VERTICES:
+            break
+    else:
+        message = f"MuJoCo needs {MIN_VERTICES} different vertices, and it has {len(distinct)}"
+        raise UnreadableMesh(message, "name a mesh that has a surface")
+    count = len(coordinates) // 3
+    if not all(-count <= index < count for index in _face_indices(data, ending)):
+        raise UnreadableMesh("it has a face with a vertex that does not exist")
+
+
+def _face_indices(data: bytes, ending: str) -> Iterator[int]:
+    """Yield the vertices that the faces refer to, from 0; negative numbers count from the end."""
+    if ending == ".obj":
+        faces = b"\n".join(_OBJ_FACE.findall(data))
+        for index in map(int, set(_OBJ_INDEX.findall(faces))):
+            yield index - 1 if index > 0 else index or -(2**63)
+    elif ending == ".msh":
+        (faces_count,) = struct.unpack_from("<12xi", data)
+        for index in set(struct.unpack(f"<{3 * faces_count}i", data[len(data) - 12 * faces_count :])):
+            yield index if index >= 0 else -(2**63)
+
+
+def _diagnostics(
+    failed: Mapping[tuple[str, str, str, str], Sequence[Named]], converted: Sequence[Named]
+) -> list[Diagnostic]:
+    diagnostics = []
+    for (rule, reason, help, kind), files in failed.items():
+        severity, effect = WARNING, "left out of the MJCF"
+        if rule == "extra-missing":
+            severity, effect = ERROR, "not converted for the MJCF"
+        elif kind == OF_ELEMENT:
+            severity, effect = ERROR, "not read"
+        diagnostics.append(files_diagnostic(rule, f"{effect}: {reason}", help, severity, files))
+    if converted:
+        message = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
+        diagnostics.append(replace(files_diagnostic("mesh-converted", message, "", NOTE, converted), related=()))
+    return diagnostics
+
+
+def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
+    """Return the copies of a mesh by their names in the folder of the artifacts, and whether one was converted now.
+
+    Raises UnreadableMesh.
+    """
+    data, source_ending = _read(found.file), found.file.suffix.lower()
+    check_content(data)
+    if not found.places or any(_is_same_file(outputs / place, found.file) for place in found.places):
+        check_for_mujoco(data, source_ending)
+        return dict.fromkeys(found.places, data), False
+    copies: dict[str, bytes] = {}
+    is_new = False
+    for place in found.places:
+        ending = Path(place).suffix.lower()
+        if ending == source_ending and not (ending == ".stl" and is_ascii_stl(data)):
+            copies[place] = data
+        else:
+            existing, mark = _existing(outputs / place), f"{_MARK}{hashlib.sha256(data).hexdigest()[:40]}"
+            copies[place] = _binary_stl(data, mark) if ending == ".stl" else _obj(found.file, mark, existing)
+            is_new = is_new or copies[place] != existing
+        check_for_mujoco(copies[place], ending)
+    return copies, is_new
+
+
+def _is_same_file(path: Path, file: Path) -> bool:
+    try:
+        return world.is_same(path, file)
+    except OSError:
+        return False
+
+
+def _read(path: Path) -> bytes:
+    try:
+        if world.size(path) > MAX_BYTES:
+            raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
+        return world.read(path)
+    except OSError as problem:
+        raise UnreadableMesh(problem.strerror or type(problem).__name__, "check the permissions") from None
+
+
+def _existing(path: Path) -> bytes:
+    try:
+        return world.read(path) if world.kind(path) == world.FILE else b""
+    except (OSError, ValueError):
+        return b""
+
+
+def _binary_stl(data: bytes, mark: str) -> bytes:
+    """Convert an ASCII STL."""
+    coordinates = read_vertices(data, ".stl")
+    triangles = zip(*(coordinates[first::9] for first in range(9)), strict=True)
+    try:
+        packed = b"".join(_STL_TRIANGLE.pack(*triangle) for triangle in triangles)
+    except OverflowError:
+        raise UnreadableMesh("a coordinate of a vertex is too large for a binary STL") from None
+    return mark.encode().ljust(80) + struct.pack("<I", len(coordinates) // 9) + packed
+
+
+def _obj(path: Path, mark: str, existing: bytes) -> bytes:
+    """Convert a mesh to OBJ with trimesh; without trimesh return the existing copy if it was made of the same bytes."""
+    try:
+        TriangleMesh.needed()
+        return _converted(path, mark)
+    except ExtractProblem as problem:
+        reason = problem.diagnostic
+        if reason.rule != "extra-missing":
+            raise UnreadableMesh(reason.message.removeprefix(f"{path} "), reason.help) from None
+        if mark.encode() in existing[:200]:
+            return existing
+        message = f"MuJoCo does not read its format, and {reason.message}"
+        raise UnreadableMesh(message, f"{reason.help}; or export it as STL or OBJ", reason.rule) from None
+
+
+@world.asked_again
+def _converted(path: Path, mark: str) -> bytes:
+    """Return a mesh as OBJ: each vertex once, with as many digits as MuJoCo keeps."""
+    import numpy as np
+
+    with listening():  # trimesh opens what belongs to the file
+        triangles = load_mesh(path).triangles
+    corners, faces = np.unique(triangles.reshape(-1, 3).astype(np.float32), axis=0, return_inverse=True)
+    lines = [f"# {mark}", *("v " + " ".join(f"{value + 0.0:.9g}" for value in corner) for corner in corners.tolist())]
+    lines += ["f " + " ".join(map(str, face)) for face in (faces.reshape(-1, 3) + 1).tolist()]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _is_whole_png(data: bytes) -> bool:
+    """Return True for a PNG with all its chunks; each has a length and a checksum, the last one is IEND."""
+    if not data.startswith(_PNG):
+        return False
+    start, kind = len(_PNG), b""
+    while start + 12 <= len(data) and kind != b"IEND":
+        (length,) = struct.unpack_from(">I", data, start)
+        end = start + 8 + length
+        kind = data[start + 4 : start + 8]
+        if data[end : end + 4] != struct.pack(">I", zlib.crc32(data[start + 4 : end])):
+            return False
+        start = end + 4
+    return kind == b"IEND"

@@ -1,0 +1,251 @@
+"""check parameters: what parameter files and remaps say, held against one robot."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rosorin_compile.cli.usage import WrongUsage
+from rosorin_compile.model import Controller
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Heading,
+    Related,
+    Rule,
+    Source,
+    Span,
+    arrange,
+    counted,
+    error,
+    has_errors,
+    listed,
+)
+from rosorin_compile.source.world import world
+
+from ..controllers.checking import against_robot, missing
+from ..controllers.derived import derived
+from ..controllers.topics import is_of_nobody, odometry_of
+from ..controllers.types import full, of_type
+from ..parameters.tables import MANAGER
+from . import frames, owners, values
+from .files import NoParameters, Section, read_file
+from .nodes import Files, Node, Setting, found
+from .remaps import Remap, full_name, of_launch, of_word, topic
+
+RULES = (
+    Rule(
+        "parameters-odometry",
+        "A warning: a node listens to an odometry below the name of a controller that publishes another one. A note: "
+        "it listens to `odom`, or below a `..._controller` that no file has, and the drive publishes elsewhere.",
+        "Name the topic that is published; or say by `--remap` or `--launch` which remap there is.",
+        Heading.PARAMETERS,
+    ),
+)
+
+_FILTER, _FILTERED = "ekf", "odometry/filtered"
+_INPUT = re.compile(r"odom\d+")
+_KEY, _USUAL = "odom_topic", "odom"
+_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
+
+
+class Asked(NamedTuple):
+    """What the command line says: the files, the remaps, the namespace of the nodes, the distribution ("": any).
+
+    ``controllers`` are those of the files that have to have some.
+    """
+
+    files: Sequence[Path]
+    controllers: Sequence[Path]
+    launch: Sequence[Path]
+    remaps: Sequence[Remap]
+    namespace: str
+    distribution: str
+
+
+class Looked(NamedTuple):
+    """What was found: the diagnostics, the edges of nodes that were judged, and those whose nodes are in no file."""
+
+    diagnostics: list[Diagnostic]
+    judged: int
+    absent: list[str]
+    unknown: list[str]
+
+
+def asked(options: argparse.Namespace) -> Asked:
+    """Return what the options ask for. Raises WrongUsage."""
+    remaps = []
+    for word in options.remap:
+        remap = of_word(word)
+        if remap is None:
+            raise WrongUsage(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
+        remaps.append(remap)
+    for path in (*options.parameters, *options.controllers, *options.launch):
+        if world.kind(path) != world.FILE:
+            raise WrongUsage.no_file(Path(path))
+    own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
+    return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")
+
+
+def look(case: Case, asked: Asked) -> Looked:
+    """Hold parameter files against a robot."""
+    told: list[Diagnostic] = []
+    sections = _read(asked.files, told)
+    remaps = list(asked.remaps)
+    for path in asked.launch:
+        more, said = of_launch(path)
+        remaps += more
+        told += said
+    distribution = asked.distribution or _distribution(case)
+    nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.sections["controllers"]))
+    told += said
+    if asked.controllers and not any(node.type for node in nodes) and not has_errors(told):
+        told.append(_none(sections, asked.controllers[0]))
+    for node in nodes:
+        told += _of_node(case, node, distribution)
+    claims = owners.claims(nodes, remaps, told)
+    told += owners.check(case, claims)
+    told += frames.check(case, nodes, claims)
+    told += _unheard(nodes, remaps)
+    judged, absent = _judged(case, nodes)
+    unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
+    return Looked(arrange(told), judged, absent, unknown)
+
+
+def _none(files: Sequence[Sequence[Section]], path: Path) -> Diagnostic:
+    """Return that files have no controllers."""
+    help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
+    first = next((section.span for sections in files for section in sections), Span(Source(str(path), ""), 1, 1))
+    return error("controllers-none", "no controller stands here: nothing says the type of one", first, help)
+
+
+def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the keys and values of a node, and with those of a controller for this robot."""
+    wrong = of_type(node.shown, node.type, distribution) if node.type else None
+    if wrong is not None:
+        yield wrong.at(node.said)
+    if wrong is not None and wrong.severity == ERROR:
+        return  # of which no key would be right
+    told = list(values.check(node))
+    yield from told
+    if not node.type:
+        return
+    if wrong is None:
+        yield from (one.at(node.span) for one in missing(node.shown, node.kind, node.parameters))
+    places = {one.span for one in told}
+    fine = {key: one for key, one in node.parameters.items() if not one.substituted and one.span not in places}
+    plain = {key: one.value for key, one in fine.items()}
+    kind = full(node.type)
+    knows = derived(case.robot, Controller(node.name, kind, plain), kind)
+    moving = any(not joint.is_fixed for joint in case.robot.joints)
+    for one in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
+        if one.rule == "controller-name" and not moving:
+            continue  # a description of where things are mounted
+        yield one.at(node.setting(one.key).span, _drive(case, one.rule))
+
+
+def _drive(case: Case, rule: str) -> list[Related]:
+    """Return where the robot says of its drive what a file says otherwise."""
+    return [case.related("the drive of the robot", ("drive",), key=True)] if rule == "controller-differs" else []
+
+
+def _distribution(case: Case) -> str:
+    """Return the distribution that the outputs of a robot are for, if they agree on one; else none."""
+    said = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
+    return said.pop() if len(said) == 1 else ""
+
+
+def _read(paths: Iterable[Path], told: list[Diagnostic]) -> list[list[Section]]:
+    read: list[list[Section]] = []
+    for path in paths:
+        try:
+            sections, said = read_file(path)
+        except NoParameters as problem:
+            told.append(problem.diagnostic)
+            continue
+        read.append(sections)
+        told += said
+    return read
+
+
+def _judged(case: Case, nodes: Sequence[Node]) -> tuple[int, list[str]]:
+    """Return how many edges of nodes were judged, and the names of the publishers that are in no file."""
+    publishers = case.robot.publishers
+    judged, absent = 0, []
+    for edge in case.robot.edges:
+        if not edge.publisher.is_node:
+            continue
+        mine = [node for node in nodes if node.is_of(edge.publisher, publishers)]
+        if any(node.kind is not None for node in mine):
+            judged += 1
+        elif edge.publisher.name not in absent:
+            absent.append(edge.publisher.name)
+    return judged, absent
+
+
+def _could_publish(case: Case, node: Node) -> bool:
+    return any(node.is_of(publisher, case.robot.publishers) for publisher in case.robot.publishers)
+
+
+def summary(looked: Looked) -> str:
+    """Return what was judged, in a line."""
+    severities = [one.severity for one in looked.diagnostics]
+    told = listed(counted(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
+    line = f"{counted(looked.judged, 'edge')} of nodes held against the files: {told or 'as described'}"
+    if looked.absent:
+        line += f"; no known parameters of {listed(looked.absent)}"
+    return line
+
+
+class Driven(NamedTuple):
+    """A controller of a drive: its node, and the topic of its odometry after remaps."""
+
+    node: Node
+    topic: str
+
+
+def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap]) -> Iterator[Diagnostic]:
+    """Yield the odometry that nodes listen to and nobody publishes; nothing where no controller drives."""
+    sources = [
+        Driven(node, topic(odometry, node.namespace, node.name, remaps))
+        for node in nodes
+        if (odometry := odometry_of(full(node.type)))
+    ]
+    filters = [node for node in nodes if node.kind is not None and node.kind.name == _FILTER]
+    published = {source.topic for source in sources}
+    published |= {topic(_FILTERED, node.namespace, node.name, remaps) for node in filters}
+    for node in nodes if sources else ():
+        for key, setting in _heard(node):
+            heard = topic(str(setting.value), node.namespace, node.name, remaps)
+            if heard not in published:
+                yield from _nobody(node, key, setting, heard, sources)
+
+
+def _heard(node: Node) -> Iterator[tuple[str, Setting]]:
+    """Yield the keys of a node that say which odometry it listens to."""
+    keys = [key for key in node.parameters if _INPUT.fullmatch(key)]
+    if node.kind is not None and _KEY in node.kind.keys:
+        keys.append(_KEY)
+    for key in keys:
+        setting = node.setting(key)
+        if isinstance(setting.value, str) and setting.value:
+            yield key, setting
+
+
+def _nobody(node: Node, key: str, setting: Setting, heard: str, sources: Sequence[Driven]) -> Iterator[Diagnostic]:
+    meant = is_of_nobody(heard, {source.node.full.strip("/"): source.topic for source in sources})
+    of_drive = heard in (full_name(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
+    if not meant and not of_drive:
+        return  # of somebody else, such as a camera
+    source = next((one for one in sources if one.topic == meant), sources[0])
+    message = f'{node.shown} listens to the odometry {heard} ("{key}"{setting.how}), and nobody in the files publishes '
+    message += f"that: {source.node.shown} publishes {source.topic}"
+    help = f"{key}: {source.topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
+    related = (Related(f"{source.node.shown} is here", source.node.span),)
+    yield Diagnostic("parameters-odometry", WARNING if meant else NOTE, message, setting.span, related, help)

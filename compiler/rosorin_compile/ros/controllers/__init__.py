@@ -1,0 +1,55 @@
+"""controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
+
+``filled`` makes the text of ``controllers`` in a description and of what the robot knows (``derived``), ``checking``
+holds parameters against the robot: those of a description (``described``), and those of files (``check_parameters``).
+"""
+
+from __future__ import annotations
+
+from rosorin_compile.formats.format import Format, InRos, Proving, Writing, by_name
+
+from ..parameters import DISTRIBUTION, facts, syntax
+
+__all__ = ["FORMAT"]
+
+
+_here = by_name(__name__)
+
+FORMAT = Format(
+    name="controllers",
+    word="controllers.yaml",
+    article="a",
+    about="the parameters of ros2_control's controllers",
+    rank=61,
+    options={
+        "distribution": DISTRIBUTION,
+        "update_rate": {
+            "type": "integer",
+            "x-unit": "Hz",
+            "minimum": 1,
+            "description": "How often the controller_manager updates its controllers, in Hz; default 100.",
+        },
+        "manager": {
+            "type": "object",
+            "description": "Other parameters of the controller_manager, in its words.",
+        },
+        "namespace": {
+            "type": "string",
+            "description": "Namespace of the controller_manager and its controllers; default: none.",
+        },
+    },
+    file="controllers.yaml",
+    check=_here("described:check"),
+    write=_here("filled:write"),
+    facts=facts,
+    writing=Writing(
+        names_robot=False,
+    ),
+    proving=Proving(
+        syntax=syntax,
+    ),
+    ros=InRos(
+        folder="config",
+        deploys=True,
+    ),
+)

@@ -1,0 +1,292 @@
+"""What a robot knows of the parameters of its controllers: joints, sizes of its drive, frames, limits.
+
+Who drives on the ground is asked by ``drive``: joints by their roles, radius and places of the wheels
+(``sections.drive.driving``). Names of parameters: ``parameters``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from itertools import takewhile
+from typing import Any, NamedTuple
+
+from rosorin_compile.language.sections.drive import DRIVE
+from rosorin_compile.model import Controller, Edge, Robot
+from rosorin_compile.model.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY
+from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
+from rosorin_compile.model.driving import Driving, Wheel, driving_of
+
+from ..parameters import tables
+from ..sections.control import CONTROL
+from ..sections.controllers import CONTROLLERS
+from .types import SHORT, full
+
+_EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
+_ZERO = 1e-9
+_NAV2 = "nav2"
+# By default a mecanum controller stops one cycle after each velocity, and Nav2 sends 20 a second. Seconds: what
+# diff_drive has by default (cmd_vel_timeout).
+_TIMEOUT = 0.5
+
+_KINDS = {
+    SHORT["mecanum_drive"]: (MECANUM,),
+    SHORT["diff_drive"]: (DIFFERENTIAL,),
+    SHORT["omni_wheel_drive"]: (OMNI,),
+    SHORT["tricycle"]: (TRICYCLE,),
+    SHORT["tricycle_steering"]: (TRICYCLE,),
+    SHORT["bicycle_steering"]: (TRICYCLE,),
+    SHORT["ackermann_steering"]: (ACKERMANN,),
+}
+_SENSORS = {
+    SHORT["imu_sensor_broadcaster"]: "imu",
+    SHORT["range_sensor_broadcaster"]: "range_finder",
+    SHORT["force_torque_sensor_broadcaster"]: "force_torque",
+    SHORT["gps_sensor_broadcaster"]: "gnss",
+}
+
+
+class Derived(NamedTuple):
+    """Parameters by their keys, as many as the robot knows, and why it does not know others, in words."""
+
+    values: Mapping[str, Any]
+    why_not: str = ""
+
+
+def derived(robot: Robot, controller: Controller, kind: str) -> Derived:
+    """Return what a robot knows of the parameters of a controller; of all distributions."""
+    if kind in _KINDS:
+        return _of_drive(robot, controller, kind)
+    if kind in _SENSORS:
+        return _of_sensor(robot, controller, _SENSORS[kind])
+    return Derived(_of_joints(robot, controller, kind))
+
+
+def _of_drive(robot: Robot, controller: Controller, kind: str) -> Derived:
+    drive = robot.sections[DRIVE]
+    if drive is None:
+        return Derived({}, "the description has no drive")
+    if drive.kind not in _KINDS[kind]:
+        return Derived({}, f"the drive is {drive.kind}, not {_KINDS[kind][0]}")
+    try:
+        driving = driving_of(robot)
+    except ValueError as problem:
+        return Derived({}, str(problem))
+    values = {**_frames(robot, controller, driving), **_DRIVES[drive.kind](robot, driving)}
+    return Derived({key: _short(value) for key, value in values.items()})
+
+
+def _short(value: Any) -> Any:
+    """Return a number in nine digits: what places and shapes make of 50 mm is 0.05 again."""
+    return float(f"{value:.9g}") if isinstance(value, float) else value
+
+
+def owned(robot: Robot, controller: Controller) -> list[Edge]:
+    """Return the edges of the description that a controller of a drive publishes.
+
+    One that the description calls otherwise is known by its package, if it is the only one that drives.
+    """
+    driving = [one for one in robot.sections[CONTROLLERS] if full(one.type) in _KINDS]
+    kind = tables.controller(full(controller.type), "") if driving == [controller] else None
+    return [edge for edge in robot.edges if tables.is_of(controller.name, kind, edge.publisher, robot.publishers)]
+
+
+def _frames(robot: Robot, controller: Controller, driving: Driving) -> dict[str, Any]:
+    """Return the frames of the odometry, and whether the controller publishes the edge between them.
+
+    A namespace would be written before the frames by default; they are called as the description calls them.
+    """
+    base = _base(robot, driving.frame)
+    edges = [edge for edge in robot.edges if edge.child == base]
+    values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
+    if _navigates(robot):
+        values["use_stamped_vel"] = False  # Nav2 of Humble has no header; a key of Humble alone
+    values["enable_odom_tf"] = any(edge in edges for edge in owned(robot, controller))
+    return {**values, "odom_frame_id": edges[0].parent} if edges else values
+
+
+def _navigates(robot: Robot) -> bool:
+    return any(output.backend == _NAV2 for output in robot.outputs)
+
+
+def _base(robot: Robot, frame: str) -> str:
+    """Return the frame that the odometry moves: that of the drive, or one on the ground below it."""
+    base = frame
+    while not any(edge.child == base for edge in robot.edges):
+        joint = robot.joint_to.get(base)
+        if joint is None or not joint.is_fixed:
+            return frame
+        if max(map(abs, (*joint.origin.xyz[:2], *joint.origin.rpy))) > _EVEN:
+            return frame
+        base = joint.parent
+    return base
+
+
+def _mecanum(robot: Robot, driving: Driving) -> dict[str, Any]:
+    drive = robot.sections[DRIVE]
+    joints = drive.joints if drive else {}
+    values: dict[str, Any] = {f"{role}_wheel_command_joint_name": names[0] for role, names in joints.items()}
+    if _navigates(robot):
+        values["reference_timeout"] = _TIMEOUT
+    around = (driving.wheelbase + driving.track) / 2
+    values["kinematics.wheels_radius"] = _radius(driving)
+    values["kinematics.sum_of_robot_center_projection_on_X_Y_axis"] = around
+    # The base seen from the centre of the wheels: the controller has vx + y * wz (mecanum_drive_controller.cpp).
+    for axis, centre in zip("xy", driving.centre, strict=True):
+        if abs(centre) > _ZERO:
+            values[f"kinematics.base_frame_offset.{axis}"] = -centre
+    return values | _speeds(robot, driving, around, ("linear.x", "linear.y"))
+
+
+def _differential(robot: Robot, driving: Driving) -> dict[str, Any]:
+    drive = robot.sections[DRIVE]
+    joints = drive.joints if drive else {}
+    values: dict[str, Any] = {f"{side}_wheel_names": list(joints[side]) for side in ("left", "right")}
+    values |= {"wheels_per_side": len(joints["left"]), "wheel_separation": driving.track}
+    values["wheel_radius"] = _radius(driving)
+    speeds = _speeds(robot, driving, driving.track / 2, ("linear.x",))
+    if speeds:  # on Humble limits count where this says so
+        speeds |= {"linear.x.has_velocity_limits": True, "angular.z.has_velocity_limits": True}
+    return values | speeds
+
+
+def _omni(_: Robot, driving: Driving) -> dict[str, Any]:
+    wheels = sorted(driving.wheels, key=lambda one: math.atan2(one.y, one.x) % math.tau)
+    angles = [math.atan2(one.y, one.x) % math.tau for one in wheels]
+    step = math.tau / len(wheels)
+    away = math.hypot(wheels[0].x, wheels[0].y)
+    values: dict[str, Any] = {"wheel_radius": _radius(driving)}
+    turns = ((angle - angles[0]) - step * index for index, angle in enumerate(angles))
+    if all(abs(turn) < _EVEN for turn in turns) and all(abs(math.hypot(w.x, w.y) - away) < _EVEN for w in wheels):
+        values |= {"wheel_names": [one.joint for one in wheels], "wheel_offset": angles[0], "robot_radius": away}
+    return values
+
+
+def _steered(_: Robot, driving: Driving) -> dict[str, Any]:
+    steering, wheels = [one.joint for one in driving.steering], [one.joint for one in driving.wheels]
+    front = driving.steering[0].x > 0
+    radius = _radius(driving)
+    track = _spread([one.y for one in driving.wheels])
+    steered_track = _spread([one.y for one in driving.steering])
+    values: dict[str, Any] = {"wheelbase": driving.wheelbase, "wheel_radius": radius, "front_steering": front}
+    if len(wheels) == 1 and len(steering) == 1:
+        values |= {"traction_joint_name": wheels[0], "steering_joint_name": steering[0]}
+    values |= {"traction_joints_names": wheels, "steering_joints_names": steering}
+    values |= {"traction_wheels_radius": radius, "traction_wheel_radius": radius}
+    at_front, at_rear = (steering, wheels) if front else (wheels, steering)
+    values |= {"front_wheels_names": at_front, "rear_wheels_names": at_rear}
+    for end in ("front", "rear"):
+        values |= {f"{end}_wheels_radius": radius, f"{end}_wheel_radius": radius}
+    values |= {"wheel_track": track, "traction_track_width": track, "steering_track_width": steered_track}
+    ends = (steered_track, track) if front else (track, steered_track)
+    return values | {"front_wheel_track": ends[0], "rear_wheel_track": ends[1]}
+
+
+_DRIVES: Mapping[str, Callable[[Robot, Driving], dict[str, Any]]] = {
+    MECANUM: _mecanum,
+    DIFFERENTIAL: _differential,
+    OMNI: _omni,
+    TRICYCLE: _steered,
+    ACKERMANN: _steered,
+}
+
+
+def _spread(numbers: list[float]) -> float:
+    return max(numbers) - min(numbers)
+
+
+def _radius(driving: Driving) -> float:
+    """Return the radius of the wheels (m): controllers have one for all, so of several the middle."""
+    radii = [wheel.radius for wheel in driving.wheels]
+    return radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
+
+
+def _speeds(robot: Robot, driving: Driving, around: float, along: tuple[str, ...]) -> dict[str, Any]:
+    """Return the largest velocities of the base that no wheel turns too fast for; nothing where one has no limit.
+
+    ``around`` (m) is what a turn of the base by 1 rad rolls of a wheel.
+    """
+
+    def rim(wheel: Wheel) -> float | None:
+        limit = robot.joint[wheel.joint].limit
+        speed = limit.known("velocity") if limit is not None else None
+        return None if speed is None else speed * wheel.radius
+
+    rims = [rim(wheel) for wheel in driving.wheels]
+    least = min((one for one in rims if one is not None), default=0.0)
+    if None in rims or not least or not around:
+        return {}
+    values: dict[str, Any] = {}
+    for axis, most in (*((one, least) for one in along), ("angular.z", least / around)):
+        values |= {f"{axis}.max_velocity": most, f"{axis}.min_velocity": -most}
+    return values
+
+
+def _of_sensor(robot: Robot, controller: Controller, kind: str) -> Derived:
+    named = [one for one in robot.sensors if one.name == controller.sensor]
+    found = named or [one for one in robot.sensors if one.type == kind and not controller.sensor]
+    if controller.sensor and not named:
+        return Derived({}, f'there is no sensor "{controller.sensor}"')
+    if len(found) != 1:
+        why = f"the description has {len(found) or 'no'} sensors of type {kind}"
+        return Derived({}, f"{why}: say which, sensor: NAME" if found else why)
+    return Derived({"sensor_name": found[0].name, "frame_id": found[0].frame})
+
+
+# The interface that a controller commands by its type.
+COMMANDS = {
+    SHORT["position_group"]: POSITION,
+    SHORT["velocity_group"]: VELOCITY,
+    SHORT["effort_group"]: EFFORT,
+    SHORT["position_gripper"]: POSITION,
+    SHORT["effort_gripper"]: EFFORT,
+    SHORT["parallel_gripper"]: POSITION,
+}
+_ORDER = (POSITION, VELOCITY, EFFORT)
+_GRIPPERS = tuple(SHORT[word] for word in ("position_gripper", "effort_gripper", "parallel_gripper"))
+
+
+def _of_joints(robot: Robot, controller: Controller, kind: str) -> dict[str, Any]:
+    """Return the joints of a controller, out of its hardware block, and what those say of its interfaces."""
+    wanted = COMMANDS.get(kind, "")
+    block = next((one for one in robot.sections[CONTROL] if one.name == controller.hardware), None)
+    moved = [one for one in block.joints if one.command and (not wanted or wanted in one.commands)] if block else []
+    names = [one.name for one in moved]
+    values: dict[str, Any] = {}
+    if kind in _GRIPPERS:
+        joint = controller.params.get("joint", names[0] if len(names) == 1 else "")
+        return _of_gripper(robot, str(joint))
+    if names:
+        values["joints"] = names
+        if len(names) == 1:
+            values["joint"] = names[0]
+    if kind == SHORT["joint_trajectory"]:
+        given = controller.params.get("joints")
+        values |= _interfaces(robot, tuple(map(str, given if given and isinstance(given, (list, tuple)) else names)))
+    return values
+
+
+def _of_gripper(robot: Robot, name: str) -> dict[str, Any]:
+    joint = robot.joint.get(name)
+    if joint is None:
+        return {}
+    values: dict[str, Any] = {"joint": name}
+    for key in (EFFORT, VELOCITY):
+        most = joint.limit.known(key) if joint.limit is not None else None
+        if most is not None:
+            values[f"max_{key}"] = most
+    return values
+
+
+def _interfaces(robot: Robot, names: tuple[str, ...]) -> dict[str, Any]:
+    """Return the first command that all of some joints have in their blocks, and the states that all of them have.
+
+    Several commands of a joint are ways to move it of which one is used at a time, as position and velocity of an arm.
+    """
+    found = [one for block in robot.sections[CONTROL] for one in block.joints if one.name in names]
+    if not names or len(found) < len(names):
+        return {}
+    commands = [word for word in _ORDER if all(word in one.commands for one in found)][:1]
+    states = list(takewhile(lambda word: all(word in one.states for one in found), JOINT_WORDS[:3]))
+    values = {"command_interfaces": commands, "state_interfaces": states}
+    return {key: words for key, words in values.items() if words}

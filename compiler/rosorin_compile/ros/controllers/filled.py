@@ -1,0 +1,130 @@
+"""The controllers of a description with all their parameters, and the text of controllers.yaml.
+
+What the description says goes before what the robot knows (``derived``). Each number is written as its type wants it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
+from rosorin_compile.formats.distributions import described_by as known_distribution
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Controller, Output, Robot
+from rosorin_compile.model.controllers import flat
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading
+from rosorin_compile.source.rule_registry import Rule
+
+from ..parameters import files
+from ..parameters.files import Node, asked
+from ..parameters.tables import MANAGER, Kind, controller, manager
+from ..parameters.values import converted
+from ..sections.controllers import CONTROLLERS
+from .derived import Derived, derived
+from .types import full
+
+RULES = (
+    Rule(
+        "controllers-later",
+        "A note: the parameters of controllers are known up to Jazzy, and a later distribution is asked for.",
+        "Nothing, as long as the controllers start.",
+        Heading.CONTROL,
+    ),
+    Rule(
+        "controllers-remap",
+        "A note: a controller owns odom -> base, and publishes it beside /tf.",
+        "Start it with the remap that the message names.",
+        Heading.CONTROL,
+    ),
+)
+
+UPDATE_RATE = 100  # Hz
+# Steering controllers of Jazzy call wheels by what they do, and keep the words of Humble for where they stand.
+_LATER, _EARLIER = "traction_joints_names", ("front_wheel", "rear_wheel", "wheel_track")
+
+
+class Filled(NamedTuple):
+    """A controller with its type in full, all its parameters as they are written, and what the robot knows of them."""
+
+    controller: Controller
+    type: str
+    values: Mapping[str, Any]
+    known: Derived
+    kind: Kind | None
+
+
+def filled(robot: Robot, distribution: str) -> list[Filled]:
+    """Return the controllers of a robot with all that is known of their parameters, for humble or jazzy."""
+    made = []
+    for one in robot.sections[CONTROLLERS]:
+        kind = full(one.type)
+        found, knows = controller(kind, distribution), derived(robot, one, kind)
+        values = {key: value for key, value in knows.values.items() if found is not None and key in found}
+        if found is not None and _LATER in found:
+            values = {key: value for key, value in values.items() if not key.startswith(_EARLIER)}
+        values |= one.params
+        made.append(Filled(one, kind, {key: _typed(found, key, value) for key, value in values.items()}, knows, found))
+    return made
+
+
+def distribution_of(robot: Robot, controllers: str) -> str:
+    """Return the distribution, humble or jazzy, that the output ``controllers`` is for; without it, that of another."""
+    said = sorted(robot.outputs, key=lambda one: one.name != controllers)
+    words = (one.options.get("distribution") or one.options.get("control") for one in said)
+    return known_distribution(str(next(filter(None, words), JAZZY)))
+
+
+def managed(output: Output, distribution: str) -> dict[str, Any]:
+    """Return the parameters of the controller_manager itself."""
+    values = {
+        "update_rate": output.options.get("update_rate", UPDATE_RATE),
+        **flat(output.options.get("manager") or {}),
+    }
+    return {key: _typed(manager(distribution), key, value) for key, value in values.items()}
+
+
+def _typed(found: Kind | None, key: str, value: Any) -> Any:
+    entry = found.key(key) if found is not None else None
+    if entry is not None:
+        return converted(value, entry.type)
+    return list(value) if isinstance(value, tuple) else value
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the controllers.yaml of a robot, for the distribution that the output asks for."""
+    distribution = known_distribution(asked(output))
+    controllers = filled(robot, distribution)
+    types = {f"{one.controller.name}.type": one.type for one in controllers}
+    space = str(output.options.get("namespace", "")).strip("/")
+    nodes = [Node(MANAGER, manager(distribution), {**managed(output, distribution), **types})]
+    nodes += [Node(one.controller.name, one.kind, one.values) for one in controllers]
+    head = [f"Controllers of ros2_control, for {title(asked(output))}."]
+    text = files.text(robot, output, templates, head, [one._replace(name=f"{space}/{one.name}") for one in nodes])
+    return text, [*_later(asked(output)), *_remaps(controllers, space)]
+
+
+def _later(said: str) -> Iterator[Diagnostic]:
+    if said not in (HUMBLE, JAZZY):
+        message = f"what is known of controllers is that of Jazzy: {title(said)} is taken to be like it"
+        yield Diagnostic("controllers-later", NOTE, message)
+
+
+def remaps(robot: Robot, output: Output) -> dict[str, list[tuple[str, str]]]:
+    """Return the remaps, from and to, without which a controller of an output would not publish what it owns."""
+    controllers = filled(robot, asked(output))
+    return {one.controller.name: [("~/tf_odometry", "/tf")] for one in controllers if _is_beside(one)}
+
+
+def _is_beside(one: Filled) -> bool:
+    kind = one.kind
+    return kind is not None and kind.odometry.startswith("~") and bool(one.values.get("enable_odom_tf"))
+
+
+def _remaps(controllers: list[Filled], space: str) -> Iterator[Diagnostic]:
+    for one in controllers:
+        if _is_beside(one):
+            name = f"/{space}/{one.controller.name}" if space else f"/{one.controller.name}"
+            frames = f"{one.values.get('odom_frame_id', 'odom')} -> {one.values.get('base_frame_id', 'base_link')}"
+            message = f'the controller "{one.controller.name}" publishes {frames} on {name}/tf_odometry, not on /tf'
+            yield Diagnostic("controllers-remap", NOTE, message, help=f"start it with {name}/tf_odometry:=/tf")

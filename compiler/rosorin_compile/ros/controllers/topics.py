@@ -1,0 +1,99 @@
+"""Topics of the controllers of a drive: where each takes velocities, in which message, and where it has its odometry.
+
+Source: ``ros-controls/ros2_controllers@{humble, jazzy}: */src/*_controller.cpp``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from rosorin_compile.formats.distributions import described_by
+from rosorin_compile.language.sections.drive import DRIVE
+from rosorin_compile.model import Robot
+
+from ..parameters.files import asked
+from .filled import Filled, filled
+from .types import SHORT
+
+CONTROLLERS = "controllers"  # the backend
+TF = "/tf"
+COMMAND = "/cmd_vel"  # where Nav2 and most others send velocities
+STAMPED = "use_stamped_vel"  # a parameter of Humble; later ones take stamped messages alone
+
+_VELOCITIES, _REFERENCE = ("cmd_vel", "odom"), ("reference", "odometry")
+# The topics of the commands and of the odometry, below the name of the controller.
+_TOPICS = {
+    SHORT["diff_drive"]: _VELOCITIES,
+    SHORT["omni_wheel_drive"]: _VELOCITIES,
+    SHORT["tricycle"]: _VELOCITIES,
+    SHORT["mecanum_drive"]: _REFERENCE,
+    SHORT["ackermann_steering"]: _REFERENCE,
+    SHORT["bicycle_steering"]: _REFERENCE,
+    SHORT["tricycle_steering"]: _REFERENCE,
+}
+_ONE_TOPIC = (SHORT["tricycle"],)  # for both kinds of messages
+
+
+class Driver(NamedTuple):
+    """A controller of a drive as others reach it; topics begin with ~ for its name.
+
+    ``space`` is its namespace, empty for none; ``stamped`` says that it takes TwistStamped, else Twist.
+    """
+
+    one: Filled
+    space: str
+    command: str
+    odometry: str
+    stamped: bool
+
+    @property
+    def name(self) -> str:
+        """The name of the controller."""
+        return self.one.controller.name
+
+    def topic(self, own: str) -> str:
+        """Return one of its topics as nodes outside of its namespace reach it."""
+        return f"{f'/{self.space}/' if self.space else ''}{self.name}{own.removeprefix('~')}"
+
+
+def drivers(robot: Robot) -> list[Driver]:
+    """Return the controllers of a drive, those that are started active first; none without an output for them."""
+    output = next((one for one in robot.outputs if one.backend == CONTROLLERS), None)
+    if output is None or not _is_whole(robot):
+        return []
+    space = str(output.options.get("namespace", "")).strip("/")
+    found = [_driver(one, space) for one in filled(robot, described_by(asked(output))) if one.type in _TOPICS]
+    return sorted(found, key=lambda driver: driver.one.controller.inactive)
+
+
+def _is_whole(robot: Robot) -> bool:
+    """Say whether the drive names what is there; rules tell where it does not."""
+    drive = robot.sections[DRIVE]
+    if drive is None:
+        return True
+    names = [name for names in drive.joints.values() for name in names]
+    return all(name in robot.joint for name in names) and (not drive.frame or drive.frame in robot.link)
+
+
+def _driver(one: Filled, space: str) -> Driver:
+    command, odometry = _TOPICS[one.type]
+    key = one.kind.key(STAMPED) if one.kind is not None and STAMPED in one.kind else None
+    stamped = key is None or bool(one.values.get(STAMPED, key.default))
+    if not stamped and one.type not in _ONE_TOPIC:
+        command += "_unstamped"
+    return Driver(one, space, f"~/{command}", f"~/{odometry}", stamped)
+
+
+def odometry_of(kind: str) -> str:
+    """Return the odometry topic of a type of controllers, as ~/odom; empty if the type drives no base."""
+    return f"~/{_TOPICS[kind][1]}" if kind in _TOPICS else ""
+
+
+def is_of_nobody(topic: str, published: Mapping[str, str]) -> str:
+    """Return the topic that is meant by one that is below the name of a controller which does not publish it.
+
+    ``published`` are the topics of the odometry by names of controllers; a topic of others is nobody's to judge.
+    """
+    meant = published.get(topic.strip("/").rpartition("/")[0], "")
+    return meant if meant.strip("/") != topic.strip("/") else ""

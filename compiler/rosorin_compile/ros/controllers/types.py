@@ -1,0 +1,88 @@
+"""Types of controllers: short words for them, and what is wrong with one that somebody wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rosorin_compile.formats.distributions import title
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Heading, did_you_mean, listed, nearest
+from rosorin_compile.source.rule_registry import Rule
+
+from ..parameters.checking import Finding
+from ..parameters.tables import DISTRIBUTIONS, plugins
+
+RULES = (
+    Rule(
+        "controller-type",
+        "A distribution has no controller of this type. A note where it is of another package, whose types are not "
+        "known: its parameters are not checked. A warning where that is nearly the name of a known one.",
+        "The message names the nearest one, or the distribution that has it.",
+        Heading.CONTROL,
+    ),
+)
+
+_BROADCASTER = "{0}_broadcaster/{1}Broadcaster"
+# Short words for types; each means the same in every distribution that has it.
+SHORT: Mapping[str, str] = {
+    "diff_drive": "diff_drive_controller/DiffDriveController",
+    "mecanum_drive": "mecanum_drive_controller/MecanumDriveController",
+    "omni_wheel_drive": "omni_wheel_drive_controller/OmniWheelDriveController",
+    "tricycle": "tricycle_controller/TricycleController",
+    "tricycle_steering": "tricycle_steering_controller/TricycleSteeringController",
+    "bicycle_steering": "bicycle_steering_controller/BicycleSteeringController",
+    "ackermann_steering": "ackermann_steering_controller/AckermannSteeringController",
+    "joint_trajectory": "joint_trajectory_controller/JointTrajectoryController",
+    "forward_command": "forward_command_controller/ForwardCommandController",
+    "position_group": "position_controllers/JointGroupPositionController",
+    "velocity_group": "velocity_controllers/JointGroupVelocityController",
+    "effort_group": "effort_controllers/JointGroupEffortController",
+    "position_gripper": "position_controllers/GripperActionController",
+    "effort_gripper": "effort_controllers/GripperActionController",
+    "parallel_gripper": "parallel_gripper_action_controller/GripperActionController",
+    "pid": "pid_controller/PidController",
+    "admittance": "admittance_controller/AdmittanceController",
+    "gpio": "gpio_controllers/GpioCommandController",
+    "joint_state_broadcaster": _BROADCASTER.format("joint_state", "JointState"),
+    "imu_sensor_broadcaster": _BROADCASTER.format("imu_sensor", "IMUSensor"),
+    "range_sensor_broadcaster": _BROADCASTER.format("range_sensor", "RangeSensor"),
+    "force_torque_sensor_broadcaster": _BROADCASTER.format("force_torque_sensor", "ForceTorqueSensor"),
+    "gps_sensor_broadcaster": _BROADCASTER.format("gps_sensor", "GPSSensor"),
+    "pose_broadcaster": _BROADCASTER.format("pose", "Pose"),
+}
+
+
+def full(kind: str) -> str:
+    """Return the type of a controller that a short word stands for, or the word itself."""
+    return SHORT.get(kind, kind)
+
+
+def of_type(name: str, kind: str, distribution: str) -> Finding | None:
+    """Return what is wrong with the type of a controller in a distribution, any of them if it is empty."""
+    known, wanted = plugins(distribution), full(kind)
+    if wanted in known:
+        return None
+    said, where = f'the controller "{name}" is of type "{kind}"', f" on {title(distribution)}" if distribution else ""
+    if wanted in plugins(""):
+        others = listed(title(one) for one in DISTRIBUTIONS if wanted in plugins(one))
+        message = f"{said}, which {title(distribution)} does not have; {others} has it"
+        return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
+    help = did_you_mean(kind, [*known, *(word for word, of in SHORT.items() if of in known)])
+    package = kind.partition("/")[0]
+    if "/" not in kind or package in _packages():
+        help = help if help.startswith("did") else _listed(known, package)
+        return Finding("controller-type", f"{said}, which there is not{where}", "type", help)
+    message = f"{said}, of a package that is not known: its parameters are not checked"
+    meant = nearest(package, _packages())  # vendors call theirs after those that they know
+    help = help if meant and abs(len(meant) - len(package)) < 2 and help.startswith("did") else ""
+    return Finding("controller-type", message, "type", help, WARNING if help else NOTE)
+
+
+def _packages() -> set[str]:
+    """Return the packages whose types are all known, by their own names and as types begin."""
+    every = plugins("")
+    return {*every.values(), *(plugin.partition("/")[0] for plugin in every)}
+
+
+def _listed(known: Mapping[str, str], package: str) -> str:
+    of = [one for one, its in known.items() if its == package]
+    return f"{package} has {listed(of)}" if of else f"short words: {', '.join(SHORT)}; any other is PACKAGE/CLASS"

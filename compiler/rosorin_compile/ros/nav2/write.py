@@ -1,0 +1,407 @@
+"""The parameters of Nav2, AMCL and slam_toolbox that a description knows.
+
+Heights of obstacles are those of the costmap's global frame, in which the frame that the odometry moves is at z = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.language.sections.drive import DRIVE
+from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
+from rosorin_compile.model.footprint import CORNERS, Footprint, footprint, padded, solids
+from rosorin_compile.model.footprint import outside as reaching_out
+from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
+from rosorin_compile.model.tucked import left_out
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, did_you_mean, error, listed
+from rosorin_compile.source.rule_registry import Rule
+
+from ..controllers.derived import owned
+from ..controllers.topics import Driver, drivers
+from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of
+from ..parameters.files import Node, asked, nodes_of, text, value_of
+from .scans import PLANAR, scan_topic, seen_by_slam, topic_of
+
+RULES = (
+    Rule(
+        "nav2-footprint",
+        "A warning: the footprint is left out, for the robot has no collision shapes, or meshes of unknown size, so it "
+        "would be too small; or the base frame is not within it, which Nav2 takes for granted.",
+        "Give the links shapes; or name another `base_frame`.",
+        Heading.NAVIGATION,
+    ),
+    Rule(
+        "nav2-base",
+        "The base frame for Nav2 is no frame of the robot, or it moves against the one that the odometry moves.",
+        "Name a frame that is fixed to it.",
+        Heading.NAVIGATION,
+    ),
+    Rule("nav2-pose", "The robot has no pose of this name.", "Name one of `poses`.", Heading.NAVIGATION),
+    Rule(
+        "nav2-pose-left-out",
+        "A warning: the pose of the footprint does not name a joint, and what that moves decides on the footprint, for "
+        "it is where it reaches farthest.",
+        "Name the joint in the pose.",
+        Heading.NAVIGATION,
+    ),
+    Rule(
+        "nav2-source",
+        "An observation source is no sensor that sees obstacles, has no topic, or is lower than any obstacle.",
+        "As the message says.",
+        Heading.NAVIGATION,
+    ),
+    Rule(
+        "nav2-command",
+        "A warning: a controller of the drive takes velocities in another message than Nav2 sends: nothing drives.",
+        "Give the controller `use_stamped_vel: false`, or both outputs the same `distribution`.",
+        Heading.NAVIGATION,
+    ),
+)
+
+LOCAL, GLOBAL = "local_costmap", "global_costmap"
+_LAYERS = {LOCAL: "voxel_layer", GLOBAL: "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
+_HEADROOM = 0.1  # m
+_PADDING = 0.01  # m, Nav2's own
+_CORNERS_OF_CIRCLE = 16  # of what Nav2 makes of a radius, on the circle
+CIRCLE = "circle"
+# What a sensor publishes that sees obstacles.
+_SEES = {PLANAR: "LaserScan", "lidar_3d": "PointCloud2", "depth_camera": "PointCloud2"}
+_MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
+_MILLIMETRES = 1000
+_FILTERED = "odometry/filtered"  # of robot_localization
+# What of Nav2 sends or takes velocities (nav2_util/twist_{publisher,subscriber}.hpp); what reads the odometry.
+_SENDING = ("controller_server", "behavior_server", "velocity_smoother", "collision_monitor", "docking_server")
+_MEASURING = ("bt_navigator", "controller_server", "velocity_smoother")
+
+
+class Basics(NamedTuple):
+    """What a description knows for Nav2: the frames, the base frame of Nav2, and the positions of the joints."""
+
+    frames: Frames
+    base: str
+    positions: Mapping[str, float]
+
+
+class Measured(NamedTuple):
+    """The robot in numbers: its footprint, and between which heights (m) something is an obstacle.
+
+    ``padding`` (m) is what Nav2 is told of it; None for its own. ``remarks`` are about the footprint.
+    """
+
+    outline: Footprint
+    heights: tuple[float, float]
+    padding: float | None
+    remarks: tuple[str, ...] = ()
+
+
+def basics(robot: Robot, output: Output) -> tuple[Basics | None, list[Found]]:
+    """Return what is known of a robot for an output without measuring it, and all that is wrong."""
+    frames, wrong = frames_of(robot, output)
+    pose = output.options.get("pose")
+    poses = {one.name: one.positions for one in robot.poses}
+    if pose is not None and pose not in poses:
+        way_out = did_you_mean(pose, poses) or "the robot has no poses"
+        wrong.append(Found("nav2-pose", f'there is no pose "{pose}"', ("pose",), way_out))
+    wrong += _sources(robot, output)
+    if frames is None:
+        return None, wrong
+    base = str(output.options.get("base_frame", frames.moved))
+    of_base = list(_base(robot, base, frames))
+    wrong += [*of_base, *_owners(robot, frames)]
+    if pose in poses and not of_base and robot.is_tree and robot.mimics_resolve:
+        wrong += _left_out(robot, base, str(pose), poses[str(pose)])
+    if not frames.map and not any(one.rule == "navigation-owner" for one in wrong):
+        message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"
+        way_out = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
+        wrong.append(Found("navigation-no-map", message, (), way_out, WARNING, key=True))
+    wrong += _unheard(robot, output)
+    return Basics(frames, base, poses.get(pose, {}) if pose is not None else {}), wrong
+
+
+def _left_out(robot: Robot, base: str, pose: str, positions: Mapping[str, float]) -> Iterator[Found]:
+    for one in left_out(robot, base, positions, clouds_of(robot)):
+        reaches = f'"{one.link}" reaches {one.reach:.3g} m from "{base}", as far as it can: {one.least:.3g} m elsewhere'
+        message = f'pose "{pose}" does not name joint "{one.joint}", which stays at zero, where {reaches}'
+        yield Found("nav2-pose-left-out", message, ("pose",), "name it in the pose", WARNING)
+
+
+def _base(robot: Robot, base: str, frames: Frames) -> Iterator[Found]:
+    path = ("base_frame",)
+    if base not in robot.link:
+        yield Found("nav2-base", f'there is no frame "{base}" on the robot', path, did_you_mean(base, robot.frames))
+    elif robot.moves_between(base, frames.moved):
+        message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
+        yield Found("nav2-base", message, path, "name a frame that is fixed to it")
+
+
+def _owners(robot: Robot, frames: Frames) -> Iterator[Found]:
+    """Yield edges of AMCL and slam_toolbox that these do not publish."""
+    for publisher in robot.publishers:
+        if kind_of(publisher) in (AMCL, SLAM):
+            for lead in frames.owned(publisher):
+                if lead.child != frames.odom or lead.parent != frames.map:
+                    step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
+                    message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
+                    way_out = "correct the edge: the step from the odometry to the robot is of another node"
+                    yield Found("navigation-owner", message, lead.path, way_out, absolute=True)
+
+
+def _unheard(robot: Robot, output: Output) -> Iterator[Found]:
+    """Yield the controllers of the drive that do not understand Nav2 of Humble, which sends Twist alone."""
+    for driver in drivers(robot) if asked(output) == HUMBLE else ():
+        if driver.stamped:
+            message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {title(HUMBLE)} sends Twist'
+            way_out = "give it use_stamped_vel: false, where its output is for Humble, too"
+            path = ("controllers", driver.name)
+            yield Found("nav2-command", message, path, way_out, WARNING, absolute=True, key=True)
+
+
+def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | None, list[Diagnostic]]:
+    """Return the robot in numbers, and what is unusual; None where nobody knows how large it is."""
+    corners, clouds = int(output.options.get("corners", CORNERS)), clouds_of(robot)
+    try:
+        outline = footprint(robot, made.base, made.positions, corners, clouds)
+    except ValueError as problem:
+        message = f"{problem}: footprint and heights are left out"
+        return None, [Diagnostic("nav2-footprint", WARNING, message, help="correct the size of its shapes")]
+    if outline is None or outline.meshes:
+        _, unknown = solids(robot, made.base, made.positions, clouds)
+        return None, [_unmeasured(robot, unknown)]
+    said = []
+    circle = output.options.get("outline") == CIRCLE
+    if outline.inscribed <= 0 and not circle:
+        message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
+        said.append(Diagnostic("nav2-footprint", WARNING, message, help="name a frame in the middle: base_frame"))
+    heights = _heights(robot, output, made, outline)
+    for name in _lidars(robot, output):
+        at = _above(robot, made, name)
+        if at > heights[0]:
+            continue
+        message = f'lidar "{name}" sees nothing: it is at {at:.3g} m, and what is below {heights[0]:g} m is no obstacle'
+        said.append(error("nav2-source", message, None, "make clearance less"))
+    padding = output.options.get("padding")
+    free = float(_PADDING if padding is None else padding)
+    if circle or outline.holds(padded(outline.corners, free)):
+        return Measured(outline, heights, None if padding is None else free), said
+    grown = footprint(robot, made.base, made.positions, corners, clouds, free)
+    remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."
+    return Measured(grown or outline, heights, 0.0, (remark,)), said
+
+
+def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
+    """Return that nobody knows how large a robot is: it has no collision shapes, or links with meshes unread."""
+    left = "footprint and heights are left out"
+    if not unknown:
+        message = f"no link of the robot has a collision shape: {left}"
+        return Diagnostic("nav2-footprint", WARNING, message, help="give its links collision shapes")
+    shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
+    reasons = {mesh.file: why_unread(robot, mesh.file) for mesh in shapes if isinstance(mesh, Mesh)}
+    files = [file for file, reason in reasons.items() if reason]
+    message = f"nobody knows how large {listed(files, 3)} is ({listed(unknown, 3)}): {left}"
+    way_out = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
+    return Diagnostic("nav2-footprint", WARNING, message, help=way_out)
+
+
+def _heights(robot: Robot, output: Output, made: Basics, outline: Footprint) -> tuple[float, float]:
+    """Return between which heights (m) something is an obstacle: over the floor, and as high as the robot reaches.
+
+    A lidar of one plane sees at its own height: that is within, also where nothing of the robot is as high.
+    """
+    up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
+    planes = [_above(robot, made, sensor.name) for sensor in robot.sensors if sensor.type == PLANAR]
+    low = min(0.0, outline.lowest + up) + float(output.options.get("clearance", 0.0))
+    high = max([outline.highest + up, *planes]) + float(output.options.get("headroom", _HEADROOM))
+    return math.floor(low * _MILLIMETRES + 0.5) / _MILLIMETRES + 0.0, math.ceil(high * _MILLIMETRES) / _MILLIMETRES
+
+
+def _above(robot: Robot, made: Basics, name: str) -> float:
+    """Return how high a sensor is over the frame that the odometry moves (m)."""
+    frame = next(sensor.frame for sensor in robot.sensors if sensor.name == name)
+    return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
+
+
+def _lidars(robot: Robot, output: Output) -> list[str]:
+    """Return the lidars of one plane among the observation sources."""
+    named = {source["sensor"] for source in (output.options.get("sources") or {}).values()}
+    return [sensor.name for sensor in robot.sensors if sensor.type == PLANAR and sensor.name in named]
+
+
+def _sources(robot: Robot, output: Output) -> Iterator[Found]:
+    """Yield what is wrong with the observation sources."""
+    sensors = {sensor.name: sensor for sensor in robot.sensors}
+    for name, source in (output.options.get("sources") or {}).items():
+        sensor, path = sensors.get(source["sensor"]), ("sources", name, "sensor")
+        if sensor is None:
+            way_out = did_you_mean(source["sensor"], sensors) or "the robot has no sensors"
+            yield Found("nav2-source", f'there is no sensor "{source["sensor"]}"', path, way_out)
+        elif sensor.type not in _SEES:
+            message = f'sensor "{sensor.name}" is {_article(sensor.type)}, which sees no obstacles for a costmap'
+            yield Found("nav2-source", message, path, "name a lidar or a depth camera")
+        elif not topic_of(robot, source):
+            message = f'nobody says which topic sensor "{sensor.name}" is on'
+            yield Found("nav2-source", message, path, "add topic: NAME")
+
+
+def _article(word: str) -> str:
+    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield what is wrong with an entry."""
+    yield from diagnose(case, output, lambda robot, output: basics(robot, output)[1])
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the parameters of a robot for Nav2. The options are in the record."""
+    made, found = basics(robot, output)
+    wrong = [error(one.rule, one.message, None, one.help) for one in found if one.severity != WARNING]
+    if made is None or wrong:
+        return "", wrong
+    size, said = measured(robot, output, made)
+    head = [
+        f"Nav2 of {asked(output).capitalize()}: frames, footprint and heights of the robot.",
+        "No tuning is in it: load it after your own.",
+    ]
+    if size is not None:
+        pose = output.options.get("pose")
+        at = "with all joints at zero" if pose is None else f"in the pose {pose}"
+        head += [f"The footprint is that {at}.", *size.remarks]
+    return text(robot, output, templates, head, list(_nodes(robot, output, made, size))), said
+
+
+def _nodes(robot: Robot, output: Output, made: Basics, size: Measured | None) -> Iterator[Node]:
+    """Yield the nodes of Nav2, by the names that nav2_bringup gives them."""
+    frames, base = made.frames, {"robot_base_frame": made.base}
+    costmaps = {LOCAL: frames.odom, **({GLOBAL: frames.map} if frames.map else {})}
+    for name, frame in costmaps.items():
+        layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
+        values: dict[str, Any] = {"global_frame": frame, **base, **_outline(output, size)}
+        values |= _band(layer, size)
+        yield Node(f"{name}/{name}", "costmap", values | dict(_seen(robot, output, layer, size)))
+    servers = _servers(output, made)
+    for name, more in _way_of_velocities(robot, output, frames).items():
+        servers[name] = {**servers.get(name, {}), **more}
+    yield from (Node(name, name, values) for name, values in servers.items() if values)
+    if frames.map:
+        yield from _localisation(robot, output, frames)
+
+
+def _servers(output: Output, made: Basics) -> dict[str, dict[str, Any]]:
+    """Return the frames of the servers of Nav2, as many as a distribution has of them."""
+    frames, base = made.frames, {"robot_base_frame": made.base}
+    found: dict[str, dict[str, Any]] = {}
+    if frames.map:
+        found["bt_navigator"] = {"global_frame": frames.map, **base}
+    found["controller_server"] = {}
+    # In Humble the behaviours have one frame, that of the local costmap.
+    local = {"global_frame": frames.odom} if asked(output) == HUMBLE else {"local_frame": frames.odom}
+    far = {"global_frame": frames.map} if frames.map and "local_frame" in local else {}
+    found["behavior_server"] = {**local, **far, **base}
+    found["velocity_smoother"] = {}
+    found["collision_monitor"] = {"base_frame_id": made.base, "odom_frame_id": frames.odom}
+    if asked(output) != HUMBLE:
+        found["docking_server"] = {"base_frame": made.base, "fixed_frame": frames.odom}
+    if asked(output) not in (HUMBLE, JAZZY) and frames.map:
+        found["route_server"] = {"base_frame": made.base, "route_frame": frames.map}
+    return found
+
+
+def _way_of_velocities(robot: Robot, output: Output, frames: Frames) -> dict[str, dict[str, Any]]:
+    """Return in which message the servers send velocities to the drive, and where its odometry comes from."""
+    driving, odometry = drivers(robot), _odometry(robot, frames)
+    found: dict[str, dict[str, Any]] = {}
+    for name in _MEASURING if odometry else ():
+        found[name] = {"odom_topic": odometry}
+    for name in _SENDING if driving and asked(output) != HUMBLE else ():
+        found[name] = {**found.get(name, {}), "enable_stamped_cmd_vel": driving[0].stamped}
+    return found
+
+
+def _odometry(robot: Robot, frames: Frames) -> str:
+    """Return the topic of the odometry: that of the filter or the controller which moves the base; else nothing."""
+
+    def topics(publisher: Publisher) -> Iterator[str]:
+        if kind_of(publisher) == FILTER:
+            yield _FILTERED
+        yield from (driver.topic(driver.odometry) for driver in driving if _owns(robot, driver, publisher))
+
+    driving = drivers(robot)
+    moving = [lead.publisher for lead in frames.leads if (lead.parent, lead.child) == (frames.odom, frames.moved)]
+    found = {next(topics(publisher), "") for publisher in moving}
+    return found.pop() if len(found) == 1 else ""
+
+
+def _owns(robot: Robot, driver: Driver, publisher: Publisher) -> bool:
+    return any(edge.publisher.name == publisher.name for edge in owned(robot, driver.one.controller))
+
+
+def _outline(output: Output, size: Measured | None) -> dict[str, Any]:
+    """Return the keys of the footprint. A footprint wins over a radius, which is for where it cannot be read."""
+    if size is None:
+        return {}
+    around = size.outline.circumscribed / math.cos(math.pi / _CORNERS_OF_CIRCLE)
+    circle = output.options.get("outline") == CIRCLE
+    corners = "" if circle else ", ".join(f"[{x!r}, {y!r}]" for x, y in size.outline.corners)
+    values: dict[str, Any] = {"footprint": f"[{corners}]", "robot_radius": math.ceil(around * 1e4) / 1e4}
+    return values if size.padding is None else {**values, "footprint_padding": size.padding}
+
+
+def _band(place: str, size: Measured | None) -> dict[str, float]:
+    """Return the keys of the heights of a layer, or of a source of one."""
+    names = ("min_obstacle_height", "max_obstacle_height")
+    return {f"{place}.{name}": one for name, one in zip(names, size.heights, strict=True)} if size is not None else {}
+
+
+def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> Iterator[tuple[str, Any]]:
+    """Yield the keys of the observation sources of a layer."""
+    sources = output.options.get("sources") or {}
+    sensors: dict[str, Sensor] = {sensor.name: sensor for sensor in robot.sensors}
+    if sources:
+        yield f"{layer}.observation_sources", " ".join(sources)
+    for name, source in sources.items():
+        sensor, own = sensors[source["sensor"]], f"{layer}.{name}"
+        yield f"{own}.topic", topic_of(robot, source)
+        yield f"{own}.data_type", _SEES[sensor.type]
+        yield f"{own}.sensor_frame", sensor.optical_frame or sensor.frame
+        yield from _band(own, size).items()
+
+
+def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node]:
+    """Yield AMCL, and slam_toolbox if it is there: the frames, and whether it publishes map -> odom, as the edges say.
+
+    nav2_bringup starts AMCL unless it is told otherwise, with `tf_broadcast: true` if nobody says anything.
+    """
+    there = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
+    owns = {kind: any(frames.owned(one) for one in mine) for kind, mine in there.items()}
+    values: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
+    values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
+    if (drive := robot.sections[DRIVE]) is not None:
+        values["robot_model_type"] = _MOTION[drive.slides]
+    yield Node(AMCL, AMCL, values | scan_topic(robot, output))
+    if there[SLAM]:
+        silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
+        yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
+
+
+def disagreements(robot: Robot, output: Output, written: str) -> Iterator[str]:
+    """Yield where the robot reaches out of a footprint that an artifact has. Raises ValueError for a damaged one."""
+    pose = output.options.get("pose")
+    positions = robot.positions(pose) if pose is not None else {}
+    seen: dict[tuple[str, str], tuple[float, str]] = {}  # two costmaps have one footprint, as a rule
+    for name, values in nodes_of(written).items():
+        base = values.get("robot_base_frame", "")
+        if "footprint" not in values or base not in robot.link:
+            continue
+        said = str(values["footprint"])
+        if (base, said) not in seen:
+            points = value_of(said)
+            placed, _ = solids(robot, base, positions, clouds_of(robot)) if points else ([], [])
+            seen[base, said] = reaching_out(placed, [(x, y) for x, y in points]) if points else (0.0, "")
+        beyond, link = seen[base, said]
+        if beyond:
+            yield f'"{link}" reaches {1000 * beyond:.3g} mm out of the footprint of {name}'

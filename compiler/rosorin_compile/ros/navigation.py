@@ -1,0 +1,181 @@
+"""What a description knows of navigation: the frames of the map, the odometry and the base, and who publishes them.
+
+The edges say it: one leads from outside of the robot to a frame of it, which is the odometry; one leads to where that
+begins, which is the map (REP 105). A node is what its name says, or its package.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+from rosorin_compile.model import Output, Publisher, Robot
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.conditions import holds, modes_in
+from rosorin_compile.rules.tf_tree import is_tree
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Heading, did_you_mean, listed, quoted
+from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.tree import Path, exists
+
+from .parameters.tables import kinds
+
+RULES = (
+    Rule(
+        "navigation-frames",
+        "The description does not say what nodes of navigation have to know: which frame the odometry moves, or which "
+        "of several.",
+        "Add the edge to `edges`, with who publishes it; or name the frames in the output.",
+        Heading.NAVIGATION,
+    ),
+    Rule(
+        "navigation-no-map",
+        "A warning: no edge leads from a map to the odometry, so what needs a map is left out.",
+        "Add it to `edges`: `{parent: map, child: odom, publisher: amcl}`.",
+        Heading.NAVIGATION,
+    ),
+    Rule(
+        "navigation-owner",
+        "A node is to publish an edge that nodes of its kind do not publish, or two.",
+        "Correct the edge, or its publisher.",
+        Heading.NAVIGATION,
+    ),
+)
+
+AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
+_NO_FILTER = "navsat"  # a node of robot_localization that is none
+
+
+class Found(NamedTuple):
+    """What is wrong with an output, or the robot for it; ``path`` is below the entry, or at the top if absolute."""
+
+    rule: str
+    message: str
+    path: Path = ()
+    help: str = ""
+    severity: str = ERROR
+    absolute: bool = False
+    key: bool = False
+
+
+class Lead(NamedTuple):
+    """A transform that somebody publishes; ``path`` is its place in the description."""
+
+    parent: str
+    child: str
+    publisher: Publisher
+    path: Path
+
+    def __str__(self) -> str:
+        return f"{self.parent} -> {self.child}"
+
+
+class Frames(NamedTuple):
+    """The frames of navigation: of the map (empty: nobody says), of the odometry, and the one that this moves.
+
+    ``leads`` are the transforms that nodes publish.
+    """
+
+    map: str
+    odom: str
+    moved: str
+    leads: tuple[Lead, ...]
+
+    def owned(self, publisher: Publisher) -> list[Lead]:
+        """Return the transforms of a publisher, each pair of frames once."""
+        mine = {(lead.parent, lead.child): lead for lead in self.leads if lead.publisher.name == publisher.name}
+        return list(mine.values())
+
+
+def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]:
+    """Return the frames of navigation, and what is wrong with them; ``output`` may name which of several."""
+    leads = list(_leads(robot))
+    every = dict.fromkeys((lead.parent, lead.child) for lead in leads if _enters(robot, lead))
+    if not every:
+        message = f"no edge leads to the robot: nobody is said to publish odom -> {robot.root}"
+        help = _to_edges(robot)
+        return None, [Found("navigation-frames", message, (), help, key=True)]
+    asked = output.options.get("odom_frame")
+    pairs = [pair for pair in every if asked in (None, pair[0])]
+    if not pairs:
+        help = did_you_mean(str(asked), {parent for parent, _ in every})
+        return None, [Found("navigation-frames", f'"{asked}" is not the frame of an odometry', ("odom_frame",), help)]
+    below = {lead.child for lead in leads}
+    pairs = [pair for pair in pairs if pair[0] in below] or pairs
+    if len(pairs) > 1:
+        message = f"there is more than one odometry: {listed(f'{parent} -> {child}' for parent, child in pairs)}"
+        return None, [Found("navigation-frames", message, (), "say which: odom_frame: NAME", key=True)]
+    (odom, moved), (map_, wrong) = pairs[0], _map(leads, pairs[0][0], output.options.get("map_frame"))
+    return (None if wrong else Frames(map_, odom, moved, tuple(leads))), wrong
+
+
+def _to_edges(robot: Robot) -> str:
+    """Return the edge of the odometry as it is to be written, of a node that publishes nothing if there is one."""
+    owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
+    free = [node.name for node in robot.publishers if node.name not in owners and kind_of(node) not in (AMCL, SLAM)]
+    help = f"add it to edges: {{parent: odom, child: {robot.root}, publisher: {free[0] if len(free) == 1 else 'NAME'}}}"
+    if len(free) > 1:
+        return f"{help}, one of {', '.join(free)}"
+    return help if free else f"{help}, with the node that does: publishers: {{NAME: {{package: PACKAGE}}}}"
+
+
+def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list[Found]]:
+    """Return the frame of the map, empty if there is none, and what is wrong with it."""
+    maps = list(dict.fromkeys(lead.parent for lead in leads if lead.child == odom))
+    if asked is not None and asked not in maps:
+        message = f'no edge leads from "{asked}" to "{odom}"'
+        return "", [Found("navigation-frames", message, ("map_frame",), did_you_mean(asked, maps))]
+    if asked is None and len(maps) > 1:
+        message = f'edges lead to "{odom}" from {quoted(maps)}'
+        return "", [Found("navigation-frames", message, (), "say which is the map: map_frame: NAME", key=True)]
+    return asked or next(iter(maps), ""), []
+
+
+def _leads(robot: Robot) -> Iterator[Lead]:
+    """Yield the transforms that nodes publish, but for what joints hold together."""
+    for index, edge in enumerate(robot.edges):
+        if edge.publisher.kind != UNPUBLISHED and not edge.joint:
+            yield Lead(edge.parent, edge.child, edge.publisher, ("edges", index))
+
+
+def _enters(robot: Robot, lead: Lead) -> bool:
+    """Say whether a transform leads from outside to the robot."""
+    return lead.child in robot.link and lead.parent not in robot.link
+
+
+def kind_of(publisher: Publisher) -> str:
+    """Return which kind of node a publisher is: AMCL, SLAM or FILTER; empty for another one."""
+    if publisher.kind != NODE or _NO_FILTER in publisher.name:
+        return ""
+    for kind in (AMCL, SLAM, FILTER):
+        if publisher.package in kinds("")[kind].packages or publisher.name in kinds("")[kind].names:
+            return kind
+    return ""
+
+
+def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
+    """Return the kinds of nodes that publish map -> odom while no mode is on; empty: of none that is known."""
+    edges = [robot.edges[int(lead.path[-1])] for lead in frames.leads if lead.child == frames.odom]
+    off = dict.fromkeys(modes_in(robot, [edge.when for edge in edges]), False)
+    return {kind_of(edge.publisher) for edge in edges if edge.parent == frames.map and holds(edge.when, off)}
+
+
+def stated_topic(robot: Robot, name: str) -> str:
+    """Return the topic that the description gives a sensor; empty if it gives none, so that it is called like it."""
+    for sensor in robot.sensors:
+        for simulated in sensor.gazebo if sensor.name == name else ():
+            for element in simulated.elements:
+                if element.name == "topic" and element.value not in (name, None):
+                    return str(element.value)
+    return ""
+
+
+def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Found]]) -> Iterator[Diagnostic]:
+    """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is no tree."""
+    if not is_tree(case):
+        return
+    entry: Path = ("outputs", output.name)
+    for one in find(case.robot, output):
+        path = one.path if one.absolute else (*entry, *one.path)
+        key = one.key or not exists(case.tree, path)
+        yield case.problem(one.rule, one.message, path, one.help, severity=one.severity, key=key)

@@ -1,0 +1,264 @@
+"""Compiling at launch: the description that a package carries, and what its launch files call its arguments.
+
+The files of the description stand below ``descriptions`` of the package as they stand in the project, so that they find
+each other from the install space. That they do is proven: the copy is compiled before anything is written.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.formats.format import Artifact
+from rosorin_compile.formats.launching import free_names
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.source.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
+from rosorin_compile.source.project import Description, tool_folders
+from rosorin_compile.source.world import world
+
+from .meshes import named
+from .naming import is_legal
+from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
+
+if TYPE_CHECKING:
+    from rosorin_compile.cli.given import Given
+    from rosorin_compile.language.arguments import Argument
+    from rosorin_compile.output.pipeline import Compiled
+
+    from .package import Options
+
+RULES = (
+    Rule(
+        "package-not-carried",
+        "`--compile-at-launch`: something that the description reads, or that its URDF names, is not there at launch.",
+        "Move it into the project, or into a ROS package.",
+        Heading.PACKAGES,
+    ),
+)
+
+STATICS = "static_tf_json"
+_CUT = "..."  # the end of a text that is too long to be shown
+# What is the same value on a command line, within quotes, as it is in YAML.
+_SIMPLE = re.compile(r"(?!(null|Null|NULL|~)$)[\w.+/ -]*")
+
+
+class Passed(NamedTuple):
+    """An argument of the description as the launch files have it.
+
+    ``own`` is the default that the description has itself: with that text nothing is passed. None is no text.
+    ``simple`` says that it may as well be passed.
+    """
+
+    name: str
+    argument: LaunchArgument
+    own: str | None
+    simple: bool
+
+
+class Carried(NamedTuple):
+    """A description in a package: its first file and all that it reads by place, and how it is compiled.
+
+    ``urdf`` and ``statics`` are what ``rosorin-compile print`` is asked for; ``packages`` are ROS packages it needs.
+    """
+
+    description: str
+    files: Mapping[str, bytes]
+    passed: tuple[Passed, ...]
+    urdf: str
+    statics: str
+    packages: tuple[str, ...]
+
+    @property
+    def simple(self) -> bool:
+        """Whether the words of the command can stand in a launch file: every argument can be passed as it is."""
+        return bool(_SIMPLE.fullmatch(self.description)) and all(one.simple for one in self.passed)
+
+    @property
+    def required(self) -> list[str]:
+        """Return the arguments that a launch has to give."""
+        return [one.argument.name for one in self.passed if one.argument.default is None]
+
+
+def described(
+    compiled: Compiled, description: Description, given: Given, options: Options
+) -> tuple[Carried | None, list[Diagnostic]]:
+    """Return the description that a package with these options carries, if any, or what cannot be carried."""
+    if not options.at_launch or compiled.robot is None:
+        return None, []
+    modes = spelt_statics(compiled.robot, [argument.name for argument in ARGUMENTS]).modes
+    return carry(compiled, description.path, given, options.name, modes.values())
+
+
+def carry(
+    compiled: Compiled, path: Path, given: Given, package: str, modes: Iterable[str]
+) -> tuple[Carried | None, list[Diagnostic]]:
+    """Return the description whose first file is ``path`` as a package carries it, or what cannot be carried.
+
+    The arguments of this run become the defaults at launch; ``modes`` are names of launch arguments that are taken.
+    Raises LoadError.
+    """
+    from rosorin_compile.language.arguments import Argument
+
+    main = next((one for one in compiled.artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
+    if main is None:
+        return None, []  # a package without a URDF is refused anyway
+    statics = next((one.output for one in compiled.artifacts if one.backend == STATICS), STATICS)
+    values = given.values()
+    packages = compiled.packages
+    packages |= given.packages
+    places, problems = _places(compiled, path, packages)
+    problems += _unfindable(main, package, places)
+    if problems:
+        return None, problems
+    files = {place: world.read(file) for file, place in places.items()}
+    taken = [*(argument.name for argument in ARGUMENTS), *modes, WORDS]
+    passed = tuple(_passed(Argument.declared(path, values)[0], values, taken))
+    read = [
+        name
+        for name, folder in packages.items()
+        if str(folder) in main.text or any(_spelled(f).is_relative_to(folder) for f in compiled.inputs)
+    ]
+    needs = tuple(sorted(name for name in read if is_legal(name) and name != package))
+    return Carried(places[_spelled(path)], files, passed, main.output, statics, needs), []
+
+
+def _spelled(path: Path) -> Path:
+    return Path(os.path.abspath(path))
+
+
+def _places(compiled: Compiled, path: Path, packages: Mapping[str, Path]) -> tuple[dict[Path, str], list[Diagnostic]]:
+    """Return where in a package the files of a description stand, and what cannot stand in one."""
+    python = compiled.python_packages
+    elsewhere = [tool_folders()["parts_library"], *python, *map(_spelled, packages.values())]
+    inputs = [_spelled(one) for one in compiled.inputs]
+    own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
+    top, prefix = _top(_spelled(path), own)
+    outside = [one for one in own if not one.is_relative_to(top)]
+    problems = [
+        error(
+            "package-not-carried",
+            f"{one} is read, and is outside the project {top}: no package can carry it",
+            _named_in(one.name, own),
+            "move it into the project, or into a ROS package that the description names",
+        )
+        for one in outside
+    ]
+    return {one: f"{prefix}{one.relative_to(top).as_posix()}" for one in own if one not in outside}, problems
+
+
+def _top(first: Path, files: Sequence[Path]) -> tuple[Path, str]:
+    """Return the folder whose files stand below ``descriptions`` in a package, and what comes before their names.
+
+    It is ``descriptions`` of the project, if that has them all, else the project; for a lone description its folder.
+    """
+    folder = next((one for one in (first.parent, *first.parent.parents) if one.name == Description.FOLDER), None)
+    if folder is None:
+        name = first.parent.name
+        return first.parent, f"{Description.FOLDER}/{name if name.isprintable() and name.strip('.') else 'robot'}/"
+    return (folder if all(one.is_relative_to(folder) for one in files) else folder.parent), f"{Description.FOLDER}/"
+
+
+def _named_in(name: str, files: Iterable[Path]) -> Span | None:
+    """Return where one of the YAML files names something; None if none does in so many words."""
+    for file in files:
+        if file.suffix in Description.ENDINGS:
+            source = Source(str(file), world.read(file).decode("utf-8", "replace"))
+            for number, line in enumerate(source.text.splitlines(), 1):
+                if name in line:
+                    return Span(source, number, line.index(name) + 1, len(name))
+    return None
+
+
+def _unfindable(main: Artifact, package: str, places: Iterable[Path]) -> Iterator[Diagnostic]:
+    """Yield the meshes of a URDF that it names by a path: compiled at launch, it is a file nowhere."""
+    files = list(places)
+    for name in named(main.text):
+        if "://" not in name and not name.startswith("/"):
+            message = f"mesh {name} is named by a path, and a URDF that is compiled at launch stands in no folder"
+            inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"
+            help = f"write package://{package}/{inside} in the description; the file is copied into the package"
+            yield error("package-not-carried", message, _named_in(name, files), help)
+
+
+def _passed(found: Sequence[Argument], values: Mapping[str, Any], taken: Iterable[str]) -> Iterator[Passed]:
+    names = free_names([one.name for one in found], taken, "arg_")
+    for one in found:
+        own = None if one.required else _plain(one.default)
+        default = own if one.required or one.name not in values else _text_of(one, values[one.name])
+        choices = [_plain(text) for text in one.allowed]
+        if default is not None and choices and default not in choices:
+            choices.append(default)
+        cut = any(text.endswith(_CUT) for text in choices)
+        help = one.help or f"the argument {one.name} of the description"
+        if names[one.name] != one.name:
+            help = f"{help} ({one.name} of the description)" if one.help else help
+        argument = LaunchArgument(names[one.name], default, help, () if cut else tuple(choices))
+        simple = _is_simple(one) and not any(letter in (default or "") for letter in '"\\\n')
+        yield Passed(one.name, argument, own, simple)
+
+
+def _is_simple(argument: Argument) -> bool:
+    """Say whether the default of an argument is the same where it is passed on the command line."""
+    written = argument.default
+    quoted = written[:1] in ("'", '"') and argument.type == "text"
+    return argument.required or bool(_SIMPLE.fullmatch(_plain(written) if quoted else written))
+
+
+def _plain(written: str) -> str:
+    """Return what is written in YAML as the text that an argument on the command line would be."""
+    if written[:1] not in ("'", '"'):
+        return written
+    try:
+        value = Source("", written).yaml()
+    except ValueError:  # it is shown shortened
+        return written
+    return value if isinstance(value, str) else written
+
+
+def _text_of(argument: Argument, value: Any) -> str:
+    """Return the value of this run as a text."""
+    return value if isinstance(value, str) else _plain(argument.value)
+
+
+def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, package: str) -> list[Diagnostic]:
+    """Return why the description of a package that stands in the folder ``there`` does not compile as it did.
+
+    It has to say the same to the byte, and to read nothing outside.
+    """
+    from rosorin_compile.source.diagnostics import has_errors
+
+    packages = compiled.packages
+    packages |= {**given.packages, package: there}
+    alike = given._replace(packages=packages, trust=True)
+    copy = Description(package, there / carried.description, there / Description.OUTPUTS)
+    again = alike.compile(copy, Console("json"), meshes=True, wanted=(carried.urdf,))
+    wrong = [one for one in again.diagnostics if one.severity == "error"]
+    if has_errors(again.diagnostics):
+        message = f"the description does not compile from the package: {wrong[0].message}"
+        return [error("package-not-carried", message, _moved(wrong[0].span, carried, compiled, there), wrong[0].help)]
+    before = {one.output: one.text for one in compiled.artifacts}
+    if any(one.text != before[one.output] for one in again.artifacts):
+        message = f"the description says something else from the package: {carried.urdf} is another one"
+        return [error("package-not-carried", message, None, "what it reads may depend on where it stands")]
+    python = again.python_packages
+    allowed = [world.real(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
+    strays = [one for one in again.inputs if not any(map(world.real(one).is_relative_to, allowed))]
+    if strays:
+        message = f"from the package the description still reads {first_of([str(one) for one in strays], 3)}"
+        span = _named_in(strays[0].name, [_spelled(one) for one in compiled.inputs])
+        return [error("package-not-carried", message, span, "name it relative to the file that reads it")]
+    return []
+
+
+def _moved(span: Span | None, carried: Carried, compiled: Compiled, there: Path) -> Span | None:
+    """Return a place in a copy as the place in the file that it is a copy of."""
+    if span is None:
+        return None
+    name = os.path.relpath(world.real(span.source.path), world.real(there))
+    data = carried.files.get(name)
+    known = {_spelled(one): one for one in compiled.inputs}
+    file = next((shown for full, shown in known.items() if data is not None and world.read(full) == data), None)
+    return None if file is None else span._replace(source=Source(str(file), span.source.text))

@@ -1,0 +1,118 @@
+"""Installing: whether a package installs the files that are put into it, and whether an install space has them."""
+
+from __future__ import annotations
+
+import ast
+import fnmatch
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rosorin_compile.source.world import world
+
+from .plain_values import Unknown, constants, value
+
+_AUTO = re.compile(r"\bINSTALL_TO_SHARE\s+([^()]*)\)")
+_INSTALL = re.compile(r"install\s*\(\s*(DIRECTORY|FILES|PROGRAMS)\s+([^()]*?)\bDESTINATION\b", re.IGNORECASE)
+_NODES = ("robot_state_publisher", "tf2_ros")
+_WALKS = ("rglob", "os.walk", "iterdir", "listdir")
+
+
+class Missing(NamedTuple):
+    """A file that a package does not install: the file that decides it, and the line that would."""
+
+    decided_by: str
+    line: str
+
+
+def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[str, Missing]]:
+    """Yield the files, relative to the package, that plainly neither setup.py nor CMakeLists.txt installs.
+
+    Where a package has both, its build type says which of them counts.
+    """
+    setup, cmake = package / "setup.py", package / "CMakeLists.txt"
+    in_python = world.kind(setup) == world.FILE and "<build_type>ament_python<" in _text(package / "package.xml")
+    if world.kind(cmake) == world.FILE and not in_python:
+        text = re.sub(r"#[^\n]*", "", world.text(cmake, errors="replace"))
+        for file in files:
+            folder = file.rpartition("/")[0]
+            if not _cmake_installs(text, file):
+                line = f"install(DIRECTORY {folder} DESTINATION share/${{PROJECT_NAME}})"
+                whole = f"install(FILES {file} DESTINATION share/${{PROJECT_NAME}})"
+                yield file, Missing("CMakeLists.txt", line if folder else whole)
+    elif world.kind(setup) == world.FILE:
+        text = world.text(setup, errors="replace")
+        for file in files:
+            if not _setup_installs(text, file):
+                folder = file.rpartition("/")[0]
+                share = f"share/{name}/{folder}".rstrip("/")
+                yield file, Missing("setup.py", f"('{share}', ['{file}']),")
+
+
+def _text(path: Path) -> str:
+    return world.text(path, errors="replace") if world.kind(path) == world.FILE else ""
+
+
+def _cmake_installs(text: str, file: str) -> bool:
+    """Say whether CMakeLists.txt installs a file; also where a variable hides it and the folder is named at all."""
+    for kind, words in [*_INSTALL.findall(text), *(("DIRECTORY", words) for words in _AUTO.findall(text))]:
+        for word in words.replace('"', " ").split():
+            plain = word.removeprefix("${CMAKE_CURRENT_SOURCE_DIR}/").rstrip("/")
+            if "${" in plain and re.search(rf"\b{re.escape(file.partition('/')[0])}\b", text):
+                return True
+            below = kind.upper() == "DIRECTORY" and (plain in ("", ".") or file.startswith(f"{plain}/"))
+            if below or plain == file:
+                return True
+    return False
+
+
+def _setup_installs(text: str, file: str) -> bool:
+    """Say whether setup.py names a file, as it is or with wildcards, or looks for files itself."""
+    try:
+        tree = ast.parse(text)
+        names = constants(tree)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return True
+    if any(word in text for word in _WALKS):
+        return True
+    for node in ast.walk(tree):
+        if isinstance(node, ast.expr):
+            try:
+                pattern = value(node, names)
+            except (Unknown, RecursionError):
+                continue
+            if isinstance(pattern, str) and _matches(file, pattern.removeprefix("./")):
+                return True
+    return False
+
+
+def _matches(file: str, pattern: str) -> bool:
+    """Say whether a pattern finds a file; its wildcards stop at "/"."""
+    words, patterns = file.split("/"), pattern.split("/")
+    return len(words) == len(patterns) and all(map(fnmatch.fnmatchcase, words, patterns))
+
+
+def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
+    """Return the packages whose nodes the ``launch`` texts start, and which package.xml does not name."""
+    text = _text(package / "package.xml")
+    declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))
+    started = [name for name in _NODES if any(name in one for one in launch)]
+    return [name for name in started if name not in declared]
+
+
+def install_space(package: Path, name: str) -> Path | None:
+    """Return share/NAME of the install space beside the sources, as colcon makes it; None if there is none."""
+    for parent in list(world.real(package).parents)[:4]:
+        for share in (parent / "install" / name / "share" / name, parent / "install" / "share" / name):
+            if world.kind(share) == world.FOLDER:
+                return share
+    return None
+
+
+def share_folder(install: Path, name: str) -> Path | None:
+    """Return share/NAME of a folder that is an install space, the prefix of a package, or share/NAME itself."""
+    for share in (install / name / "share" / name, install / "share" / name, install):
+        if world.kind(share / "package.xml") == world.FILE:
+            return share
+    return None

@@ -1,0 +1,36 @@
+"""Parameters of ROS 2 nodes: what is known of them, and values held against that.
+
+Formats write such parameters (``files``), and ``check parameters`` reads those that people have. ``tables`` says
+which kinds of nodes there are and which keys each has, ``values`` which values fit a type and what its validators
+refuse, ``checking`` what is wrong with the parameters of one node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.formats.distributions import DISTRIBUTIONS
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats.format import Facts
+
+# What every format that is a parameter file has.
+DISTRIBUTION: Mapping[str, Any] = {
+    "enum": DISTRIBUTIONS,
+    "description": "The distribution of ROS 2 whose nodes it is for; default jazzy.",
+}
+
+
+def facts(written: str) -> Facts:
+    """Return what a parameter file says, by node. Raises ValueError for a damaged text."""
+    from .files import facts
+
+    return facts(written)
+
+
+def syntax(written: str) -> object:
+    """Return the values of a parameter file without layout and comments. Raises ValueError."""
+    from .files import nodes_of
+
+    return nodes_of(written)

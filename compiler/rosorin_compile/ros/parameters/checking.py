@@ -1,0 +1,166 @@
+"""The parameters of one node held against what is known of its kind: keys, types, what validators refuse.
+
+The same is asked of what a description says and of a file that people have: ``Finding`` names the key, who asks knows
+where that was written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from types import NoneType
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.distributions import title
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    WARNING,
+    Diagnostic,
+    Heading,
+    Related,
+    Span,
+    did_you_mean,
+    listed,
+    nearest,
+)
+from rosorin_compile.source.rule_registry import Rule
+
+from .tables import Key, Kind, is_of_all_nodes
+from .values import as_type, fits, refused, type_in_words, value_text
+
+RULES = (
+    Rule(
+        "parameters-unknown-key",
+        "A node does not know a key, or that of another distribution: it starts, and does not do what is written. A "
+        "warning where only some keys of the node are known, and this is nearly one of them.",
+        "Correct it.",
+        Heading.PARAMETERS,
+    ),
+    Rule(
+        "parameters-wrong-type",
+        "A value has another type than its node takes: it throws when it starts. 1 is no double, 1.0 is one.",
+        "Write it as that type.",
+        Heading.PARAMETERS,
+    ),
+    Rule(
+        "parameters-wrong-value",
+        "A list has another length than its node takes, a number or a text is none of those that it takes, frames are "
+        "the same that have to differ. A warning where an input of the EKF uses nothing, and where it makes no "
+        "difference what stands there.",
+        "As the message says.",
+        Heading.PARAMETERS,
+    ),
+)
+
+
+class Finding(NamedTuple):
+    """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
+
+    ``unknown`` is a name that there is not, ``known`` are those that there are.
+    """
+
+    rule: str
+    message: str
+    key: str = ""
+    help: str = ""
+    severity: str = ERROR
+    at_key: bool = False
+    unknown: str = ""
+    known: Collection[str] = ()
+
+    def at(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
+        """Return it with its place."""
+        return Diagnostic(self.rule, self.severity, self.message, span, tuple(related), self.help)
+
+
+def against_kind(name: str, kind: Kind, values: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield what is wrong with the parameters of a node of a kind; ``name`` says which one it is.
+
+    ``values`` are those that were said, by full key.
+    """
+    for key, value in values.items():
+        known = kind.key(key)
+        if known is None:
+            yield from _unknown(name, kind, key, values)
+        elif not kind.has(known):
+            others = listed(map(title, known.only))
+            message = f'{name} of {title(kind.distribution)} has no key "{key}"; {others} knows it'
+            help = _near(kind, key, values) or "remove it"
+            yield Finding("parameters-unknown-key", message, key, help, at_key=True)
+        else:
+            yield from _value(name, key, value, known)
+            yield from _unlisted(name, kind, key, values)
+
+
+def unwritable(name: str, values: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield values that no parameter of any node can be, for one of which nothing is known."""
+    for key, value in values.items():
+        kinds = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
+        if len(kinds) > 1 or kinds & {list, tuple, NoneType}:
+            message = f'"{key}" of {name} is {value_text(value)}: no parameter can be that'
+            yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
+
+
+def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield that a key is unknown, where that can be said."""
+    if is_of_all_nodes(key):
+        return
+    near = _near(kind, key, values)
+    if kind.complete:
+        message = f'{name} has no key "{key}": it is accepted in silence, and does nothing'
+        yield Finding("parameters-unknown-key", message, key, near or "remove it", at_key=True)
+    elif near:
+        message = f'"{key}" of {name} is nearly a key that it has'
+        yield Finding("parameters-unknown-key", message, key, near, WARNING, at_key=True)
+
+
+def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> str:
+    """Return "did you mean" for a key; of a node of which only some keys are known, only for one that is misspelt."""
+    names = kind.like(key)
+    if not kind.complete:
+        close = nearest(key, names - values.keys())
+        return f'did you mean "{close}"?' if close and _is_misspelt(key, close) else ""
+    near = did_you_mean(key, names)
+    last = key.rpartition(".")[2]
+    same = [one for one in names if one.rpartition(".")[2] == last]
+    if near.startswith("did"):
+        return near
+    return f'did you mean "{same[0]}"?' if len(same) == 1 else ""
+
+
+def _is_misspelt(name: str, close: str) -> bool:
+    """Say whether a key is another one with a slip: a letter or two of it, or its words joined otherwise."""
+    import difflib
+
+    one, other = name.replace("_", "").lower(), close.replace("_", "").lower()
+    return one == other or (len(name) > 5 and difflib.SequenceMatcher(None, one, other).ratio() > 0.9)
+
+
+def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield that a key is about something that is not in the list of those that have one: gains.JOINT of joints."""
+    many, one = kind.mapped(key)
+    given = values.get(many)
+    if isinstance(given, (list, tuple)) and one not in given:
+        message = f'"{key}" of {name} is about "{one}", which is not in its {many}: nobody reads it'
+        yield Finding("parameters-unknown-key", message, key, did_you_mean(one, set(map(str, given))), at_key=True)
+
+
+def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
+    """Yield what is wrong with a value of a known key."""
+    if not fits(value, known.type):
+        message = f'"{key}" of {name} is {value_text(value)}, and has to be {type_in_words(known.type)}'
+        yield Finding("parameters-wrong-type", f"{message}: the node does not start", key, as_type(value, known.type))
+    elif known.forced and value not in ("", known.forced):
+        message = f'"{key}" of {name} is "{known.forced}" whatever stands here'
+        yield Finding("parameters-wrong-value", message, key, "remove it", WARNING)
+    elif (why := refused(known.valid, value)) is not None:
+        message, help = f'"{key}" of {name} {why[0]}', why[1] or _order(key, known) or "correct it"
+        yield Finding("parameters-wrong-value", message, key, help)
+
+
+def _order(name: str, key: Key) -> str:
+    """Return what stands in a list of a fixed length, and in which order."""
+    sizes = key.valid.get("fixed_size", [])
+    if key.type == "bool_array" and sizes == [15]:
+        return "x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, ax ay az"
+    rows = ", row by row" if name.endswith("covariance") else ""
+    return f"write {' or '.join(map(str, sizes))} of them{rows}" if sizes else ""

@@ -1,0 +1,304 @@
+"""What is known of nodes: their keys, types and defaults, as ``ros2_nodes.json`` and ``ros2_controllers.json`` have it.
+
+The ``about`` of each file says what its fields mean, and where its facts are from. They are read when a node is looked
+at.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.distributions import HUMBLE, JAZZY, described_by
+from rosorin_compile.model import Publisher
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.source.project import data_folder
+from rosorin_compile.source.world import world
+
+from .values import refused
+
+# The distributions that the tables have; "" for a distribution is any of them.
+DISTRIBUTIONS = (HUMBLE, JAZZY)
+MANAGER = "controller_manager"
+# Keys that every node has, and those below which any name may stand.
+_ANY_NODE = ("use_sim_time", "start_type_description_service")
+_ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
+_VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
+
+
+class Key(NamedTuple):
+    """A parameter that a kind of node has. ``name`` may have pieces such as <n>, which stand for many names.
+
+    ``valid`` are its validators with their arguments, ``forced`` is what sets it whatever a file says. ``frame`` says
+    what the frame is for that it names, empty if it names none; ``only`` the distributions that know it. Without one
+    that is ``needed`` its node does not start.
+    """
+
+    name: str
+    type: str
+    default: Any = None
+    valid: Mapping[str, list[Any]] = {}
+    only: tuple[str, ...] = DISTRIBUTIONS
+    frame: str = ""
+    forced: str = ""
+    needed: bool = False
+
+    @property
+    def many(self) -> bool:
+        """Whether it stands for keys of many names."""
+        return _is_variable(self.name)
+
+
+def _is_variable(piece: str) -> bool:
+    return "<" in piece or "__map_" in piece
+
+
+def _may_stand_for(piece: str, word: str) -> bool:
+    """Say whether a word of a key is what a piece says around its variable, if it has one."""
+    before, *variable = _VARIABLE.split(piece)
+    return word.startswith(before) and word.endswith(variable[-1]) if variable else word == piece
+
+
+def _stands_for(many: str, name: str) -> bool:
+    """Say whether a key of many names stands for one; what has other words is no pattern's to judge."""
+    pieces, words = many.split("."), name.split(".")
+    if len(pieces) != len(words):
+        return False
+    if not all(map(_may_stand_for, pieces, words)):
+        return False
+    return _pattern(many).fullmatch(name) is not None
+
+
+@cache
+def _pattern(name: str) -> re.Pattern[str]:
+    """Return the pattern of the keys that one such as gains.__map_joints.p stands for."""
+    pieces = _VARIABLE.split(name)
+    kinds = {"<n>": r"(\d+)"}
+    return re.compile(
+        "".join(kinds.get(piece, r"([^.]+)") if odd % 2 else re.escape(piece) for odd, piece in enumerate(pieces))
+    )
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of node, with its keys by name; ``complete`` says that it has no others.
+
+    The keys are those of all distributions; types and defaults are of the one that was asked for. ``names`` are those
+    that the node usually has, ``signs`` keys by which one of another name is known. ``transform`` names the keys of the
+    parent, the child and the switch of the transform that it publishes, and ``odometry`` is the topic that a controller
+    publishes it on.
+    """
+
+    name: str
+    keys: Mapping[str, Key]
+    distribution: str = ""
+    packages: tuple[str, ...] = ()
+    complete: bool = False
+    names: tuple[str, ...] = ()
+    signs: tuple[str, ...] = ()
+    strips_slash: bool = False
+    odometry: str = ""
+    transform: Mapping[str, str] = field(default_factory=dict)
+
+    def key(self, name: str) -> Key | None:
+        """Return what is known of a parameter; of several keys that fit the one without variables."""
+        return self.keys.get(name) or next((key for key in self._many if _stands_for(key.name, name)), None)
+
+    @cached_property
+    def _many(self) -> list[Key]:
+        """The keys that stand for many names."""
+        return [key for key in self.keys.values() if key.many]
+
+    def __contains__(self, name: str) -> bool:
+        key = self.key(name)
+        return key is not None and self.has(key)
+
+    def has(self, key: Key) -> bool:
+        """Say whether the distribution that was asked for knows a key."""
+        return not self.distribution or self.distribution in key.only
+
+    def own(self) -> Iterator[Key]:
+        """Yield the keys that the distribution knows."""
+        return filter(self.has, self.keys.values())
+
+    def mapped(self, name: str) -> tuple[str, str]:
+        """Return the list whose values are keys, and the one that a key has: ("joints", "joint1") of gains.joint1.p."""
+        key = None if name in self.keys else self.key(name)
+        match = _pattern(key.name).fullmatch(name) if key is not None and "__map_" in key.name else None
+        return (key.name.partition("__map_")[2].partition(".")[0], match[1]) if key and match else ("", "")
+
+    def like(self, name: str) -> set[str]:
+        """Return the keys that a person may have meant by one: those of many names as they would stand here."""
+        words = name.split(".")
+        numbers = re.findall(r"\d+", name)
+        found = set()
+        for key in self.own():
+            if not key.many:
+                found.add(key.name)
+            elif "<n>" in key.name:
+                found |= {key.name.replace("<n>", number) for number in numbers}
+            elif key.name.count(".") == len(words) - 1:
+                pairs = zip(key.name.split("."), words, strict=True)
+                found.add(".".join(word if _VARIABLE.fullmatch(piece) else piece for piece, word in pairs))
+        return found
+
+
+def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
+    """Say whether a node is the one that a description calls a publisher: by its name, else by its package.
+
+    A node that is another publisher by its name is not this one by its package.
+    """
+    if publisher.kind != NODE or name == publisher.name:
+        return publisher.kind == NODE
+    named = any(name == other.name for other in publishers)
+    return not named and kind is not None and publisher.package in kind.packages
+
+
+def is_of_all_nodes(key: str) -> bool:
+    """Say whether every node has a parameter."""
+    return key in _ANY_NODE or key.startswith(_ANY_BELOW)
+
+
+@cache
+def _data(name: str) -> Any:
+    return json.loads(world.text(data_folder("schemas") / f"{name}.json"))
+
+
+def _of_distribution(distribution: str) -> str:
+    return described_by(distribution) if distribution else ""
+
+
+@cache
+def kinds(distribution: str) -> Mapping[str, Kind]:
+    """Return the kinds of nodes beside controllers, by name."""
+    distribution = _of_distribution(distribution)
+    return {name: _kind(name, entry, distribution) for name, entry in _data("ros2_nodes")["nodes"].items()}
+
+
+def _kind(name: str, entry: Mapping[str, Any], distribution: str) -> Kind:
+    return Kind(
+        name,
+        {key: _key_of_node(key, of, distribution) for key, of in entry["keys"].items()},
+        distribution,
+        (entry["package"],),
+        entry["complete"],
+        tuple(entry["names"]),
+        tuple(entry["signs"]),
+        entry.get("strips_slash", False),
+        transform=entry.get("transform", {}),
+    )
+
+
+def _key_of_node(name: str, entry: Mapping[str, Any], distribution: str) -> Key:
+    valid: dict[str, list[Any]] = {}
+    lengths = entry.get("length")
+    if isinstance(lengths, dict):
+        lengths = lengths.get(distribution) or sorted({one for some in lengths.values() for one in some})
+    if lengths:
+        valid["fixed_size"] = lengths
+    if "one_of" in entry:
+        valid["one_of"] = [entry["one_of"]]
+    only = tuple(entry.get("only", DISTRIBUTIONS))
+    return Key(name, entry["type"], entry.get("default"), valid, only, entry.get("frame", ""))
+
+
+# The packages that a description may name for a controller: that which starts it is as good as its own.
+_OF_CONTROLLERS = ("ros2_controllers", "ros2_control", MANAGER)
+_TRANSFORM = {"parent": "odom_frame_id", "child": "base_frame_id", "switch": "enable_odom_tf"}
+
+
+def plugins(distribution: str) -> Mapping[str, str]:
+    """Return every type of controllers, with a table or without, with its package."""
+    distribution = _of_distribution(distribution)
+    tables = [_data("ros2_controllers")[one] for one in DISTRIBUTIONS if distribution in ("", one)]
+    return {plugin: package for one in tables for plugin, package in one["plugins"].items()}
+
+
+@cache
+def controller(plugin: str, distribution: str) -> Kind | None:
+    """Return what is known of a type of controllers; None if nothing is.
+
+    A distribution that does not have it gives what the other one knows.
+    """
+    distribution = _of_distribution(distribution)
+    tables = {one: entries for one in DISTRIBUTIONS if (entries := _entries_of(plugin, one))}
+    if not tables:
+        return None
+    chosen = distribution if distribution in tables else ""
+    of_all = _data("ros2_nodes")["controllers"]
+    frame_id = of_all["frame_ids"].get(plugin, "")
+    frames = {"odom_frame_id": "odom", "base_frame_id": "base", frame_id: "sensor"}
+    keys = _keys_of_controllers(tables, chosen, frames)
+    odometry = of_all["odometry"].get(plugin, "")
+    packages = (plugins("")[plugin], *_OF_CONTROLLERS)
+    transform = of_all["transforms"].get(plugin) or (_TRANSFORM if odometry else {})
+    return Kind(plugin, keys, chosen, packages, complete=True, odometry=odometry, transform=transform)
+
+
+def _entries_of(plugin: str, distribution: str) -> dict[str, Mapping[str, Any]]:
+    """Return the keys of a type in a distribution; empty if it has no table there."""
+    data = _data("ros2_controllers")[distribution]
+    if plugin not in data["plugins"] or plugin not in data:
+        return {}
+    of_manager = {name.partition(".")[2]: entry for name, entry in data[MANAGER].items() if name.startswith("<name>.")}
+    plain = {name: {"is": "", **entry} for name, entry in (of_manager | data["every_controller"]).items()}
+    own: Mapping[str, Mapping[str, Any]] = data[plugin]
+    return {**plain, **own}
+
+
+def _keys_of_controllers(
+    tables: Mapping[str, Mapping[str, Mapping[str, Any]]], chosen: str, frames: Mapping[str, str]
+) -> dict[str, Key]:
+    """Return the keys of all tables, with the types and defaults of the chosen one; the last one without."""
+    found: dict[str, Key] = {}
+    for one in [*tables, chosen] if chosen else tables:
+        for name, entry in tables[one].items():
+            default = entry.get("default")
+            if entry["type"] == "double" and isinstance(default, str):
+                default = float(default)
+            only = tuple(other for other in tables if name in tables[other])
+            key = Key(name, entry["type"], default, entry.get("valid", {}), only, frames.get(name, ""))
+            optional = "is" in entry or "forced" in entry or key.type == "none" or key.many
+            needed = not optional and ("default" not in entry or refused(key.valid, default) is not None)
+            found[name] = key._replace(forced=entry.get("forced", ""), needed=needed)
+    return found
+
+
+@cache
+def manager(distribution: str) -> Kind:
+    """Return the controller_manager, with the keys that it has of each controller (<name>.type)."""
+    distribution = _of_distribution(distribution)
+    tables = {one: _data("ros2_controllers")[one][MANAGER] for one in DISTRIBUTIONS}
+    keys = _keys_of_controllers(tables, distribution, {})
+    optional = {name: key._replace(needed=False) for name, key in keys.items()}
+    return Kind(MANAGER, optional, distribution, (MANAGER,), complete=True)
+
+
+def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
+    """Return the kind that has most of its signs among some keys; None if none has any."""
+
+    def count(kind: Kind) -> int:
+        return sum(sign in keys for sign in kind.signs)
+
+    best = max(kinds(distribution).values(), key=count)
+    return best if count(best) else None
+
+
+def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
+    """Return the controller of a drive that knows most of some keys, where they are those of one."""
+    if _TRANSFORM["switch"] not in keys:
+        return None
+    drives = _data("ros2_nodes")["controllers"]["odometry"]
+    found = [kind for plugin in drives if (kind := controller(plugin, distribution)) is not None]
+    return max(found, key=lambda kind: sum(kind.key(name) is not None for name in keys))
+
+
+def by_name(name: str, distribution: str) -> Kind | None:
+    """Return the kind that a node of a name usually is."""
+    if name == MANAGER:
+        return manager(distribution)
+    return next((kind for kind in kinds(distribution).values() if name in kind.names), None)

@@ -1,0 +1,274 @@
+"""The parameters of a filter of robot_localization that a description knows.
+
+The edges say whether it publishes, and what: with odom -> base its world is the odometry, with map -> odom the map.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.language.sections.drive import DRIVE
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.model.driving import driving_of
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import (
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Heading,
+    did_you_mean,
+    error,
+    listed,
+    quoted,
+    swaps,
+)
+from rosorin_compile.source.rule_registry import Rule
+
+from ..controllers.topics import drivers, is_of_nobody
+from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
+from ..parameters.files import Node, asked, text
+from . import STATES
+
+RULES = (
+    Rule(
+        "filter-unclear",
+        "An output does not say which filter it is for, or names a node that is none.",
+        "`node: NAME`, one of `publishers` of the package robot_localization.",
+        Heading.NAVIGATION,
+    ),
+    Rule(
+        "filter-owns-nothing",
+        "A note: no edge is of the filter, so it is written with `publish_tf: false`.",
+        "Name it as the publisher of an edge, if it is to publish one.",
+        Heading.NAVIGATION,
+    ),
+    Rule(
+        "filter-input",
+        "An input of a filter has no topic or a number with a gap before it, or nobody says what of it is used, or it "
+        "is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
+        "odometry that nobody publishes.",
+        "As the message says.",
+        Heading.NAVIGATION,
+    ),
+)
+
+_PACKAGE = "robot_localization"
+_USUAL = "ekf_filter_node"
+_NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
+_POSE, _TWIST, _ACCELERATION = STATES[:6], STATES[6:12], STATES[12:]
+# What the messages have that an input takes (nav_msgs/Odometry, geometry_msgs, sensor_msgs/Imu).
+_HAVE = {
+    "odom": (*_POSE, *_TWIST),
+    "pose": _POSE,
+    "twist": _TWIST,
+    "imu": (*_POSE[3:], *_TWIST[3:], *_ACCELERATION),
+}
+_COPIED = ("differential", "relative", "queue_size", "remove_gravitational_acceleration")
+_MISSING = {"twist": ("differential", "relative")}  # what some inputs have not
+_NEAR = 1e-3  # m
+
+
+class Filter(NamedTuple):
+    """A filter: its name, and the two ends of what it publishes; both empty if it publishes nothing."""
+
+    name: str
+    parent: str = ""
+    child: str = ""
+
+
+def filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[Filter | None, list[Found]]:
+    """Return the filter that an output is for, and what is wrong with it."""
+    filters = {one.name: one for one in robot.publishers if kind_of(one) == FILTER}
+    named = output.options.get("node")
+    if named is None and len(filters) > 1:
+        message = f"the robot has several filters, {quoted(filters)}"
+        return None, [Found("filter-unclear", message, (), "an output for each: node: NAME", key=True)]
+    if named is not None and named not in filters and (filters or named in {one.name for one in robot.publishers}):
+        message = f'"{named}" is no filter of robot_localization'
+        way_out = did_you_mean(named, filters) or "its publisher says package: robot_localization"
+        package = next((one.package for one in robot.publishers if one.name == named), "")
+        if _PACKAGE in swaps(package):
+            way_out = f'did you mean "{_PACKAGE}"?'
+            path = ("publishers", named, "package")
+            return None, [Found("filter-unclear", f'there is no package "{package}"', path, way_out, absolute=True)]
+        return None, [Found("filter-unclear", message, ("node",), way_out)]
+    name = named or next(iter(filters), _USUAL)
+    owned = frames.owned(filters[name]) if name in filters else []
+    if not owned:
+        message = f'no edge is of "{name}": it is written with publish_tf: false'
+        way_out = f"if it is to publish {frames.odom} -> {frames.moved}, name it there: publisher: {name}"
+        return Filter(name), [Found("filter-owns-nothing", message, (), way_out, NOTE, key=True)]
+    may = ((frames.odom, frames.moved), (frames.map, frames.odom))
+    for lead in owned:
+        if (lead.parent, lead.child) not in may:
+            message = f'"{name}" is to publish {lead}: a filter publishes {frames.odom} -> {frames.moved}'
+            message += f" or {frames.map or 'map'} -> {frames.odom}"
+            return None, [Found("navigation-owner", message, lead.path, "correct the edge", absolute=True)]
+    if len(owned) > 1:
+        message = f'"{name}" is to publish {listed(map(str, owned))}: a filter publishes one of them'
+        found = Found("navigation-owner", message, owned[1].path, "give one to another node", absolute=True)
+        return None, [found]
+    return Filter(name, owned[0].parent, owned[0].child), []
+
+
+def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
+    """Yield what is wrong with the inputs."""
+    inputs: Mapping[str, Mapping[str, Any]] = output.options.get("inputs") or {}
+    if not inputs:
+        message = "the filter has no inputs: it estimates nothing"
+        yield Found("filter-input", message, (), "add inputs: {odom0: {topic: NAME}}", WARNING, key=True)
+    for name, one in inputs.items():
+        path, match = ("inputs", name), _NAME.fullmatch(name)
+        if match is None:
+            message = f'a filter has no input "{name}"'
+            yield Found("filter-input", message, path, "write odom0, pose0, twist0 or imu0, and so on", key=True)
+            continue
+        kind, number = match[1], int(match[2])
+        gap = next((at for at in range(number) if f"{kind}{at}" not in inputs), None)
+        if gap is not None:
+            message = f'"{name}" would never be read: there is no {kind}{gap}'
+            yield Found("filter-input", message, path, f"number them from 0: {kind}{gap}", key=True)
+        yield from _sensor(robot, name, one)
+        if not topic(robot, name, one):
+            message = f'nobody says which topic "{name}" is on'
+            yield Found("filter-input", message, path, "add topic: NAME", key=True)
+        yield from _published(robot, name, kind, one)
+        yield from _uses(robot, name, kind, one, frames.moved)
+        for key in _COPIED:
+            if key in one and (key in _MISSING.get(kind, ()) or (key == _COPIED[-1] and kind != "imu")):
+                yield Found("filter-input", f'"{name}" has no {key}', (*path, key), "remove it", key=True)
+
+
+def _published(robot: Robot, name: str, kind: str, one: Mapping[str, Any]) -> Iterator[Found]:
+    """Yield that an odometry is taken from a topic below a controller that publishes another one."""
+    driving = drivers(robot) if kind == "odom" else []
+    # In a namespace a controller is known by its own name, too: that is what people write.
+    named = ((name, driver) for driver in driving for name in (driver.name, driver.topic("").strip("/")))
+    published = {name: driver.topic(driver.odometry) for name, driver in named}
+    meant = is_of_nobody(topic(robot, name, one), published)
+    if meant:
+        message = f'nobody publishes "{topic(robot, name, one)}", which "{name}" listens to: the controller publishes'
+        path = ("inputs", name, "topic")
+        yield Found("filter-input", f'{message} "{meant}"', path, f'write "{meant}"', WARNING)
+
+
+def _sensor(robot: Robot, name: str, one: Mapping[str, Any]) -> Iterator[Found]:
+    """Yield what is wrong with the sensor that an input names."""
+    named = one.get("sensor")
+    known = {sensor.name: sensor for sensor in robot.sensors if sensor.type == "imu"}
+    if named is None or named in known:
+        return
+    sensor = next((sensor for sensor in robot.sensors if sensor.name == named), None)
+    message = f'there is no sensor "{named}"' if sensor is None else f'sensor "{named}" is no IMU: it is {sensor.type}'
+    way_out = did_you_mean(named, known) or "the robot has no IMU"
+    yield Found("filter-input", message, ("inputs", name, "sensor"), way_out)
+
+
+def _uses(robot: Robot, name: str, kind: str, one: Mapping[str, Any], base: str) -> Iterator[Found]:
+    """Yield what is wrong with what of an input is used."""
+    path = ("inputs", name)
+    for index, state in enumerate(one.get("uses", ())):
+        if state not in _HAVE[kind]:
+            message = f'"{name}" has no {state}: its messages have {listed(_HAVE[kind])}'
+            yield Found("filter-input", message, (*path, "uses", index), "remove it")
+    if "uses" in one and not one["uses"]:
+        yield Found(
+            "filter-input", f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input"
+        )
+    if "uses" not in one and not usual(robot, kind, base):
+        message = f'nobody says what of "{name}" is used'
+        message += ", and the robot has no drive" if robot.sections[DRIVE] is None and kind != "pose" else ""
+        usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
+        yield Found("filter-input", message, path, f"such as uses: [{usually}]", key=True)
+
+
+def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
+    """Return what of an input is used where nobody says it, by the drive; nothing where that says nothing.
+
+    Wheels give velocities. A base that cannot go sideways has a speed of 0 there, which is worth as much as one that
+    was measured; but at the axle alone: where the frame ``base`` is elsewhere, it goes sideways as the base turns.
+    """
+    drive = robot.sections[DRIVE]
+    if drive is None or kind == "pose":
+        return ()
+    if kind == "imu":
+        return ("vyaw",)
+    return ("vx", "vy", "vyaw") if drive.slides or _at_axle(robot, base) else ("vx", "vyaw")
+
+
+def _at_axle(robot: Robot, base: str) -> bool:
+    """Say whether a frame is on the axle that is not steered, of a base that cannot go sideways."""
+    try:
+        driving = driving_of(robot)
+    except (ValueError, KeyError):  # which the rules about drives tell
+        return False
+    return abs(robot.transform(base, driving.frame).apply((*driving.centre, 0.0))[0]) < _NEAR
+
+
+def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
+    """Return the topic of an input: its own, else that which the description gives the IMU; empty if nobody says it."""
+    if "topic" in one or not name.startswith("imu"):
+        return str(one.get("topic", ""))
+    known = [sensor.name for sensor in robot.sensors if sensor.type == "imu"]
+    sensor = one.get("sensor") or (known[0] if len(known) == 1 else "")
+    return stated_topic(robot, sensor)
+
+
+def problems(robot: Robot, output: Output) -> tuple[Frames | None, Filter | None, list[Found]]:
+    """Return what an output is about, and what is wrong with it."""
+    frames, wrong = frames_of(robot, output)
+    if frames is None:
+        return None, None, wrong
+    own, more = filter_of(robot, output, frames)
+    return frames, own, [*wrong, *more, *_inputs(robot, output, frames)]
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield what is wrong with an entry."""
+    yield from diagnose(case, output, lambda robot, output: problems(robot, output)[2])
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the parameters of a filter. The options are in the record."""
+    frames, own, found = problems(robot, output)
+    wrong = [one for one in found if one.severity not in (WARNING, NOTE)]
+    if frames is None or own is None or wrong:
+        return "", [error(one.rule, one.message, None, one.help) for one in wrong]
+    publishes = f"publishes {own.parent} -> {own.child}" if own.child else "publishes no transform"
+    head = [
+        f"robot_localization of {asked(output).capitalize()}: {own.name} {publishes}.",
+        "No covariance is in it: load it after your own.",
+    ]
+    node = Node(own.name, "ekf", dict(_values(robot, output, frames, own)))
+    return text(robot, output, templates, head, [node]), []
+
+
+def _values(robot: Robot, output: Output, frames: Frames, own: Filter) -> Iterator[tuple[str, Any]]:
+    if "frequency" in output.options:
+        yield "frequency", output.options["frequency"]
+    if "two_d_mode" in output.options or robot.sections[DRIVE] is not None:
+        yield "two_d_mode", output.options.get("two_d_mode", True)
+    yield "publish_tf", bool(own.child)
+    if frames.map:
+        yield "map_frame", frames.map
+    yield "odom_frame", frames.odom
+    yield "base_link_frame", frames.moved
+    yield "world_frame", own.parent or frames.odom
+    for name, one in (output.options.get("inputs") or {}).items():
+        yield name, topic(robot, name, one)
+        yield f"{name}_config", booleans(one.get("uses") or usual(robot, name.rstrip("0123456789"), frames.moved))
+        for key in _COPIED:
+            if key in one:
+                yield f"{name}_{key}", one[key]
+
+
+def booleans(uses: Sequence[str]) -> list[bool]:
+    """Return the fifteen booleans of an input.
+
+    >>> "".join("x" if one else "." for one in booleans(("vx", "vyaw")))
+    '......x....x...'
+    """
+    return [state in uses for state in STATES]

@@ -1,0 +1,340 @@
+"""What a hardware block may not be: by itself, and in one URDF, as the parser of one distribution takes it.
+
+Where the sources of these rules are, ``control`` says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from rosorin_compile.formats.distributions import HUMBLE, title
+from rosorin_compile.formats.urdf.masses import joints_of
+from rosorin_compile.model import Joint, Output, Robot
+from rosorin_compile.model.control import (
+    ACCELERATION,
+    ACTUATOR,
+    EFFORT,
+    JOINT_WORDS,
+    POSITION,
+    SENSOR,
+    SENSOR_WORDS,
+    VELOCITY,
+    Block,
+    Component,
+    Interface,
+    Words,
+)
+from rosorin_compile.rules.case import Case, number
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Heading, counted, nearest, quoted, swaps
+from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.tree import Path, at
+from rosorin_compile.source.units import Quantity, describe, parse_unit
+
+from . import CONTROL
+from .urdf import OPTION, asked, follows
+
+RULES = (
+    Rule(
+        "control-joint",
+        "A joint of a hardware block is not in the URDF that the block goes into, or does not move along or about one "
+        "axis. A warning on Humble, which does not compare the two.",
+        "Let robot_state_publisher publish the joint, leave it out of the block, or ask for the block in a URDF with "
+        "`frames: all`.",
+        Heading.CONTROL,
+    ),
+    Rule(
+        "control-type",
+        "A hardware block is not what its type says: an actuator has one joint, a sensor takes no commands.",
+        "`type: system`, or what the message says.",
+        Heading.CONTROL,
+    ),
+    Rule(
+        "control-interface",
+        "A sensor of a hardware block says nothing, or two blocks have the same interface. A warning: an interface "
+        "that no controller knows, such as `velocty`, or a joint without any.",
+        "Correct the word; give each interface to one block.",
+        Heading.CONTROL,
+    ),
+    Rule(
+        "control-mimic",
+        "A follower has commands, which Jazzy refuses, its leader is not in its block, or it has none. A warning: an "
+        "offset that the mock hardware of Humble does not know.",
+        "Leave the command out, add the leader, or say `mimic: false`.",
+        Heading.CONTROL,
+    ),
+    Rule(
+        "control-param",
+        "A parameter of a hardware block is empty, or says what the joint says already.",
+        "Give it a value, or leave it out.",
+        Heading.CONTROL,
+    ),
+    Rule(
+        "control-limit",
+        "The smallest value of a command is above the largest. A warning: they go beyond the limit of the joint.",
+        "Correct them, or leave them to the joint.",
+        Heading.CONTROL,
+    ),
+    Rule(
+        "control-ignored",
+        "A warning: Humble does not read a key of a hardware block, or a description has no block where an output asks "
+        "for them.",
+        "Leave the key out, or ask for a later distribution.",
+        Heading.CONTROL,
+    ),
+)
+
+# What other tools and people write for the words of ros2_control.
+_WORDS = {"pos": POSITION, "vel": VELOCITY, "speed": VELOCITY, "torque": EFFORT, "force": EFFORT, "acc": ACCELERATION}
+_ALIKE = 0.8
+_UNITS = {POSITION: ("rad", "m"), VELOCITY: ("rad/s", "m/s"), EFFORT: ("N*m", "N"), ACCELERATION: ("rad/s^2", "m/s^2")}
+_LATER = {"group": "group", "rate": "rate", "is_async": "async", "thread_priority": "thread_priority"}
+_ROUNDING = 1e-9
+
+
+def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find what is wrong with the hardware blocks that an output asks for; what is so for all outputs is said once."""
+    if not case.robot.sections[CONTROL]:
+        message = f'output "{output.name}" asks for hardware blocks, and the description has none'
+        path: Path = ("outputs", output.name, OPTION)
+        help = "describe one: control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}"
+        yield case.problem("control-ignored", message, path, help, severity=WARNING)
+        return
+    asking = [one for one in case.robot.outputs if one.backend == output.backend and asked(one)]
+    if asking and asking[0].name == output.name:
+        for block in case.robot.sections[CONTROL]:
+            yield from _block(case, block)
+        yield from _shared(case)
+    if not case.robot.is_tree:  # what is said of that is the cause of the rest, and no output of bodies knows its links
+        return
+    carried = {joint.name for joint in joints_of(case.robot, output)}
+    for block in case.robot.sections[CONTROL]:
+        yield from _joints(case, block, output, carried)
+        if asked(output) == HUMBLE:
+            yield from _unread(case, block)
+
+
+def _path(block: Block, *rest: str | int) -> Path:
+    return ("control", block.name, *rest)
+
+
+def _called(block: Block) -> str:
+    return f'hardware block "{block.name}"'
+
+
+def _block(case: Case, block: Block) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a block, wherever it goes."""
+    yield from _type(case, block)
+    yield from _params(case, block.params, _called(block), _path(block, "params"))
+    for section, one in block.components():
+        word = section.removesuffix("s")
+        yield from _component(case, block, section, one, f'{word} "{one.name}" of {_called(block)}')
+    for one in block.joints:
+        if one.name in case.robot.joint:
+            yield from _limits(case, block, case.robot.joint[one.name], one)
+
+
+def _type(case: Case, block: Block) -> Iterator[Diagnostic]:
+    if block.type == ACTUATOR and len(block.joints) != 1:
+        has = counted(len(block.joints), "joint") if block.joints else "no joint"
+        message = f"{_called(block)} is an actuator and has {has}: an actuator has one"
+        yield case.problem("control-type", message, _path(block, "type"), "write type: system, or split it")
+    if block.type == SENSOR:
+        for section, one in block.components():
+            if one.command:
+                message = f'{_called(block)} is a sensor, and "{one.name}" has commands: a sensor takes none'
+                path = _path(block, section, one.name, "command")
+                yield case.problem("control-type", message, path, "leave them out, or write type: system", key=True)
+
+
+def _params(case: Case, params: Words, of: str, path: Path) -> Iterator[Diagnostic]:
+    for name, value in params.items():
+        if isinstance(value, str) and not value.strip():
+            message = f'the parameter "{name}" of {of} is empty: ros2_control does not read the URDF then'
+            yield case.problem("control-param", message, (*path, name), "give it a value, or leave it out")
+
+
+def _component(case: Case, block: Block, section: str, one: Component, of: str) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the interfaces and parameters of a joint, a sensor or gpio."""
+    path = _path(block, section, one.name)
+    yield from _params(case, one.params, of, (*path, "params"))
+    for name in ("mimic", "multiplier") if section == "joints" else ():
+        if name in one.params:
+            message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
+            yield case.problem("control-param", message, (*path, "params", name), "leave it out", key=True)
+    if not one.command and not one.state:
+        severity = ERROR if section == "sensors" else WARNING
+        way = "say what it can be told and what it says: command, state"
+        if section == "sensors":
+            way = "say what it says: state; or call it as a sensor of the description: imu, range_finder, force_torque"
+            meant = nearest(one.name, [sensor.name for sensor in case.robot.sensors])
+            way = f'did you mean "{meant}"? else {way}' if meant else way
+        yield case.problem("control-interface", f"{of} has no interface", path, way, severity=severity, key=True)
+    known = _known(case.robot, section, one.name)
+    for key, interfaces in (("command", one.command), ("state", one.state)):
+        for index, interface in enumerate(interfaces):
+            place = _place(case, (*path, key), index, interface.name)
+            meant = _meant(interface.name, known)
+            if meant:
+                message = f'{of} has the {key} "{interface.name}", which no controller asks for'
+                way = f'did you mean "{meant}"?'
+                by_key = place[-1] == interface.name
+                severity = ERROR if meant in swaps(interface.name) else WARNING  # two letters swapped are no other word
+                yield case.problem("control-interface", message, place, way, severity=severity, key=by_key)
+            yield from _params(case, interface.params, f'the {key} "{interface.name}" of {of}', (*place, "params"))
+
+
+def _known(robot: Robot, section: str, name: str) -> tuple[str, ...]:
+    if section == "joints":
+        return JOINT_WORDS
+    types = [sensor.type for sensor in robot.sensors if sensor.name == name]
+    return SENSOR_WORDS.get(types[0], ()) if types and section == "sensors" else ()
+
+
+def _place(case: Case, path: Path, index: int, name: str) -> Path:
+    """Return the path of an interface: one word, an item of a list, or a key."""
+    said = at(case.tree, path)
+    return (*path, name) if isinstance(said, Mapping) else (*path, index) if isinstance(said, list) else path
+
+
+def _meant(word: str, known: Iterable[str]) -> str:
+    """Return the word that a controller asks for, where this one is nearly that; hardware may have words of its own."""
+    names = list(known)
+    if not names or word in names:
+        return ""
+    if word.casefold() in _WORDS and _WORDS[word.casefold()] in names:
+        return _WORDS[word.casefold()]
+    import difflib
+
+    return next(iter(difflib.get_close_matches(word.casefold(), names, n=1, cutoff=_ALIKE)), "")
+
+
+def _limits(case: Case, block: Block, joint: Joint, one: Component) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the numbers of the interfaces of a joint."""
+    for key, interfaces in (("command", one.command), ("state", one.state)):
+        for interface in interfaces:
+            path = _path(block, "joints", one.name, key, interface.name)
+            yield from _units(case, joint, interface, path)
+            if interface.low is not None and interface.high is not None and interface.low > interface.high:
+                message = f'the {interface.name} of joint "{one.name}" goes from {number(interface.low)} to '
+                message += f"{number(interface.high)} in {_called(block)}"
+                yield case.problem("control-limit", message, (*path, "min"), "give the smaller one as min")
+            elif key == "command":
+                yield from _beyond(case, block, joint, interface, path)
+
+
+def _beyond(case: Case, block: Block, joint: Joint, interface: Interface, path: Path) -> Iterator[Diagnostic]:
+    low, high = joint.limits_of(interface.name)
+    for key, own, of, sign in (("min", interface.low, low, -1), ("max", interface.high, high, 1)):
+        if own is not None and of is not None and sign * (own - of) > _ROUNDING:
+            message = f'the {key} {number(own)} of the {interface.name} of joint "{joint.name}" is beyond its limit, '
+            message += f"{number(of)}, in {_called(block)}"
+            bound = {POSITION: "lower" if sign < 0 else "upper"}.get(interface.name, interface.name)
+            related = [case.related("the limit of the joint", case.joint(joint, "limit", bound))]
+            help = "correct one of the two; left out, it is the limit"
+            yield case.problem("control-limit", message, (*path, key), help, related=related, severity=WARNING)
+
+
+def _units(case: Case, joint: Joint, interface: Interface, path: Path) -> Iterator[Diagnostic]:
+    wanted = _UNITS.get(interface.name, ("", ""))[joint.type == "prismatic"]
+    unit = parse_unit(wanted) if wanted else None
+    for key in ("min", "max", "initial"):
+        value = at(case.tree, (*path, key))
+        if unit is not None and isinstance(value, Quantity) and value.dimension != unit[1]:
+            text = value.text or number(value)
+            message = f'the {interface.name} of joint "{joint.name}" is {describe(unit[1])}, but {text} is '
+            message += describe(value.dimension)
+            yield case.problem("wrong-unit", message, (*path, key), f"write it in {wanted}")
+
+
+def _shared(case: Case) -> Iterator[Diagnostic]:
+    """Yield the interfaces that two blocks have: the resource manager takes each once."""
+    seen: dict[tuple[str, str, str], Path] = {}
+    blocks: dict[tuple[str, str, str], str] = {}
+    for block in case.robot.sections[CONTROL]:
+        for section, one in block.components():
+            if section == "joints" and one.name not in case.robot.joint:  # which is told
+                continue
+            path = _path(block, section, one.name)
+            for key, names in (("command", one.commands), ("state", one.states)):
+                taken = [name for name in names if blocks.setdefault((key, one.name, name), block.name) != block.name]
+                if taken:
+                    first = blocks[key, one.name, taken[0]]
+                    message = (
+                        f'"{one.name}" has the {key} {quoted(taken)} in hardware blocks "{first}" and "{block.name}"'
+                    )
+                    related = [case.related("first said here", seen[key, one.name, taken[0]], key=True)]
+                    yield case.problem(
+                        "control-interface", message, path, "each interface has one owner", related=related, key=True
+                    )
+                for name in names:
+                    seen.setdefault((key, one.name, name), path)
+
+
+def _joints(case: Case, block: Block, output: Output, carried: set[str]) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the joints of a block in one URDF."""
+    humble, names = asked(output) == HUMBLE, [one.name for one in block.joints]
+    for one in block.joints:
+        joint = case.robot.joint.get(one.name)
+        if joint is None:
+            continue  # which has a rule of its own
+        path = _path(block, "joints", one.name)
+        related = [case.related("the joint", case.joint(joint), key=True)]
+        if not joint.moves:
+            message = f'joint "{one.name}" of {_called(block)} is {joint.type}: it has no position to control'
+            help = "leave it out of the block, or correct the type of the joint"
+            yield case.problem("control-joint", message, path, help, related=related, key=True)
+            continue
+        if joint.name not in carried:
+            message = f'joint "{one.name}" of {_called(block)} is not in {output.file}'
+            message += ": Humble does not miss it, other readers do" if humble else ": Jazzy refuses the URDF"
+            help = "robot_state_publisher publishes what is in it; frames: all has every joint"
+            severity = WARNING if humble else ERROR
+            yield case.problem("control-joint", message, path, help, related=related, severity=severity, key=True)
+        yield from _mimic(case, block, one, joint, humble, names)
+
+
+def _mimic(
+    case: Case, block: Block, one: Component, joint: Joint, humble: bool, names: list[str]
+) -> Iterator[Diagnostic]:
+    path = _path(block, "joints", one.name)
+    if one.mimic and joint.mimic is None:
+        message = f'joint "{one.name}" of {_called(block)} is to follow a leader, and the joint has no mimic'
+        yield case.problem("control-mimic", message, (*path, "mimic"), "give the joint its mimic, or remove this")
+    if not follows(joint, one) or joint.mimic is None:
+        return
+    leader, related = joint.mimic.joint, [case.related("its mimic", case.joint(joint, "mimic"), key=True)]
+    if one.command and not humble:
+        message = f'joint "{one.name}" of {_called(block)} follows "{leader}": on Jazzy a follower has no command'
+        help = "leave the command out; or mimic: false, if the hardware moves it by itself"
+        yield case.problem("control-mimic", message, (*path, "command"), help, related=related, key=True)
+    if leader not in names:
+        message = f'joint "{one.name}" follows "{leader}", which is not in {_called(block)}'
+        help = "add it to the block; or mimic: false, if the hardware moves this one by itself"
+        yield case.problem("control-mimic", message, path, help, related=related, key=True)
+    if humble and joint.mimic.offset:
+        message = (
+            f'joint "{one.name}" follows "{leader}" with an offset, which the mock hardware of Humble does not know'
+        )
+        help = "it is at the product alone there"
+        yield case.problem("control-mimic", message, path, help, related=related, severity=WARNING, key=True)
+
+
+def _unread(case: Case, block: Block) -> Iterator[Diagnostic]:
+    """Yield what Humble does not read."""
+
+    def ignored(what: str, path: Path) -> Diagnostic:
+        message, help = f"{title(HUMBLE)} does not read {what}", "leave it out, or ask for a later distribution"
+        return case.problem("control-ignored", message, path, help, severity=WARNING, key=True)
+
+    for field, key in _LATER.items():
+        if getattr(block, field) not in (None, ""):
+            yield ignored(f"{key} of {_called(block)}", _path(block, key))
+    for section, one in block.components():
+        if section == "gpio":
+            continue
+        for key, interfaces in (("command", one.command), ("state", one.state)):
+            for interface in interfaces:
+                path = _path(block, section, one.name, key, interface.name)
+                for word, said in (("data_type", interface.data_type), ("size", interface.size)):
+                    if said not in (None, ""):
+                        yield ignored(f'{word} of "{one.name}" {interface.name}, only of gpio', (*path, word))

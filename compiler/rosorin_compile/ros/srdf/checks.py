@@ -1,0 +1,341 @@
+"""What the section ``moveit`` says wrongly, for the URDF that its SRDF belongs to.
+
+MoveIt prints such mistakes among a hundred other lines, leaves out the group or the pair, and goes on. Names that are
+those of nothing are told without an SRDF, too: by ``rules.kinematics`` and the rules of its section.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+
+from rosorin_compile.model import Joint, Output
+from rosorin_compile.model.moveit import EndEffector, Group
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.tf_tree import is_tree
+from rosorin_compile.source.diagnostics import (
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Heading,
+    counted,
+    did_you_mean,
+    first_of,
+    quoted,
+)
+from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.tree import Path, at
+
+from ..sections.moveit import MOVEIT
+from ..sections.moveit.rules import state_path
+from .planning import URDF, Planning, planning_of
+
+RULES = (
+    Rule(
+        "moveit-urdf",
+        "`urdf` of `moveit` is no output that is a URDF, or there is none.",
+        "Name the output; an SRDF belongs to one URDF.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "moveit-not-in-urdf",
+        "A link or a joint for MoveIt is not in the URDF that the SRDF belongs to: MoveIt does not know it.",
+        "Name another one; or `urdf` of `moveit` names a URDF that has it, such as one with `frames: all`.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "moveit-group",
+        "A planning group has no joint, or has itself in it.",
+        "Give it a chain, joints, links or other groups.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "moveit-chain-swapped",
+        "A warning: the chain of a planning group ends at a link that its base hangs on: base and tip are swapped. "
+        "MoveIt takes the joints, and its solvers move the wrong end.",
+        "`chain: {base: LINK, tip: LINK}`: the tip is what moves.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "moveit-state",
+        "A pose that is to be a state of a group names none of its joints. A note: a pose names some joints of a group "
+        "and not all, and so is a state of none.",
+        "Name the joints in the pose; `states` of the group takes it as it is.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "moveit-end-effector",
+        "The parent group of an end effector does not have the link that carries it, or is its own group. A warning: "
+        "its own group has that link; MoveIt's setup assistant refuses that.",
+        "Correct the groups or the parent.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "moveit-virtual-joint",
+        "The virtual joint has the name of a joint of the URDF. A warning: its parent frame is a link of the URDF.",
+        "Rename it; name a frame of the world, such as odom.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "moveit-passive-joint",
+        "A warning: a passive joint is fixed, or follows another one, which is passive anyway.",
+        "Remove it.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "collisions-stale",
+        "A warning: the collision matrix was computed of other shapes, joints, limits or numbers. Its pairs are left "
+        "out of the SRDF, because one of them may collide now.",
+        "`rosorin-compile collisions` computes it anew.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "collisions-missing",
+        "A note: no collision matrix was computed, so that MoveIt checks every pair of links, those that touch at a "
+        "joint too.",
+        "`rosorin-compile collisions` computes one.",
+        Heading.OUTPUTS,
+    ),
+)
+
+_TOP = "moveit"
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find what the section says wrongly; the first of several SRDFs says it."""
+    first = next(one for one in case.robot.outputs if one.backend == output.backend)
+    if output != first or not case.robot.links or not is_tree(case):
+        return
+    planning = planning_of(case.robot)
+    if planning is None:
+        yield _no_urdf(case, output)
+        return
+    known = all(name in case.robot.joint for group in planning.said.groups for name in _own_joints(planning, group))
+    yield from _not_in_urdf(case, planning)
+    yield from _groups(case, planning)
+    if known:
+        yield from _states(case, planning)
+        for one in planning.said.end_effectors:
+            yield from _end_effector(case, planning, one)
+    yield from _virtual_joint(case, planning)
+    yield from _passive(case, planning)
+    yield from _matrix(case, planning, output)
+
+
+def _no_urdf(case: Case, output: Output) -> Diagnostic:
+    urdfs = [one.name for one in case.robot.outputs if one.backend == URDF]
+    said = case.robot.sections[MOVEIT]
+    if said is not None and said.urdf:
+        message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
+        help = did_you_mean(said.urdf, urdfs, "name an output that is a URDF")
+        return case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
+    message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
+    help = "add one: urdf: {file: NAME.urdf}"
+    return case.problem("moveit-urdf", message, ("outputs", output.name), help, key=True)
+
+
+def _own_joints(planning: Planning, group: Group) -> list[str]:
+    return [name for name in group.joints if planning.virtual is None or name != planning.virtual.name]
+
+
+def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    """Yield names of links and joints that the robot has, and the URDF has not."""
+    for kind, name, path in _named(case):
+        there, in_urdf = _there(case, kind), planning.links if kind == "link" else planning.joints
+        if name in there and name not in in_urdf:
+            what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
+            help = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
+            yield case.problem("moveit-not-in-urdf", what, path, help)
+
+
+def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    """Yield groups that have themselves in them, or have nothing in them."""
+    told: set[str] = set()
+    for group in planning.said.groups:
+        path: Path = (_TOP, "groups", group.name)
+        circle = _circle(planning, group)
+        if circle:
+            if not told.intersection(circle):
+                message = f"planning groups are in each other: {' -> '.join([*circle, group.name])}"
+                yield case.problem("moveit-group", message, (*path, "groups"), "take one out")
+            told.update(circle)
+        elif group.chain is not None and group.chain[0] == group.chain[1]:
+            message = f'the chain of planning group "{group.name}" begins and ends at link "{group.chain[0]}"'
+            yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
+        elif group.chain is not None and _is_above(case, *reversed(group.chain)):
+            base, tip = group.chain
+            message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", on which it hangs'
+            help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
+            yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, severity=WARNING, within=True)
+        elif _is_sound(planning, group) and not planning.joints_in(group):
+            message = f'planning group "{group.name}" has no joint: MoveIt leaves it out'
+            help = "give it a chain, joints, links or groups"
+            yield case.problem("moveit-group", message, path, help, key=True)
+
+
+def _is_above(case: Case, link: str, other: str) -> bool:
+    """Say whether another link hangs on a link, by joints of which one moves."""
+    robot = case.robot
+    if not (link in robot.link and other in robot.link and is_tree(case)):
+        return False
+    way = robot.chain(other)
+    above = next((index for index, joint in enumerate(way) if joint.parent == link), None)
+    return above is not None and any(not joint.is_fixed for joint in way[above:])
+
+
+def _circle(planning: Planning, group: Group) -> list[str]:
+    """Return the groups that lead from one back to itself; none if they do not."""
+    waiting = [[group.name]]
+    seen: set[str] = set()
+    while waiting:
+        way = waiting.pop()
+        for name in planning.groups[way[-1]].groups:
+            if name == group.name:
+                return way
+            if name in planning.groups and name not in seen:
+                seen.add(name)
+                waiting.append([*way, name])
+    return []
+
+
+def _is_sound(planning: Planning, group: Group) -> bool:
+    """Say whether all that a group names is there, so that what it has is known."""
+    links = (*(group.chain or ()), *group.links)
+    return (
+        planning.links.issuperset(links)
+        and all(name in planning.joints for name in _own_joints(planning, group))
+        and all(name in planning.groups for name in group.groups)
+    )
+
+
+def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    """Yield states that place nothing, and poses that hardly miss to be one."""
+    poses = {pose.name: pose for pose in case.robot.poses}
+    used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
+    for group in planning.said.groups:
+        active = planning.active(group)
+        for state, name in (group.states or {}).items():
+            if name in poses and active and not any(joint in poses[name].positions for joint in active):
+                message = f'pose "{name}" places no joint of planning group "{group.name}"'
+                help = f"name one of its joints in the pose: {first_of(active, 5)}"
+                yield case.problem("moveit-state", message, state_path(case, group, state), help)
+    told: set[str] = set()
+    for group in planning.said.groups:
+        for pose in poses.values() if group.states is None else ():
+            if pose.name not in used and pose.name not in told:
+                made = _nearly(case, planning, group, pose.name, pose.positions)
+                told |= {pose.name for _ in made}
+                yield from made
+
+
+def _nearly(case: Case, planning: Planning, group: Group, pose: str, positions: Iterable[str]) -> list[Diagnostic]:
+    """Return a note on a pose that names more than half of the joints of a group, and not all."""
+    active = planning.active(group)
+    missing = [joint for joint in active if joint not in positions]
+    if not missing or 2 * len(missing) >= len(active):
+        return []
+    message = f'pose "{pose}" is no state of planning group "{group.name}": it does not name {quoted(missing, 3)}'
+    help = f"name {'it' if len(missing) == 1 else 'them'} in the pose, or take the pose as it is: states: [{pose}]"
+    return [case.problem("moveit-state", message, ("poses", pose), help, severity=NOTE, key=True)]
+
+
+def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[Diagnostic]:
+    path: Path = (_TOP, "end_effectors", one.name)
+    if not {one.group, one.parent_group or one.group} <= set(planning.groups) or one.parent not in planning.links:
+        return
+    rule, own = "moveit-end-effector", planning.groups[one.group]
+    if one.parent in planning.links_in(own):
+        message = f'link "{one.parent}" carries end effector "{one.name}", and is in its group "{one.group}"'
+        help = "name the link that the group is attached to"
+        yield case.problem(rule, message, (*path, "parent"), help, severity=WARNING)
+    elif one.parent_group == one.group:
+        message = f'the parent group of end effector "{one.name}" is its own group'
+        yield case.problem(rule, message, (*path, "parent_group"), "name the group that moves it")
+    elif (
+        one.parent_group
+        and one.parent not in planning.links_in(planning.groups[one.parent_group])
+        and not _has_unknown(case, one.parent_group)
+    ):
+        message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries "{one.name}"'
+        yield case.problem(rule, message, (*path, "parent_group"), "let the chain of that group end at this link")
+
+
+def _has_unknown(case: Case, group: str) -> bool:
+    """Say whether a group names a link or a joint that the robot does not have, which is told."""
+    named = ((kind, name) for kind, name, path in _named(case) if path[1:3] == ("groups", group))
+    return any(name not in _there(case, kind) for kind, name in named)
+
+
+def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
+    """Yield the links, then the joints that are named for MoveIt, each after its kind, with its path."""
+    for kind in ("link", "joint"):
+        yield from ((kind, one.name, one.path) for one in case.mentions(kind) if one.path[0] == "moveit")
+
+
+def _there(case: Case, kind: str) -> Collection[str]:
+    return case.robot.link if kind == "link" else case.robot.joint
+
+
+def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    virtual = planning.virtual
+    if virtual is None:
+        return
+    path: Path = (_TOP, "virtual_joint")
+    if virtual.name in case.robot.joint:
+        message = f'the virtual joint is called "{virtual.name}", as a joint of the robot'
+        yield case.problem(
+            "moveit-virtual-joint", message, (*path, "name"), "give it another name: virtual_joint: {name: NAME}"
+        )
+    if virtual.parent in planning.links:
+        message = (
+            f'the virtual joint hangs the root "{planning.root}" on "{virtual.parent}", which is a link of the URDF'
+        )
+        help = "name a frame of the world, such as odom"
+        yield case.problem("moveit-virtual-joint", message, (*path, "parent"), help, severity=WARNING)
+
+
+def _passive(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    for index, name in enumerate(planning.said.passive_joints):
+        joint = planning.joints.get(name)
+        why = "" if joint is None else _why_passive(joint)
+        if why:
+            message = f'joint "{name}" is named as passive, and {why}'
+            path: Path = (_TOP, "passive_joints", index)
+            yield case.problem("moveit-passive-joint", message, path, "remove it", severity=WARNING)
+
+
+def _why_passive(joint: Joint) -> str:
+    if joint.is_fixed:
+        return "is fixed"
+    return f'follows "{joint.mimic.joint}": nobody commands it anyway' if joint.mimic is not None else ""
+
+
+def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnostic]:
+    matrix = planning.said.matrix
+    if matrix is None and len(planning.solids) > 1:
+        message = (
+            f"no collision matrix: MoveIt checks all pairs of {counted(len(planning.solids), 'link')}, neighbours too"
+        )
+        help = "rosorin-compile collisions computes it"
+        path: Path = ("outputs", output.name)
+        yield case.problem("collisions-missing", message, path, help, severity=NOTE, key=True)
+    elif matrix is not None and matrix.of != planning.digest:
+        message = (
+            "the collision matrix was computed of other shapes, joints, limits or numbers:"
+            f" the SRDF is without its {counted(len(matrix.pairs), 'pair')}"
+        )
+        help = "rosorin-compile collisions computes it anew"
+        path = (_TOP, "collision_matrix", "of")
+        yield case.problem("collisions-stale", message, path, help, severity=WARNING)
+    elif matrix is not None:  # of a stale one nothing is written
+        yield from _unknown_in_pairs(case, (_TOP, "collision_matrix", "pairs"))
+
+
+def _unknown_in_pairs(case: Case, within: Path) -> Iterator[Diagnostic]:
+    """Yield the links of pairs that the robot does not have: somebody has changed what was computed."""
+    for index, pair in enumerate(at(case.tree, within) or ()):
+        for side, name in enumerate(pair["links"]):
+            if name not in case.robot.link:
+                path: Path = (*within, index, "links", side)
+                help = did_you_mean(name, case.robot.link, "rosorin-compile collisions computes the matrix anew")
+                message = f'there is no link "{name}", one of two links of the collision matrix'
+                yield case.problem("unknown-link", message, path, help)

@@ -1,0 +1,218 @@
+"""What an SRDF speaks of: the links and joints of one URDF, the joints that a group has there, the root in the world.
+
+As MoveIt reads it (``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``): a chain goes from its tip up to its
+base, or over the link where the ways of both meet; a link stands for the joint that leads to it; a group has the joints
+of the groups in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.urdf.masses import joints_of, links_of
+from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS
+from rosorin_compile.language.sections.drive import DRIVE
+from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
+from rosorin_compile.model.drive import SLIDING
+from rosorin_compile.model.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
+from rosorin_compile.model.robot import JointPose, of_robot
+
+from ..sections.moveit import MOVEIT
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .matrix import Parts
+
+URDF = "urdf"
+ODOM, WORLD = "odom", "world"
+
+
+def urdf_of(robot: Robot) -> Output | None:
+    """Return the URDF that the SRDF of a robot belongs to; None if it has none, or none of that name."""
+    urdfs = [output for output in robot.outputs if output.backend == URDF]
+    said = robot.sections[MOVEIT]
+    if said is not None and said.urdf:
+        return next((output for output in urdfs if output.name == said.urdf), None)
+    published = (output for output in urdfs if output.options.get("frames", "published") == "published")
+    return next(published, urdfs[0] if urdfs else None)
+
+
+@of_robot
+def planning_of(robot: Robot) -> Planning | None:
+    """Return a robot as its SRDF has it; None if it has no URDF that the SRDF could belong to."""
+    urdf = urdf_of(robot)
+    return None if urdf is None else Planning(robot, urdf)
+
+
+class Planning:
+    """A robot as MoveIt has it of one URDF; names in ``moveit`` may still be wrong."""
+
+    def __init__(self, robot: Robot, urdf: Output) -> None:
+        self.robot = robot
+        self.urdf = urdf
+        self.said = robot.sections[MOVEIT] or Moveit()
+        self.links = links_of(robot, urdf)
+        self.joints: Mapping[str, Joint] = {joint.name: joint for joint in joints_of(robot, urdf)}
+        self.joint_to: Mapping[str, Joint] = {joint.child: joint for joint in self.joints.values()}
+        self.groups: Mapping[str, Group] = {group.name: group for group in self.said.groups}
+
+    @cached_property
+    def digest(self) -> str:
+        """What tells it from any other (see ``matrix``)."""
+        from .matrix import digest
+
+        return digest(self)
+
+    @property
+    def meshes(self) -> list[str]:
+        """The names of the mesh files that collide, each once, sorted."""
+        from .matrix import meshes_of
+
+        return meshes_of(self)
+
+    def digests(self, files: Mapping[str, Path]) -> dict[str, str]:
+        """Return the digests of those of its mesh files that were found and can be read, by name."""
+        from .matrix import digests
+
+        return digests(self.meshes, files)
+
+    def parts(self, meshes: Mapping[str, str]) -> Parts:
+        """Return the digests of what decides on single pairs; ``meshes`` are those of mesh files, by name."""
+        from .matrix import parts
+
+        return parts(self, meshes)
+
+    def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
+        """Return the pairs of its matrix that are the same as then; None for one to be checked."""
+        from .matrix import same_pairs
+
+        return same_pairs(self, now)
+
+    @cached_property
+    def root(self) -> str:
+        """The root link of the URDF."""
+        return next(link.name for link in self.robot.walk() if link.name in self.links)
+
+    def chain(self, link: str) -> list[Joint]:
+        """Return the joints of the URDF from a link up to the root."""
+        found = []
+        while link in self.joint_to and self.joint_to[link] not in found:
+            found.append(self.joint_to[link])
+            link = found[-1].parent
+        return found
+
+    def between(self, base: str, tip: str) -> list[Joint]:
+        """Return the joints of the URDF between two links, over the link where their ways meet."""
+        up, other = self.chain(tip), self.chain(base)
+        shared = [joint for joint in up if joint in other]
+        return [*(j for j in other if j not in shared), *(j for j in reversed(up) if j not in shared)]
+
+    def joints_in(self, group: Group) -> list[str]:
+        """Return the joints that a group has, fixed ones too, each once, in the order of the URDF."""
+        named = set(self._named_in(group, set()))
+        order = [joint.name for joint in self.robot.joints_down() if joint.name in self.joints]
+        if self.virtual is not None:
+            order.insert(0, self.virtual.name)
+        return [name for name in order if name in named]
+
+    def _named_in(self, group: Group, seen: set[str]) -> Iterator[str]:
+        if group.name in seen:
+            return
+        seen.add(group.name)
+        if group.chain is not None and self.links.issuperset(group.chain):
+            yield from (joint.name for joint in self.between(*group.chain))
+        yield from group.joints
+        yield from (self.joint_to[link].name for link in group.links if link in self.joint_to)
+        for name in group.groups:
+            if name in self.groups:
+                yield from self._named_in(self.groups[name], seen)
+
+    def links_in(self, group: Group) -> set[str]:
+        """Return the links that the joints of a group move, as MoveIt counts them."""
+        return {self.joints[name].child for name in self.joints_in(group) if name in self.joints}
+
+    def active(self, group: Group) -> list[str]:
+        """Return the joints of a group that have one position, follow no other, and are not passive."""
+        passive = self.said.passive_joints
+        return [
+            name
+            for name in self.joints_in(group)
+            if name in self.joints and name not in passive and _is_free(self.joints[name])
+        ]
+
+    def states(self, group: Group) -> dict[str, JointPose]:
+        """Return the poses that are states of a group, by the name of the state."""
+        poses = {pose.name: pose for pose in self.robot.poses}
+        if group.states is not None:
+            return {state: poses[name] for state, name in group.states.items() if name in poses}
+        active = self.active(group)
+        return {name: pose for name, pose in poses.items() if active and all(one in pose.positions for one in active)}
+
+    @cached_property
+    def virtual(self) -> VirtualJoint | None:
+        """The joint between the world and the root; what is not said of it is as the base is."""
+        said = self.said.virtual_joint
+        if said is None:
+            return None
+        edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
+        drives = self.robot.sections[DRIVE] is not None
+        base = PLANAR if drives else FLOATING if edge is not None or self._floats() else FIXED
+        parent = ODOM if base == PLANAR else WORLD
+        return VirtualJoint(said.type or base, said.parent or (edge.parent if edge else parent), said.name)
+
+    def _floats(self) -> bool:
+        """Say whether the base is free in a simulation: of a robot that walks or flies."""
+        free = any(output.options.get("base") == "free" for output in self.robot.outputs)
+        return free or any(pose.base is not None for pose in self.robot.poses)
+
+    @property
+    def turns_to_go_sideways(self) -> bool:
+        """Whether the base moves on a plane, and not sideways."""
+        drive = self.robot.sections[DRIVE]
+        return (
+            self.virtual is not None and self.virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING
+        )
+
+    def joint_properties(self) -> dict[str, dict[str, str]]:
+        """Return what planners read of joints: what is said, and how a virtual joint moves that cannot go sideways."""
+        found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
+        if self.virtual is not None and self.turns_to_go_sideways:
+            found.setdefault(self.virtual.name, {}).setdefault("motion_model", "diff_drive")
+        return found
+
+    @cached_property
+    def solids(self) -> Mapping[str, list[Shape]]:
+        """The collision shapes of each link of the URDF, as it has them; links without any are left out."""
+        solids = FORMATS[URDF].proving.solids
+        if solids is None or "collision" not in self.urdf.options.get("elements", ("collision",)):
+            return {}
+        shapes = {}
+        for name in sorted(self.links):
+            shapes[name] = list(solids(self.robot, name, self.urdf, self.links) or ())
+        return {name: found for name, found in shapes.items() if found}
+
+    def disabled(self, current: bool) -> list[DisabledCollision]:
+        """Return the pairs that are not checked: of a ``current`` matrix, then what the description says; sorted."""
+        checked = {ordered(pair) for pair in self.said.checked}
+        found: dict[Pair, DisabledCollision] = {}
+        matrix = self.said.matrix.pairs if current and self.said.matrix is not None else ()
+        own = (DisabledCollision(pair) for pair in self.robot.sections[DISABLED_CONTACTS])
+        for one in (*matrix, *self.said.disabled, *own):
+            pair = ordered(one.links)
+            if pair not in checked and self.links.issuperset(pair):
+                found.setdefault(pair, DisabledCollision(pair, one.reason, one.nearest, one.beyond))
+        return [found[pair] for pair in sorted(found)]
+
+
+def _is_free(joint: Joint) -> bool:
+    return joint.moves and joint.mimic is None
+
+
+def ordered(pair: Pair) -> Pair:
+    """Return two names in their order."""
+    one, other = sorted(pair)
+    return (one, other)

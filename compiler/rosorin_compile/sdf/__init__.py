@@ -1,0 +1,139 @@
+"""SDF: the robot for Gazebo and Drake.
+
+Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps
+for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
+
+Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
+name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
+``verbatim`` (what stays as it stands). ``words`` is what both sides know, ``grammar`` what both readers know. ``proof``
+holds what comes of a file against it in Drake (``engine``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from rosorin_compile.formats.format import (
+    BOXES_OF_HEIGHT_MAPS,
+    FORMS_OF_BOXES,
+    NUMBER_FORMAT,
+    Asked,
+    Fact,
+    Format,
+    Importing,
+    InRos,
+    Proving,
+    Writing,
+    by_name,
+)
+
+if TYPE_CHECKING:
+    from rosorin_compile.model import Output, Robot, Shape
+    from rosorin_compile.source.tree import Map
+
+__all__ = ["FORMAT"]
+
+
+def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
+    """Return the output of a robot that comes of an SDF; others are not asked for one."""
+    wishes = (tree.get("outputs") or {}).get("sdf")
+    return None if wishes is None else Asked({"file": "", **wishes} | {"file": f"{name}.sdf"})
+
+
+def _syntax(text: str) -> object:
+    from rosorin_compile.source.xml.elements import canonical, tree_of
+
+    return canonical(tree_of(text))
+
+
+def _frames(robot: Robot) -> Sequence[str]:
+    """Return what hangs on something: not what is free in the world, which is no link of an SDF."""
+    from .names import world_of
+
+    world = world_of(robot)
+    return [one.child for one in robot.joints if one.parent != world or one.type not in ("floating", "planar")]
+
+
+def _joint_names(robot: Robot) -> Mapping[str, str]:
+    """Return the names of the joints that are called otherwise, by what they are called."""
+    from .write import joint_names
+
+    return {other: name for name, other in joint_names(robot).items() if other != name}
+
+
+def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
+    form = str(output.options.get("height_maps", "rows"))
+    return [solid for shape in robot.link[link].collision for solid in shape.solids(form)]
+
+
+def _cannot_say(robot: Robot, fact: Fact) -> bool:
+    """Say whether a fact is of a link whose inertial says no mass: the least stands for it."""
+    from .bodies import has_mass
+
+    return fact.kind == "link" and fact.name in robot.link and not has_mass(robot.link[fact.name].inertial)
+
+
+_here = by_name(__name__)
+
+FORMAT = Format(
+    name="sdf",
+    word="SDF",
+    article="an",
+    about="the model for Gazebo and Drake",
+    rank=22,
+    options={
+        "number_format": NUMBER_FORMAT,
+        "version": {
+            "enum": ["1.9", "1.10", "1.11", "1.12", 1.9, 1.1, 1.11, 1.12],
+            "description": "Version of the format; default: 1.9, or 1.11 if a joint follows another. Fortress reads up"
+            " to 1.9, Harmonic up to 1.11, Ionic and Drake 1.12.",
+        },
+        "height_maps": {
+            "enum": FORMS_OF_BOXES,
+            "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
+        },
+        "visuals": {
+            "enum": ["from_collision"],
+            "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
+        },
+        "gazebo": {
+            "enum": [True, False, "harmonic", "fortress", "classic"],
+            "description": "The sensors, and who reads them: true or harmonic, fortress, with the frame of their"
+            " messages in its word, which Drake refuses; classic: by its names; false: none. Default: sensors in the"
+            " words of SDF alone.",
+        },
+    },
+    file="{}.sdf",
+    endings=(".sdf",),
+    roots=("sdf",),
+    check=_here("names:check"),
+    write=_here("write:write"),
+    read=_here("robot:read_sdf"),
+    facts=_here("facts:read"),
+    reading=Importing(
+        asked=_asked,
+    ),
+    writing=Writing(
+        lacks=frozenset(
+            {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
+            | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
+        ),
+        meshes=True,
+    ),
+    proving=Proving(
+        against=_here("facts:against"),
+        syntax=_syntax,
+        prove=_here("proof:prove"),
+        frames=_frames,
+        joint_names=_joint_names,
+        solids=_solids,
+        all_solids=True,
+        cannot_say=_cannot_say,
+        complete=True,
+    ),
+    ros=InRos(
+        folder="sdf",
+        deploys=True,
+    ),
+)

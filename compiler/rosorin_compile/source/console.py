@@ -1,0 +1,308 @@
+"""The console: diagnostics go to the person at once, or to a program as one document at the end.
+
+``Console`` is what a command talks to.
+``guarded`` stands between the whole program and the terminal: no text of a file, of a name or of another program steers
+it. What may go past it is said here: our own colours, and artifacts on their way into a file or a pipe.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import sys
+from collections import Counter
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from .diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
+from .progress import Progress
+from .wording import and_more, counted, inert, printable
+from .world import is_set, variable
+from .world.memory import ERR, OUT, RAW, hear, otherwise
+
+if TYPE_CHECKING:
+    from .markdown import Block, Section
+
+# More than a person reads; a program gets all.
+MAX_SHOWN = 200
+
+PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: nothing is shown of what takes long
+MARKDOWN = "markdown"  # a form in which a run is told robot by robot
+ENVELOPE = "json"  # a result with all diagnostics of the run
+
+_STAND_IN = "stand-in"  # the rule, and what is counted of it
+_LAYOUT = "\n\t"
+_COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
+
+
+class _Guard:
+    """A stream that makes control characters, and those that turn the order of letters round, visible."""
+
+    def __init__(self, stream: TextIO, kind: str) -> None:
+        self.stream = stream
+        self.kind = kind
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text; lines and tabs stay."""
+        Progress.wipe()
+        shown = printable(text, _LAYOUT)
+        self.stream.write(shown)
+        hear(self.kind, shown)
+        return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write texts."""
+        for line in lines:
+            self.write(line)
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Let nothing steer the terminal that is printed meanwhile, whoever prints it."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # whoever called has closed it
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
+    before = sys.stdout, sys.stderr
+    guards: tuple[Any, Any] = _Guard(sys.stdout, OUT), _Guard(sys.stderr, ERR)
+    sys.stdout, sys.stderr = guards
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def _unguarded(stream: TextIO) -> TextIO:
+    return stream.stream if isinstance(stream, _Guard) else stream
+
+
+def show_progress(in_logs: bool = True) -> None:
+    """Show what takes long on standard error: to a person at a terminal on its last line, else in lines of a log.
+
+    A machine that builds has no person at its terminal. ``in_logs``: whether there may be such lines.
+    """
+    if variable(PROGRESS) == "off":
+        return
+    if sys.stderr.isatty() and not is_set("CI") and variable("TERM") != "dumb":
+        Progress.show(_unguarded(sys.stderr))
+    elif in_logs:
+        Progress.log(_unguarded(sys.stderr))
+
+
+def paint(text: str, stream: TextIO) -> None:
+    """Print a text in which our own colours are."""
+    pieces = re.split(_COLOUR, text)
+    pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
+    Progress.wipe()
+    _unguarded(stream).write("".join(pieces))
+    hear(ERR if stream is sys.stderr else OUT, "".join(pieces))
+
+
+def give(text: str) -> None:
+    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
+    if getattr(sys.stdout, "name", "") == os.devnull:
+        raise OSError(errno.EBADF, "it is closed")
+    Progress.wipe()
+    stream = sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)
+    raw = getattr(stream, "buffer", None)
+    if isinstance(stream, _Guard) or raw is None:
+        stream.write(text)
+        return
+    stream.flush()
+    rest = memoryview(text.encode())
+    while rest:  # unbuffered, as PYTHONUNBUFFERED has it, a write may end early
+        rest = rest[raw.write(rest) or 0 :]
+    hear(RAW, text)
+
+
+class Console:
+    """Prints what a run has to say, in one of the forms of ``report``.
+
+    ``quiet``: only what keeps it from its end; ``verbose``: also which files were read; ``summary``: it is kept as
+    Markdown, too, whatever the form. ``collected`` takes what is said to a program.
+    """
+
+    @staticmethod
+    def give(text: str) -> None:
+        """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
+        give(text)
+
+    def __init__(
+        self,
+        form: str,
+        quiet: bool = False,
+        verbose: bool = False,
+        summary: bool = False,
+        collected: list[Diagnostic] | None = None,
+    ) -> None:
+        self.form = form
+        self.quiet = quiet
+        self.verbose = verbose
+        self.keeps = summary or form == MARKDOWN
+        self.sections: list[Section] = []
+        self.collected: list[Diagnostic] = [] if collected is None else collected
+        self.unlisted: Counter[str] = Counter()  # the notes that were counted, and not printed; stand-ins apart
+        self.counts = False  # whether notes are counted for people, and not listed
+        self.listing = "without -q they are listed"
+        self.differing: list[str] = []  # what differs of the robot at hand, in lines
+
+    @property
+    def for_people(self) -> bool:
+        """Whether the output is text; otherwise standard output is one document for a program."""
+        return self.form == "text"
+
+    @property
+    def section(self) -> Section:
+        """What is said of the robot at hand."""
+        if not self.sections:
+            self.begin("")
+        return self.sections[-1]
+
+    def begin(self, name: str) -> None:
+        """Begin with what there is to say of one robot."""
+        self.differing = []
+        if self.keeps:
+            from .markdown import Section
+
+            self.sections.append(Section(name))
+
+    def end(self, failed: bool) -> None:
+        """End with one robot; what failed without a word about it is said to have failed all the same."""
+        if self.keeps and failed and not self.section.failed:
+            self.section.wrong.append("failed; the log of the run says why")
+
+    def differ(self, what: str, lines: Sequence[str], told: Diagnostic, blocks: Callable[[], Sequence[Block]]) -> None:
+        """Say that something differs: to a person in lines, to a program as a diagnostic, in Markdown as ``blocks``.
+
+        ``what`` says it in some words.
+        """
+        self.differing += lines
+        if self.for_people:
+            for line in lines:
+                print(line)
+        else:
+            self.collected.append(told)
+        if self.keeps:
+            self.section.wrong.append(what)
+            self.section.blocks += blocks()
+            self.section.said += [told.help] if told.help else []
+
+    def add_table(
+        self, noun: str, head: Sequence[str], rows: Iterable[Sequence[str]], code: Container[int] = ()
+    ) -> None:
+        """Add a table to what is said in Markdown: rows under a head; ``noun`` is what one row is.
+
+        The columns in ``code`` are names or numbers, to be set as code.
+        """
+        from .markdown import Code, Table
+
+        made = tuple(tuple((Code(cell) if at in code else cell,) for at, cell in enumerate(row)) for row in rows)
+        if self.keeps and made:
+            self.section.blocks.append(Table(noun, tuple(head), made))
+
+    def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
+        """Print diagnostics, or keep them for the end; for people notes may only be counted, unless ``listed``."""
+        if self.quiet:
+            stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
+            diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
+        if self.keeps:
+            self.section.diagnostics += diagnostics
+        if not self.for_people:
+            self.collected += diagnostics
+            return
+        if self.quiet or (self.counts and not listed):
+            notes = [one for one in diagnostics if one.severity == NOTE]
+            self.unlisted.update(_STAND_IN if one.rule == _STAND_IN else NOTE for one in notes)
+            diagnostics = [one for one in diagnostics if one.severity != NOTE]
+        if not diagnostics:
+            return
+        from . import report
+
+        diagnostics = gathered(diagnostics, [WARNING, NOTE])
+        text = report.text(diagnostics[:MAX_SHOWN], colour())
+        if len(diagnostics) > MAX_SHOWN:
+            text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
+        self._show(text)
+
+    def repeat(self, said: Iterable[tuple[str, str]]) -> None:
+        """Print what a run printed before."""
+        for kind, shown in said:
+            if kind == ERR:
+                self._show(shown)
+            else:
+                sys.stdout.write(shown)
+
+    def _show(self, shown: str) -> None:
+        if colour():
+            paint(shown, sys.stderr)
+        else:
+            sys.stderr.write(printable(shown, _LAYOUT))
+
+    def ahead(self, diagnostic: Diagnostic) -> None:
+        """Print what has to be said before anything is run."""
+        if diagnostic.numbers != TRUSTED:
+            self.show([diagnostic])
+
+    def say(self, line: str, next_time: str = "", needed: bool = False) -> None:
+        """Print a line about the run as a whole; ``next_time`` is what it would be if nothing changes.
+
+        One that is ``needed`` says what is left to be done: a quiet run prints it, too.
+        """
+        if self.quiet and not needed:
+            return
+        kind, stream = (OUT, sys.stdout) if self.for_people else (ERR, sys.stderr)
+        with otherwise(kind, printable(f"{self._inert(next_time or line)}\n", _LAYOUT)):
+            print(self._inert(line), file=stream)
+        if self.keeps:
+            self.section.said.append(line.removeprefix(f"{self.section.name}: "))
+
+    def tell_read(self, files: Iterable[object]) -> None:
+        """Say which files were read, for people who want to know."""
+        if self.verbose and self.for_people:
+            for file in dict.fromkeys(map(str, files)):
+                self.warn(f"read {file}")
+
+    def warn(self, line: str) -> None:
+        """Print a line about what keeps a run from its end."""
+        sys.stderr.write(f"{self._inert(line)}\n")
+
+    def _unlisted(self) -> str:
+        """Return how many notes there are that were not printed, and how they are."""
+        stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
+        said = [f"{counted(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
+        said += [counted(notes, NOTE)] if notes else []
+        listing = self.listing.replace("them", "it") if said == ["1 note"] else self.listing
+        return f"{', and '.join(said)}; {listing}"
+
+    def _inert(self, line: str) -> str:
+        return inert(line) if self.form == "github" else line
+
+    def summary(self) -> str:
+        """Return what was said as Markdown."""
+        from .markdown import document
+
+        return document(self.sections)
+
+    def finish(self) -> None:
+        """Print the document of a run that is read by a program; of a quiet one, what has to stay visible.
+
+        The envelope is printed at the end of the run, by the command line.
+        """
+        if self.for_people and self.unlisted.total():
+            self.warn(self._unlisted())
+        if self.form == MARKDOWN:
+            sys.stdout.write(self.summary())
+        elif not self.for_people and self.form != ENVELOPE:
+            from . import report
+
+            sys.stdout.write(report.FORMATS[self.form](self.collected))
+
+
+def colour() -> bool:
+    """Whether diagnostics are printed in colour: to a terminal, unless NO_COLOR is set (https://no-color.org)."""
+    return sys.stderr.isatty() and not is_set("NO_COLOR")

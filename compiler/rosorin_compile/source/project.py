@@ -1,0 +1,331 @@
+"""The project: where descriptions and outputs stand on disk.
+
+The data that ships with the tool and paths as people read them stand here too; the user's cache is ``cache``.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import ClassVar, NamedTuple
+
+from . import cache, world
+from .tool import folders
+
+ROOT_FILE = "robot.yaml"
+ENDINGS = (".yaml", ".yml")
+DESCRIPTIONS = "descriptions"
+OUTPUTS = "outputs"
+SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline says
+
+
+STDIN = "-"  # the word for a robot on standard input
+ON_STDIN = Path("<stdin>")  # what stands for its file; its includes are seen from the current folder
+_on_stdin: list[bytes] = []
+
+
+def give_stdin(data: bytes) -> None:
+    """Take what stands on standard input for the robot called ``-``."""
+    _on_stdin[:] = [data]
+
+
+def stdin_of(path: Path) -> bytes | None:
+    """Return what was given on standard input, if that is what a path stands for; else None."""
+    if not _on_stdin or path != ON_STDIN:
+        return None
+    world.spoil("the robot is given on standard input")
+    return _on_stdin[0]
+
+
+@dataclass(frozen=True)
+class Description:
+    """A description that was asked for: its name, its first file, and the folder of its artifacts.
+
+    ``STDIN`` is the word for one on standard input, and ``ON_STDIN`` stands for its file. ``ENDINGS`` are those of the
+    files of descriptions, of which ``ROOT_FILE`` is the first. ``FOLDER`` is the name of the folder of a project that
+    has one a robot, ``OUTPUTS`` that of the folder beside it for their artifacts. ``SCHEMA`` is where editors find what
+    a description may say, in ``FOLDER``.
+    """
+
+    name: str
+    path: Path
+    outputs: Path
+
+    STDIN: ClassVar[str] = STDIN
+    ON_STDIN: ClassVar[Path] = ON_STDIN
+    ENDINGS: ClassVar[tuple[str, ...]] = ENDINGS
+    ROOT_FILE: ClassVar[str] = ROOT_FILE
+    FOLDER: ClassVar[str] = DESCRIPTIONS
+    OUTPUTS: ClassVar[str] = OUTPUTS
+    SCHEMA: ClassVar[Path] = SCHEMA
+
+    @classmethod
+    def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
+        """Return the descriptions asked for by name, folder or file; without names all in ``descriptions/``.
+
+        The project is that of this folder or of one above it. ``outputs`` is the folder that gets a folder a robot; by
+        default ``outputs`` beside ``descriptions``.
+        Raises NoDescription.
+        """
+        paths = [first_file(name) for name in names] or all_here()
+        if not paths:
+            where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
+            imported = "rosorin-compile import FILE makes one of a URDF, xacro, SDF or MJCF"
+            new = f"rosorin-compile init NAME begins one, {imported}"
+            raise NoDescription(f"{where}; name a description, or go to its project; {new}")
+        return [cls.at(path, outputs) for path in paths]
+
+    @classmethod
+    def at(cls, path: Path, outputs: str | None = None) -> Description:
+        """Return the description whose first file is at a path; ``outputs`` as in ``find``."""
+        folder = Path(os.path.abspath(path)).parent
+        name = folder.name if path.name == ROOT_FILE else path.stem
+        if outputs is not None:
+            base = Path(outputs)
+        elif folder.parent.name == DESCRIPTIONS:
+            base = _from_here(folder.parent.parent / OUTPUTS, absolute=path.is_absolute())
+        else:
+            base = Path(OUTPUTS)
+        return cls(name, path, base / name)
+
+    @classmethod
+    def around(cls) -> Path:
+        """Return the folder of the project that this folder is in, as seen from here; this folder if there is none."""
+        return next((folder for folder in _upwards() if _is_project(folder)), Path())
+
+    @staticmethod
+    def nearest_file(path: Path) -> Path | None:
+        """Return the file of the same folder that is called nearly so, whatever its ending; None if none is."""
+        from .diagnostics import nearest
+
+        try:
+            # Files of one kind end alike: that is no likeness.
+            inside = world.names(path.parent)
+            stems = {Path(name).stem: path.parent / name for name, kind in inside.items() if kind == world.FILE}
+        except (OSError, ValueError):  # no folder, or a name that no file can have
+            return None
+        close = nearest(path.stem, stems)
+        return None if close is None else stems[close]
+
+    @property
+    def projects(self) -> tuple[Path, ...]:
+        """The folders of the projects that it is in, by ``homes``; without one its own folder."""
+        return tuple(
+            next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
+            for folder in homes(self.path)
+        )
+
+
+class NoDescription(Exception):
+    """There is no description of that name; the message says what there is."""
+
+
+def all_here() -> list[Path]:
+    """Return the first files of all descriptions of the project around this folder, sorted by name."""
+    return all_in(Description.around())
+
+
+def all_in(project: Path) -> list[Path]:
+    """Return the first files of all descriptions of a project, sorted by name."""
+    return world.matching(Path(project, DESCRIPTIONS), f"*/{ROOT_FILE}")
+
+
+def all_with(files: Iterable[str]) -> list[Path]:
+    """Return the first files of all descriptions of the projects that some files are in, project by project.
+
+    The project of a file is that of its folder, or of the nearest one above it.
+    """
+    known: dict[Path, list[Path]] = {}
+    found: dict[Path, None] = {}
+    for file in files:
+        for folder in Path(file).parents:
+            if known.setdefault(folder, all_in(folder)):
+                found |= dict.fromkeys(known[folder])
+                break
+        else:
+            found |= dict.fromkeys(all_here())
+    return sorted(found)
+
+
+def _upwards() -> Iterator[Path]:
+    """Yield this folder and those above it, as seen from here.
+
+    A folder above that everybody can write into, such as /tmp, is nobody's project.
+    """
+    above = Path()
+    try:
+        here = world.here()
+        for folder in (here, *here.parents):
+            if folder != here and world.mode(folder) & stat.S_IWOTH:
+                return
+            yield above
+            above = above / os.pardir
+    except OSError:  # the folder of this process is gone, or one above may not be read
+        return
+
+
+def _is_project(folder: Path) -> bool:
+    return bool(all_in(folder))
+
+
+def here() -> list[Description]:
+    """Return the description whose folder this folder is in, also beside those of the project around it; else all here.
+
+    Raises NoDescription.
+    """
+    for folder in _upwards():
+        if _is_project(folder):
+            break
+        if world.kind(folder / ROOT_FILE) == world.FILE:
+            return [Description.at(folder / ROOT_FILE)]
+    return Description.find([])
+
+
+def looked_in() -> list[Path]:
+    """Return the folders that decide which descriptions there are, seen from here."""
+    top = Description.around()
+    above = [Path(*[os.pardir] * number) for number in range(len(top.parts) + 1)]
+    inside = Path(top, DESCRIPTIONS)
+    return [*above, inside, *(path for path in world.matching(inside, "*") if world.kind(path) == world.FOLDER)]
+
+
+def homes(path: Path) -> tuple[Path, ...]:
+    """Return the folder of a description, links followed, and that of the file that it leads to if it is a link.
+
+    ``colcon build --symlink-install`` installs a folder as one of links, each to a file of the source.
+    """
+    here = world.real(path.parent)
+    try:
+        there = world.real(path).parent if world.link(path) else here
+    except (OSError, RuntimeError):  # links that lead round
+        there = here
+    return (here,) if here == there else (here, there)
+
+
+def first_file(name: str) -> Path:
+    """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
+    if name == STDIN and _on_stdin:
+        return ON_STDIN
+    if Path(name).suffix in ENDINGS and world.kind(name) == world.FILE:  # no folder above is looked at
+        return Path(name)
+    for path in (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name)):
+        if world.kind(path / ROOT_FILE) == world.FILE:
+            return path / ROOT_FILE
+    if world.kind(name) == world.FILE:
+        return Path(name)
+    if no_name := too_long(Path(name)):
+        raise NoDescription(no_name)
+    known = [path.parent.name for path in all_here()]
+    from .diagnostics import did_you_mean
+
+    help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
+    raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
+
+
+def no_file(path: Path, of: str = "") -> str:
+    """Return why a path is no file that can be read, such as one ``of`` arguments."""
+    what = f" of {of}" if of else ""
+    there = world.kind(path)
+    if there == world.FOLDER:
+        return f'"{path}" is a folder, not a file{what}'
+    if there:
+        return f'"{path}" is no regular file{what}: a pipe can be read once only; write it to a file first'
+    return too_long(path) or f'there is no file "{path}"{what}'
+
+
+def too_long(path: Path) -> str:
+    """Return why nothing can have a path, for a name in it is too long; "" for all others."""
+    try:
+        world.size(path)
+    except OSError as problem:
+        if problem.errno == errno.ENAMETOOLONG:
+            return f"no file can have so long a name: {str(path)[:60]}..."
+    except ValueError:
+        pass
+    return ""
+
+
+def is_file(path: Path) -> bool:
+    """Say whether there is a file; there is none of a name that no file can have."""
+    return world.kind(path) == world.FILE
+
+
+def _from_here(path: Path, absolute: bool) -> Path:
+    """Return an absolute path relative to here, as a person would name it; not if it is above, and ``absolute``."""
+    here = os.path.relpath(path)
+    return path if absolute and here.startswith("..") else Path(here)
+
+
+def shown(path: Path) -> str:
+    """Return a path as a person would name it: relative to here if it is below."""
+    return cache.shown(path)
+
+
+ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
+
+
+class Resolved(NamedTuple):
+    """Where a name led that was looked for: a ROS package as seen ``by`` a file, a package of Python, a mesh file.
+
+    ``answer`` is an absolute path, empty if there was none. On another day, or in another environment, the same name
+    may lead elsewhere. The name of a mesh file is where it was looked for.
+    """
+
+    kind: str
+    name: str
+    by: str
+    answer: str
+
+    @property
+    def is_ros_package(self) -> bool:
+        """Whether this is a ROS package that is there."""
+        return self.kind == ROS_PACKAGE and bool(self.answer)
+
+    @property
+    def is_python_package(self) -> bool:
+        """Whether this is a package of Python that is there."""
+        return self.kind == PYTHON_PACKAGE and bool(self.answer)
+
+
+def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:
+    """Return the note of a lookup: what was looked for, by whom, and the path it led to, absolute; empty for none."""
+    return Resolved(kind, name, os.path.abspath(by) if by else "", "" if answer is None else os.path.abspath(answer))
+
+
+def python_folder(package: str) -> Path | None:
+    """Return the folder of an installed package of Python, without importing it."""
+    places = world.package(package) if package.isidentifier() else ()
+    return Path(places[0]) if places and world.kind(places[0]) == world.FOLDER else None
+
+
+# The data packages, each with its folder at the top of a checkout.
+_DATA = {
+    "bazel": "bazel",
+    "cmake": "cmake",
+    "parts_library": "parts",
+    "schemas": "schemas",
+    "templates": "templates",
+    "viewer": "viewer/built",
+}
+_CHECKOUT = Path(__file__).parents[3]
+
+
+def data_folder(name: str) -> Path:
+    """Return the folder of a data package: "templates", "schemas", "parts_library", "viewer", "cmake" or "bazel".
+
+    Code of a checkout uses the data of this checkout, whatever else is installed.
+    """
+    if (_CHECKOUT / "pyproject.toml").is_file() and (_CHECKOUT / _DATA[name]).is_dir():
+        return _CHECKOUT / _DATA[name]
+    package = "viewer.built" if name == "viewer" else name
+    return Path(import_module(f"rosorin_compile.{package}").__path__[0])
+
+
+def tool_folders() -> dict[str, Path]:
+    """Return the folders of the tool by name: those of its packages, then those of what ships with it."""
+    return {**folders(), **{name: data_folder(name) for name in _DATA}}

@@ -1,0 +1,214 @@
+"""The registry of rules: what each id of a diagnostic means, said where it is raised.
+
+A rule of meaning is a function under ``@rule``; what other stages say is declared beside the code that says it, in a
+tuple ``RULES`` of the module. Nothing is collected while a robot is compiled. Who wants to know what an id means asks
+``find`` or ``every_rule``, which read the declarations out of the sources: without importing anything, so also where
+an extra is not installed. That is why ids and texts of the tool's own rules are plain literals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.source.tool import folders
+
+from . import world
+
+if TYPE_CHECKING:
+    import ast
+
+    from rosorin_compile.rules.case import Case
+
+    from .diagnostics import Diagnostic
+
+    Look = Callable[[Case], Iterable[Diagnostic]]
+
+# The topics of the page of rules: the headings under which they stand there.
+FILES = "Files and YAML"
+ARGUMENTS = "Arguments, named values, expressions, parts"
+SHAPE = "Shape"
+JOINTS = "Links and joints"
+NUMBERS = "Numbers"
+POSES = "Servos and poses"
+FRAMES = "Frames and publishers"
+OUTPUTS = "Outputs and stand-ins"
+FORMATS = "Unsupported by a format"
+SIMULATED = "MuJoCo keys and elements"
+SIMULATION = "Simulation"
+ROS2_CONTROL = "Hardware and controllers of ros2_control"
+TEMPLATES = "Templates"
+WRITING = "Writing and comparing"
+READING = "Robots in other formats"
+MESHES = "Numbers from meshes"
+PHYSICS = "Physics"
+ASKING = "Transforms and pulses"
+PACKAGES = "ROS packages"
+RECORDINGS = "Recordings"
+PARAMETERS = "Parameters of nodes"
+NAVIGATION = "Navigation and localisation"
+PLUGINS = "Plug-ins"
+
+
+class Heading:
+    """The headings of the page of rules by name, as packages beside the core name that of a rule."""
+
+    FILES = FILES
+    ARGUMENTS = ARGUMENTS
+    SHAPE = SHAPE
+    JOINTS = JOINTS
+    NUMBERS = NUMBERS
+    POSES = POSES
+    FRAMES = FRAMES
+    OUTPUTS = OUTPUTS
+    FORMATS = FORMATS
+    SIMULATED = SIMULATED
+    SIMULATION = SIMULATION
+    CONTROL = ROS2_CONTROL
+    TEMPLATES = TEMPLATES
+    WRITING = WRITING
+    READING = READING
+    MESHES = MESHES
+    PHYSICS = PHYSICS
+    ASKING = ASKING
+    PACKAGES = PACKAGES
+    RECORDINGS = RECORDINGS
+    PARAMETERS = PARAMETERS
+    NAVIGATION = NAVIGATION
+    PLUGINS = PLUGINS
+
+
+_MARKS = (b"Rule(", b"@rule(")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What the id of a diagnostic means: its entry on the page of rules.
+
+    ``what`` is wrong, and the way out (``help``), are a sentence or three of Markdown, links as seen from ``docs``.
+    ``topic`` is the heading under which it stands. ``accept`` is what a description may name that breaks the rule all
+    the same: "link", "joint" or "link or joint"; empty if nothing may. ``imported`` says when a robot of others is
+    accepted like that: "always", for all readers live with it, or "lenient", for some do; empty for never. ``asked``
+    says what a run has to ask for to tell it: "meshes" (mesh files are looked for), "physics", "simulation"; empty for
+    every run.
+    """
+
+    id: str
+    what: str
+    help: str = ""
+    topic: str = ""
+    accept: str = ""
+    imported: str = ""
+    asked: str = ""
+
+    @classmethod
+    def every(cls) -> tuple[Rule, ...]:
+        """Return the tool's own rules. Raises ValueError if two have one id."""
+        return tuple(every_rule().values())
+
+    @property
+    def mild(self) -> bool:
+        """Whether it can be less than an error, a warning or a note: its entry says so."""
+        words = self.what.lower().replace(":", " ").replace(",", " ").split()
+        return "warning" in words or "note" in words
+
+
+def check_texts(rule: Rule) -> None:
+    """Raise TypeError for a rule of a plug-in with something else than texts."""
+    for field in fields(rule):
+        value = getattr(rule, field.name)
+        if not isinstance(value, str):
+            raise TypeError(f"{field.name} of a rule is a text, not {str(value)[:60]!r}")
+
+
+class Check(NamedTuple):
+    """A function that yields what it finds wrong with a robot, and the rules that are declared with it.
+
+    As a decorator it makes a check of a function that tells problems of rules that are declared elsewhere.
+    """
+
+    function: Look
+    rules: tuple[Rule, ...] = ()
+
+    def __call__(self, case: Case) -> Iterable[Diagnostic]:
+        """Return what is wrong with a robot."""
+        return self.function(case)
+
+
+def rule(
+    id: str, what: str, help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
+) -> Callable[[Look | Check], Check]:
+    """Make a check of a function, and declare a rule whose problems it yields; one decorator for each of them.
+
+    The arguments are those of ``Rule``. A plug-in names the function as an entry point of ``rosorin_compile.rules``.
+    """
+    declared = Rule(id, what, help, topic, accept, imported)
+
+    def decorate(function: Look | Check) -> Check:
+        if isinstance(function, Check):
+            return Check(function.function, (declared, *function.rules))
+        return Check(function, (declared,))
+
+    return decorate
+
+
+def checks_of(module: ModuleType) -> list[Check]:
+    """Return the checks that a module defines, in its order."""
+    checks = (value for value in vars(module).values() if isinstance(value, Check))
+    return [check for check in checks if check.function.__module__ == module.__name__]
+
+
+# The rules that plug-ins have brought into this run, by id.
+OF_PLUGINS: dict[str, Rule] = {}
+
+
+def find(ids: Collection[str]) -> dict[str, Rule]:
+    """Return those of the tool's own rules that have one of the ids, by id."""
+    quoted = [f'"{id}"'.encode() for id in ids]
+    rules = (rule for path, text in _declaring() if any(one in text for one in quoted) for rule in declared_in(text))
+    return {rule.id: rule for rule in rules if rule.id in ids}
+
+
+def every_rule() -> dict[str, Rule]:
+    """Return the tool's own rules by id. Raises ValueError if two have one id."""
+    found: dict[str, Rule] = {}
+    for path, text in _declaring():
+        for rule in declared_in(text):
+            if rule.id in found:
+                raise ValueError(f"the rule {rule.id} is declared twice, the second time in {path}")
+            found[rule.id] = rule
+    return found
+
+
+def _declaring() -> Iterator[tuple[Path, bytes]]:
+    """Yield the sources of the program in which rules may be declared, with their texts."""
+    for path in (path for folder in folders().values() for path in world.matching(folder, "**/*.py")):
+        text = world.read(path)
+        if any(mark in text for mark in _MARKS):
+            yield path, text
+
+
+def declared_in(source: bytes | str) -> list[Rule]:
+    """Return the rules that a source declares, in its order."""
+    import ast
+
+    calls = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call))
+    declarations = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id in ("Rule", "rule")]
+    literal = [call for call in declarations if call.args and isinstance(call.args[0], ast.Constant)]
+    return [_read(call) for call in sorted(literal, key=lambda call: (call.lineno, call.col_offset))]
+
+
+def _read(call: ast.Call) -> Rule:
+    """Return the rule that a call in a source makes; a name in it is that of a topic."""
+    import ast
+
+    def value(node: ast.expr) -> Any:
+        if isinstance(node, ast.Attribute):
+            return getattr(Heading, node.attr)
+        return globals()[node.id] if isinstance(node, ast.Name) else ast.literal_eval(node)
+
+    given = {str(keyword.arg): value(keyword.value) for keyword in call.keywords}
+    return Rule(*map(value, call.args), **given)

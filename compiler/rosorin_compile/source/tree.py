@@ -1,0 +1,289 @@
+"""The plain tree: what YAML says, with the place of every key and value.
+
+``Map`` and ``Seq`` are an ordinary dict and list that also remember where their keys and values were written, so later
+stages work on plain values and can still name file, line and column. Nothing changes a tree after it was made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from .diagnostics import Related, Span, Use
+from .wording import and_more
+
+if TYPE_CHECKING:
+    from pathlib import Path as FilePath
+
+Path = tuple[str | int, ...]
+
+
+class Instance(NamedTuple):
+    """How a piece of the tree came to stand where it is: included or instantiated at ``span``, within ``parent``.
+
+    ``made`` is true for a part, a sensor type and the round of a loop, which make something; an include only reads it.
+    ``prefix`` is what a part has before its names, with those of the parts around it.
+    """
+
+    message: str
+    span: Span
+    parent: Instance | None = None
+    made: bool = False
+    prefix: str = ""
+
+    def stack(self) -> Iterator[Related]:
+        """Yield the places passed through, innermost first; of very many only the first and the last."""
+        steps: list[Related] = []
+        here: Instance | None = self
+        while here is not None:
+            steps.append((Use if here.made else Related)(here.message, here.span))
+            here = here.parent
+        if len(steps) > 12:
+            steps[6:-5] = [Related(and_more(len(steps) - 11).strip(), None)]
+        yield from steps
+
+
+class Map(dict[str, "Any"]):
+    """A mapping with the spans of its keys and values; ``via`` tells how it came here, None for the root file."""
+
+    __slots__ = ("key_spans", "span", "value_spans", "via")
+
+    def __init__(self, span: Span, via: Instance | None = None) -> None:
+        self.span = span
+        self.via = via
+        self.key_spans: dict[str, Span] = {}
+        self.value_spans: dict[str, Span] = {}
+
+    def put(self, key: str, value: Any, key_span: Span, value_span: Span) -> None:
+        """Set ``key`` and remember where key and value were written."""
+        self[key] = value
+        self.key_spans[key] = key_span
+        self.value_spans[key] = value_span
+
+    @staticmethod
+    def load(path: FilePath, shown: str) -> Map:
+        """Read a YAML file whose top is a mapping; ``shown`` is what it is called in messages. Raises LoadError."""
+        from .load import load_mapping
+
+        return load_mapping(path, shown)
+
+    def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
+        """Return the place of ``path``, or of its longest prefix that exists.
+
+        With ``key`` the place of the last key instead of its value.
+        """
+        return locate(self, path, key)
+
+    def calculated(self) -> list[str]:
+        """Return the keys whose values are to be calculated: an expression stands somewhere in them."""
+        return [key for key, value in self.items() if _has_expression(value)]
+
+    def at(self, path: Path) -> Any:
+        """Return the value at a path; None if there is none."""
+        return at(self, path)
+
+    def has(self, path: Path) -> bool:
+        """Say whether there is a value at a path."""
+        return exists(self, path)
+
+    def copied(self) -> Map:
+        """Return a mapping of the same entries, which may grow."""
+        made = Map(self.span, self.via)
+        made.update(self)
+        made.key_spans, made.value_spans = self.key_spans.copy(), self.value_spans.copy()
+        return made
+
+    def like(self, changes: Mapping[str, Any]) -> Map:
+        """Return a mapping of the same keys, which never grows, with some values changed."""
+        made = self.by(self.via)
+        made.update(changes)
+        return made
+
+    def by(self, via: Instance | None) -> Map:
+        """Return a mapping of the same entries, which never grows, that came here by ``via``."""
+        made = Map.__new__(Map)
+        made.update(self)
+        made.span, made.via = self.span, via
+        made.key_spans, made.value_spans = self.key_spans, self.value_spans
+        return made
+
+
+class Seq(list["Any"]):
+    """A sequence with the spans of its items."""
+
+    __slots__ = ("span", "value_spans", "via")
+
+    def __init__(self, span: Span, via: Instance | None = None) -> None:
+        self.span = span
+        self.via = via
+        self.value_spans: list[Span] = []
+
+    def put(self, value: Any, span: Span) -> None:
+        """Append ``value`` and remember where it was written."""
+        self.append(value)
+        self.value_spans.append(span)
+
+
+class Text(str):
+    """Text that stood in quotes; plain scalars are ordinary ``str``. Equal to the same text without quotes."""
+
+    __slots__ = ()
+
+
+class Kept(Text):
+    """Elements of XML among the sections of a part or the rounds of a loop: text that knows how it came there."""
+
+    __slots__ = ("via",)
+    via: Instance | None
+
+    def __new__(cls, text: str, via: Instance | None = None) -> Kept:
+        made = super().__new__(cls, text)
+        made.via = via
+        return made
+
+
+class Place(NamedTuple):
+    """Where a path of a tree was written, and how that piece came there."""
+
+    span: Span
+    via: Instance | None
+
+    def stack(self) -> tuple[Related, ...]:
+        """Return the includes and parts passed through, innermost first.
+
+        What stands in a file was not included by it, though it stands in a section that began in an included one.
+        """
+        via = self.via
+        while via is not None and not via.made and via.span != self.span and via.span.source == self.span.source:
+            via = via.parent
+        return tuple(via.stack()) if via else ()
+
+
+def _has_expression(value: Any) -> bool:
+    if isinstance(value, Map):
+        return any(map(_has_expression, value.values()))
+    if isinstance(value, Seq):
+        return any(map(_has_expression, value))
+    return isinstance(value, str) and "${" in value
+
+
+def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Place:
+    """Return the place of ``path``, or of its longest prefix that exists.
+
+    With ``key`` the place of the last key instead of its value.
+    """
+    node: Any = tree
+    span, via = tree.span, tree.via
+    for depth, step in enumerate(path):
+        if isinstance(node, Map) and step in node:
+            name = str(step)
+            want_key = key and depth == len(path) - 1
+            span = (node.key_spans if want_key else node.value_spans)[name]
+        elif isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node):
+            span = node.value_spans[step]
+        else:
+            break
+        node = node[step]
+        via = nearer(via, getattr(node, "via", None))
+    return Place(span, via)
+
+
+def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
+    """Return how a piece came here, given how what holds it came.
+
+    A piece without expressions is shared by all instances of a part: it does not know of them, what holds it does.
+    """
+    if own is None or outer is None or not outer.made:
+        return own or outer
+    step: Instance | None = own
+    while step is not None and step is not outer:
+        step = step.parent
+    return own if step is outer else outer
+
+
+def maker(tree: Map, path: Path) -> Instance | None:
+    """Return how that came to be what holds the value at a path, which is there: what its expressions knew of.
+
+    What several parts hold that came to the same knows of one of them, and is of each.
+    """
+    node: Any = tree
+    for step in path[:-1]:
+        node = node[step]
+    own: Instance | None = node.via
+    if own is None or not own.made:
+        return own
+    near = outer = locate(tree, path[:-1]).via
+    while outer is not None and outer is not own:
+        outer = outer.parent
+    return near if outer is None else own
+
+
+def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
+    """Return what stands before the names of the part that the value at a path was written in; "" outside of parts.
+
+    With ``outside`` that of the part around it.
+    """
+    via = locate(tree, path).via
+    while via is not None and (outside or not via.prefix):
+        outside, via = outside and not via.prefix, via.parent
+    return via.prefix if via else ""
+
+
+def exists(tree: Map, path: Path) -> bool:
+    """Say whether a tree has a value at a path."""
+    return follow(tree, path) == len(path)
+
+
+def at(tree: Map, path: Path) -> Any:
+    """Return the value at a path; None if there is none."""
+    node: Any = tree
+    for step in path:
+        if not has(node, step):
+            return None
+        node = node[step]
+    return node
+
+
+def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
+    """Return where the value (or the key) at a path was written, and where it is used if that is another place.
+
+    Where the path does not exist, the place is the key of the entry that lacks it.
+    """
+    reached = follow(tree, path)
+    missing = reached < len(path)
+    path = path[:reached]
+    place = locate(tree, path, key=key or missing or within)
+    use: Span | None = None
+    node: Any = tree
+    for depth, step in enumerate(path):
+        span, node = node.value_spans[step], node[step]
+        if not isinstance(node, (Map, Seq)) or not _apart(node.span, span):
+            continue
+        last = depth == len(path) - 1
+        if last and key and not missing:
+            break
+        use = use or span
+        if last:
+            place = Place(node.span, node.via or place.via)
+    return place, use
+
+
+def _apart(one: Span, other: Span) -> bool:
+    return (one.source.path, one.line) != (other.source.path, other.line)
+
+
+def follow(tree: Map, path: Path) -> int:
+    """Return how many steps of a path exist in a tree."""
+    node: Any = tree
+    for depth, step in enumerate(path):
+        if not has(node, step):
+            return depth
+        node = node[step]
+    return len(path)
+
+
+def has(node: Any, step: str | int) -> bool:
+    """Say whether a piece of a tree has an entry of a name, or an item of a number."""
+    if isinstance(node, Map):
+        return step in node
+    return isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node)

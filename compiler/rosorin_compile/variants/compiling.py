@@ -1,0 +1,177 @@
+"""Compile one variant of a sweep, in this process or in a worker. Nothing is written here."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
+from importlib.metadata import distributions
+from pathlib import Path
+from typing import Any
+
+from rosorin_compile.cli.given import Given
+from rosorin_compile.output import OutputError
+from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
+from rosorin_compile.output.placing import Holding
+from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
+from rosorin_compile.source.project import Description, tool_folders
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.version import __version__
+from rosorin_compile.source.world import world
+
+_lock = threading.Lock()  # a worker of Dask may have several threads
+_parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, by current folder
+
+
+@dataclass(frozen=True)
+class Job:
+    """What all variants of a sweep have in common."""
+
+    description: Description  # with the output folder of the sweep
+    shared: dict[str, Any]
+    given: Given
+    state: str = ""
+    current: Path = field(default_factory=world.here)
+    version: str = __version__
+
+    def key(self, variant: Variant) -> str:
+        """Return a digest of all that a variant depends on, except the contents of its input files."""
+        packages = sorted((name, os.path.abspath(folder)) for name, folder in self.given.packages.items())
+        job = [self.state, str(self.description.path), str(self.current), self.given.trust, packages]
+        arguments = plain([self.shared, variant.arguments], typed=True)
+        return Holding.digest(json.dumps([*job, variant.name, arguments]).encode())
+
+
+def state_digest() -> str:
+    """Return a digest that changes when this tool, an installed package or the search path of packages changes."""
+    files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
+    parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
+    parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
+    variables = [world.variable(name) for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
+    return Holding.digest(json.dumps([variables, sorted(parts)]).encode())
+
+
+@dataclass(frozen=True)
+class Result:
+    """A compiled variant: its entry in ``sweep.json``, its artifacts, and the digests of its input files by path."""
+
+    entry: dict[str, Any]
+    files: Mapping[str, bytes]
+    inputs: Mapping[str, str]
+
+
+def compile_variant(job: Job, variant: Variant) -> Result:
+    """Compile a variant; errors in it are part of the result. Raises ValueError in a worker of another version."""
+    with _entered(job):
+        start = world.now()
+        placed = replace(job.description, outputs=job.description.outputs / variant.name)
+        compiled = _compiled(job, variant, partial(job.given.search_meshes, placed)).proven()
+        found, files = compiled.diagnostics, dict[str, bytes]()
+        try:
+            files = {} if has_errors(found) else compiled.files()
+        except OutputError as problem:
+            found.append(problem.diagnostic)
+        entry = entry_of(variant, found, {name: Holding.digest(data) for name, data in files.items()})
+        # A diagnostic with a place in the list is outdated when rows move.
+        mentioned = {place.get("file") for one in entry["diagnostics"] for place in (one, *one["related"])}
+        listed = mentioned & {span.source.path for span in variant.arguments.value_spans.values()}
+        inputs = map(os.path.abspath, (*compiled.inputs, *listed))
+        return Result(entry, files, {path: input_digest(path, start) for path in inputs})
+
+
+def compile_only(job: Job, variant: Variant) -> Compiled:
+    """Compile a variant for the Python API, without looking for mesh files. Raises ValueError as above."""
+    with _entered(job):
+        return replace(_compiled(job, variant), variant=variant)
+
+
+def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
+    if has_errors(variant.diagnostics):
+        return Compiled(None, (), list(variant.diagnostics), ())
+    arguments = Map(variant.arguments.span)
+    for source in (job.shared, variant.arguments):  # those of the variant replace those of all
+        for name, value in source.items():
+            arguments[name] = value
+            if isinstance(source, Map) and name in source.value_spans:
+                arguments.put(name, value, source.key_spans[name], source.value_spans[name])
+    tell = (lambda _: None) if job.given.trust else None  # the warning before a xacro runs
+    path, packages = job.description.path, job.given.packages
+    compiled = compile_robot(path, arguments, tell, packages, search, kept=_parsed.setdefault(job.current, {}))
+    return replace(compiled, diagnostics=[*variant.diagnostics, *compiled.diagnostics])
+
+
+@contextmanager
+def _entered(job: Job) -> Iterator[None]:
+    """Work in the current folder of a job, in one thread at a time."""
+    if job.version != __version__:
+        raise ValueError(f"the worker has rosorin-compile {__version__}, not {job.version}")
+    with _lock, Progress.within():
+        before = world.here()
+        try:
+            os.chdir(job.current)
+            yield
+        finally:
+            os.chdir(before)
+
+
+def entry_of(variant: Variant, found: list[Diagnostic], artifacts: Mapping[str, str]) -> dict[str, Any]:
+    """Return the entry of a variant in ``sweep.json``; ``artifacts`` are digests by name."""
+    return {
+        "name": variant.name,
+        "folder": variant.name,
+        "arguments": plain(variant.arguments),
+        "status": "error" if has_errors(found) else "made",
+        "artifacts": dict(sorted(artifacts.items())),
+        "diagnostics": [one.as_object() for one in found],
+    }
+
+
+def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
+    """Return a diagnostic of an entry; ``variants`` names those that it is about."""
+    message = f"{variants}: {found['message']}"
+    related = tuple(Related(one["message"], _span(one)) for one in found["related"])
+    return Diagnostic(found["rule"], found["severity"], message, _span(found), related, found["help"])
+
+
+def _span(place: Mapping[str, Any]) -> Span | None:
+    if "file" not in place:
+        return None
+    try:
+        source = Source(place["file"], world.text(place["file"]))
+    except (OSError, ValueError):
+        source = Source(place["file"], "")
+    return Span(source, place["line"], place["column"], place["length"])
+
+
+def plain(value: Any, typed: bool = False) -> Any:
+    """Return an argument as JSON, a quantity as it was written. With ``typed``, values of different types differ."""
+    made = value
+    if isinstance(value, dict):
+        made = {str(key): plain(item, typed) for key, item in value.items()}
+    elif isinstance(value, list):
+        made = [plain(item, typed) for item in value]
+    elif isinstance(value, float):
+        made = getattr(value, "text", "") or (float(value) if math.isfinite(value) else str(float(value)))
+    elif isinstance(value, str):
+        made = str(value)
+    return [type(value).__name__, made] if typed else made
+
+
+def input_digest(path: str, start: float = math.inf) -> str:
+    """Return the digest of a file: "" if it cannot be read, "changed" if it was changed since ``start`` (ns)."""
+    try:
+        status = Path(path).stat()
+        is_new = max(status.st_mtime_ns, status.st_ctime_ns) >= start
+        return "changed" if is_new else _content_digest(path, status.st_mtime_ns, status.st_size)
+    except OSError:
+        return ""
+
+
+@lru_cache(maxsize=4096)
+def _content_digest(path: str, *_: int) -> str:
+    return Holding.digest(world.read(path))

@@ -1,0 +1,135 @@
+"""The output folder of a sweep: a folder per variant, ``sweep.json``, and a hidden folder with a record per variant.
+
+The folder of a variant is replaced in one step, so that it is complete after a kill at any moment. Its record, with the
+digests of inputs and artifacts, is written last.
+"""
+
+from __future__ import annotations
+
+import filecmp
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from rosorin_compile.output import OutputError
+from rosorin_compile.output.placing import Holding
+from rosorin_compile.output.staging import Stage
+from rosorin_compile.source.world import world
+
+INDEX = "sweep.json"
+_NO_LOCKS = "this system has no file locks (fcntl): nothing keeps another run from writing into the same folder"
+
+
+class VariantsFolder:
+    """The output folder of one run. The methods raise OutputError, or OSError if nothing can be written."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._hidden = path / ".rosorin-compile-sweep"
+        self._records = self._hidden / "records"
+
+    @contextmanager
+    def opened(self) -> Iterator[None]:
+        """Create the folder, and keep other runs from using it."""
+        self._records.mkdir(parents=True, exist_ok=True)
+        world.needs("fcntl", _NO_LOCKS)
+        with (self._hidden / "lock").open("ab") as lock:
+            try:
+                import fcntl
+
+                # Unlike that of flock, this lock is not inherited by worker processes, which may outlive a killed run.
+                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except (BlockingIOError, PermissionError):
+                message = f"another run writes into {self.path}"
+                raise OutputError("output-busy", message, "wait until it ends, or name another folder") from None
+            except (ImportError, OSError):
+                pass  # Windows, and some network drives
+            with suppress(FileNotFoundError), (self.path / INDEX).open("rb") as file:
+                if file.read(10) not in (b'{"sweep": ', b""):
+                    raise _not_ours(self.path / INDEX)
+            Stage.tidy(self.path)
+            yield
+
+    def names(self) -> list[str]:
+        """Return the names of the variants that were written and not removed."""
+        return sorted(path.stem for path in self._records.glob("*.json"))
+
+    def record(self, name: str) -> dict[str, Any]:
+        """Return the record of a variant; one without a key if there is none or it is damaged."""
+        try:
+            record = json.loads((self._records / f"{name}.json").read_bytes())
+            entry = {**record["entry"], "artifacts": dict(record["entry"]["artifacts"])}
+            return {"key": record["key"], "inputs": dict(record["inputs"]), "entry": entry}
+        except (OSError, ValueError, KeyError, TypeError):
+            return {"key": "", "entry": {"artifacts": {}}}
+
+    def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
+        """Return True if the artifacts of a variant have these digests."""
+        try:
+            return all(Holding.digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
+        except OSError:
+            return False
+
+    def put(self, name: str, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
+        """Make ``files`` the artifacts of a variant; files of others in its folder are kept."""
+        folder, known = self.path / name, set(self.record(name)["entry"]["artifacts"])
+        if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
+            raise OutputError("output-in-the-way", f"{folder} is not a folder", "move it away, or rename the variant")
+        for path, data in ((folder / file, data) for file, data in files.items() if file not in known):
+            is_ours = path.is_file() and not path.is_symlink() and (Holding.wrote(path) or path.read_bytes() == data)
+            if os.path.lexists(path) and not is_ours:
+                raise _not_ours(path)
+        # After a kill from here on, the next run knows both the old and the new files as its own.
+        artifacts = dict.fromkeys(sorted(known | set(files)), "")
+        self._write_record(name, {"key": "", "inputs": {}, "entry": {"artifacts": artifacts}})
+        if files:
+            Holding.write_set(folder, files, lambda *_: True, tidied=True)
+        self._remove(folder, known - set(files))
+        self._write_record(name, record)
+
+    def drop(self, name: str) -> None:
+        """Remove the artifacts of a variant."""
+        if (self._records / f"{name}.json").is_file():
+            (self.path / INDEX).unlink(missing_ok=True)  # it is outdated
+            self._remove(self.path / name, set(self.record(name)["entry"]["artifacts"]))
+            (self._records / f"{name}.json").unlink()
+
+    def _remove(self, folder: Path, names: set[str]) -> None:
+        """Remove files of a variant, all in one step if there is nothing else in its folder."""
+        if not names or not folder.is_dir():
+            return
+        if all(name in names or entry.is_dir(follow_symlinks=False) for name, entry in Stage.below(folder)):
+            with Stage.within(self.path) as stage:
+                folder.rename(stage.path / "removed")
+            return
+        for path in (folder / name for name in names if ".." not in Path(name).parts):
+            path.unlink(missing_ok=True)
+            with suppress(OSError):  # a folder that is not empty
+                for parent in path.relative_to(self.path).parents[:-1]:
+                    (self.path / parent).rmdir()
+
+    def _write_record(self, name: str, record: Mapping[str, Any]) -> None:
+        (self.path / INDEX).unlink(missing_ok=True)  # it is outdated
+        new = self._hidden / "new-record.json"
+        new.write_text(json.dumps(record), "utf-8")
+        new.replace(self._records / f"{name}.json")
+
+    @contextmanager
+    def index(self, head: Mapping[str, object]) -> Iterator[Callable[[Mapping[str, Any]], object]]:
+        """Write ``sweep.json``: yield a function that adds an entry. The file is put into its place at the end."""
+        new, place, before = self._hidden / "new-index.json", self.path / INDEX, iter(["\n"])
+        with new.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(json.dumps({"sweep": 1, **head})[:-1] + ', "variants": [')
+            yield lambda entry: file.write(next(before, ",\n") + json.dumps(entry))
+            file.write("\n]}\n")
+        if not place.is_file() or not filecmp.cmp(place, new, shallow=False):
+            new.replace(place)
+        new.unlink(missing_ok=True)
+
+
+def _not_ours(path: Path) -> OutputError:
+    message, help = f"this tool did not write {path}: it is not replaced", "move it away, or name another folder"
+    return OutputError("output-not-ours", message, help)

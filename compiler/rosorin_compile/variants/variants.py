@@ -1,0 +1,214 @@
+"""Read a list of variants: one set of arguments, and a name, for each robot of a sweep."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import re
+import unicodedata
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+
+from rosorin_compile.output.pipeline import Variant
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, did_you_mean, error, nearest
+from rosorin_compile.source.load import LoadError, each_entry, parse_yaml, read_utf8
+from rosorin_compile.source.project import Description
+from rosorin_compile.source.tree import Map, Text
+from rosorin_compile.source.world import world
+
+NAME = "name"
+TABLES, TREES = (".csv", ".tsv"), (*Description.ENDINGS, ".json")
+_SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the first line that some spreadsheets write
+
+
+class Variants:
+    """A list of variants. Call ``check`` first; it can then be iterated over repeatedly.
+
+    It is a CSV, TSV, YAML or JSON file, or a folder of YAML or JSON files. ``arguments`` are the declared names. For a
+    folder, ``whole`` is the argument that takes each file: as a table, or with ``home`` as a path relative to that.
+    """
+
+    def __init__(self, path: Path, arguments: Collection[str], whole: str = "", home: Path | None = None) -> None:
+        self.path, self.shown, self.arguments, self.whole, self.home = path, world.shown(path), arguments, whole, home
+        self.is_folder = world.kind(path) == world.FOLDER
+        self.is_table = not self.is_folder and path.suffix.lower() in TABLES
+        self._places: dict[str, Span | None] = {}  # by names as a file system that ignores case compares them
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __contains__(self, name: str) -> bool:
+        return unicodedata.normalize("NFC", name).casefold() in self._places
+
+    def __iter__(self) -> Iterator[Variant]:
+        if self.is_folder:
+            return map(self._from_file, self._files)
+        return self._from_table() if self.is_table else self._from_tree()
+
+    def check(self) -> list[Diagnostic]:
+        """Return the errors that make the whole list unusable; those of one variant are part of that variant."""
+        found: list[Diagnostic] = []
+        try:
+            if not world.stands(self.path):
+                raise _refused(f'there is no file or folder "{self.shown}" of variants', rule="file-unreadable")
+            if not self.is_folder and not self.path.suffix.lower().endswith((*TABLES, *TREES)):
+                help = "name a file .csv, .yaml or .json, or a folder of .yaml or .json files"
+                raise _refused(f"{self.shown} is not a list of variants", help=help)
+            found += self._wrong_columns() if self.is_table else ()
+            for variant in map(_unread, self._files) if self.is_folder else () if found else self:
+                name = unicodedata.normalize("NFC", variant.name).casefold()
+                first = self._places.setdefault(name, variant.span)
+                found += wrong_name(variant)
+                if first is not variant.span:
+                    message = f'two variants are called "{variant.name}", ignoring case'
+                    related = [Related("first here", first)]
+                    found.append(error("variant-name", message, variant.span, "each needs its own folder", related))
+            if not found and not self._places:
+                raise _refused(f"{self.shown} has no variant", help="write one row, entry or file for each")
+        except LoadError as problem:
+            found.append(problem.diagnostic)
+        except OSError as problem:
+            found.append(error("file-unreadable", f"cannot read {self.shown}: {problem.strerror}", None))
+        return found
+
+    @cached_property
+    def _source(self) -> Source:
+        return _read(self.path)
+
+    @cached_property
+    def _files(self) -> list[Path]:
+        """The files of a folder that are variants, ordered by name. Raises OSError."""
+        names = [name for name, kind in world.names(self.path).items() if kind == world.FILE and name[0] != "."]
+        return [self.path / name for name in names if name.lower().endswith(TREES)]
+
+    def _rows(self) -> Iterator[tuple[list[str], list[Span]]]:
+        """Yield the cells, and the place of each, of every row of a table that is not empty. Raises LoadError."""
+        lines, first = io.StringIO(self._source.text, newline="").readlines(), 0
+        header = next((line for line in lines if line.strip()), "")
+        declared = _SEPARATOR.match(header)
+        delimiter = declared[1] if declared else max(",;\t|", key=re.sub('"[^"]*"', "", header).count)
+        rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
+        try:
+            for cells in rows:
+                text = "".join(lines[first : rows.line_num])
+                if any(map(str.strip, cells)) and not _SEPARATOR.match(text):
+                    # A worker process gets the text of the row and not that of the list, but with the same line number.
+                    yield cells, _places(Source(self.shown, "\n" * first + text), text, first + 1, delimiter)
+                first = rows.line_num
+        except csv.Error as problem:
+            help = 'close each quoted cell with a quote; write a quote inside one as ""'
+            raise _refused(f"this is not a CSV: {problem}", Span(self._source, first + 1, 1), help) from None
+
+    def _wrong_columns(self) -> Iterator[Diagnostic]:
+        cells, places = next(self._rows(), ([], [self._source.start()]))
+        names = [cell.strip() for cell in cells]
+        if NAME not in names:
+            near = nearest(NAME, names)
+            help = f'rename the column "{near}"' if near else "write a header: name, and a column for each argument"
+            place = places[0]._replace(column=1, length=len(places[0].source.line(places[0].line)) or 1)
+            raise _refused(f'{self.shown} has no column "{NAME}"', place, help)
+        for index, (name, place) in enumerate(zip(names, places, strict=True)):
+            if name and name in names[:index]:
+                yield error("variants-list", f'there are two columns "{name}"', place, "remove one")
+            elif name not in (NAME, "", *self.arguments):
+                help = did_you_mean(name, [one for one in self.arguments if one not in names]) or "it has none"
+                yield error("unknown-argument", f'the description has no argument "{name}"', place, help)
+
+    def _from_table(self) -> Iterator[Variant]:
+        rows = self._rows()
+        names = [name.strip() for name in next(rows)[0]]
+        for cells, places in rows:
+            if len(cells) != len(names):
+                help = "quote a cell that contains a comma; leave that of an argument empty to use its default"
+                message = f"the length of this row is {len(cells)}, that of the header {len(names)}"
+                raise _refused(message, places[min(len(cells) - 1, len(names))], help)
+            start = places[0]._replace(column=1, length=1)
+            name, name_place, values = "", start, Map(start)
+            for column, cell, place in zip(names, map(str.strip, cells), places, strict=True):
+                if column == NAME:
+                    name, name_place = cell, place
+                elif cell and not column:
+                    raise _refused("this cell is in a column without a name", place, "name the column")
+                elif cell:
+                    values.put(column, cell, place, place)
+            yield Variant(name, values, name_place)
+
+    def _from_tree(self) -> Iterator[Variant]:
+        for key, value, key_span, span in each_entry(self._source):
+            if not isinstance(value, Map) and (key is None or value is not None):
+                raise _refused("this variant is not a table of arguments", span, "write NAME: {ARGUMENT: VALUE}")
+            values = Map(key_span) if value is None else value
+            yield _from_entry(values) if key is None else Variant(key, values, key_span, _expressions(values))
+
+    def _from_file(self, path: Path) -> Variant:
+        """Return the variant of a file in a folder; errors in the file are errors of the variant."""
+        variant = _unread(path)
+        arguments = variant.arguments
+        if self.whole and self.home:
+            arguments.put(self.whole, Text(os.path.relpath(path, self.home)), arguments.span, arguments.span)
+            return variant
+        try:
+            values = parse_yaml(_read(path))
+            if not isinstance(values, Map):
+                raise _refused(f"{world.shown(path)} is not a table of values", arguments.span, rule="not-a-mapping")
+        except LoadError as problem:
+            return replace(variant, diagnostics=(problem.diagnostic,))
+        if self.whole:
+            arguments.put(self.whole, values, values.span, values.span)
+        return Variant(path.stem, arguments if self.whole else values, values.span, _expressions(values))
+
+
+def _refused(message: str, place: Span | None = None, help: str = "", rule: str = "variants-list") -> LoadError:
+    return LoadError(error(rule, message, place, help))
+
+
+def _read(path: Path) -> Source:
+    source = read_utf8(path, world.shown(path))
+    # YAML does not allow tabs as indentation, JSON does, and JSON has no tabs inside strings.
+    return source._replace(text=source.text.replace("\t", " ")) if path.suffix.lower() == ".json" else source
+
+
+def _unread(path: Path) -> Variant:
+    start = Source(world.shown(path), "").start()
+    return Variant(path.stem, Map(start), start)
+
+
+def _from_entry(entry: Map) -> Variant:
+    if NAME not in entry:
+        raise _refused("this entry has no name", entry.span, "write name: NAME first", "variant-name")
+    name, place, values = entry[NAME], entry.value_spans[NAME], Map(entry.span)
+    for key in (key for key in entry if key != NAME):
+        values.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+    if not isinstance(name, str):  # a name such as 0007 is the text of the file, not the number 7
+        name = place.source.line(place.line)[place.column - 1 :][: place.length]
+    return Variant(name, values, place, _expressions(values))
+
+
+def _expressions(values: Map) -> tuple[Diagnostic, ...]:
+    message, help = 'the argument "{}" is an expression; a list of variants contains values', "write its result"
+    names = values.calculated()
+    return tuple(error("bad-argument", message.format(name), values.value_spans[name], help) for name in names)
+
+
+def wrong_name(variant: Variant) -> Iterator[Diagnostic]:
+    """Yield an error if no folder can have the name of a variant."""
+    name = variant.name.lower()
+    is_bad = any(letter in '/\\:*?"<>|' or not letter.isprintable() for letter in name)
+    if name in ("", "sweep.json") or is_bad or name[0] in ".-" or name[-1] in ". " or len(os.fsencode(name)) > 200:
+        help = "use letters, digits, _, - and inner dots, at most 200 bytes, such as r0007"
+        yield error("variant-name", f'"{name[:60]}" cannot be the name of a variant and its folder', variant.span, help)
+
+
+def _places(source: Source, text: str, first: int, delimiter: str) -> list[Span]:
+    """Return the place of each cell of a row; ``first`` is the number of its first line."""
+    places, at = list[Span](), 0
+    masked = re.sub('"[^"]*"', lambda quoted: "_" * len(quoted[0]), text.rstrip("\r\n"))
+    for cell in masked.split(delimiter):
+        start = at + len(cell) - len(cell.lstrip())
+        line, column = first + text.count("\n", 0, start), start - text.rfind("\n", 0, start)
+        places.append(Span(source, line, column, max(1, len(cell.strip()))))
+        at += len(cell) + 1
+    return places

@@ -1,0 +1,242 @@
+"""A change as a picture: the page of a robot with the robot before under it, and what changed, by meaning.
+
+``check`` draws what is committed under what was compiled, ``diff`` one robot under another one; one page may hold
+several robots.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from rosorin_compile.cli.given import Given
+from rosorin_compile.cli.usage import WrongUsage
+from rosorin_compile.model import Robot
+from rosorin_compile.source.diagnostics import Console, counted
+from rosorin_compile.source.world import world
+
+from .page import MAX_MEGABYTES, Embedding, data_of, html, left_out
+from .page.data import Data, before_data
+from .showing import Shown, look, nameless, on_disk
+
+if TYPE_CHECKING:
+    from rosorin_compile.compare.committed import Comparison
+    from rosorin_compile.compare.difference import Difference
+    from rosorin_compile.compare.entities import Change
+    from rosorin_compile.compare.overlay import Overlay
+    from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.source.project import Description
+
+
+COMMITTED = "what is committed"
+_RGBA = "rgba"
+
+
+class Picture(NamedTuple):
+    """One robot of a page: the robot of now, what was before (None: nothing), and what is said of the difference.
+
+    ``files`` are the meshes of before by name; ``inputs`` the files that the page is made of.
+    """
+
+    shown: Shown
+    before: Overlay | None
+    files: Mapping[str, Path]
+    changes: list[Data]
+    notes: list[str]
+    said: str
+    inputs: tuple[Path, ...] = ()
+
+
+class Pictures:
+    """The robots of one page, as they come."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self.file = Path(options.html)
+        self.with_meshes = not options.no_meshes
+        limit = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
+        self.embedding = Embedding(int(limit * 1_000_000))
+        self.taken: list[Picture] = []
+
+    def take(
+        self,
+        given: Given,
+        description: Description,
+        compiled: Compiled,
+        comparison: Comparison,
+        committed: Mapping[str, bytes],
+        meshes: Sequence[tuple[str, str]],
+    ) -> None:
+        """Take what changed in one robot since its artifacts were committed."""
+        picture = of_committed(given, description, compiled, comparison, committed, meshes)
+        self.taken += [picture] if picture is not None else []
+
+    def take_sides(
+        self,
+        given: Sequence[tuple[Given, Description]],
+        found: Difference,
+        prefix: str | None,
+    ) -> None:
+        """Take what is different in two robots, those that can be shown; ``prefix`` as ``of_sides``."""
+        console = Console("json")  # what is wrong was said before
+        first, second = (look(one, description, console).shown for one, description in given)
+        if first is not None and second is not None:
+            self.taken.append(of_sides((first, second), found, prefix))
+
+    def clear(self) -> None:
+        """Forget the robots that were taken."""
+        self.taken.clear()
+
+    def write(self, console: Console) -> None:
+        """Write the page: robots that changed first. Raises WrongUsage if it cannot be written."""
+        from rosorin_compile.output import OutputError
+        from rosorin_compile.output.one_file import write_file
+
+        if not self.taken:
+            gone = _removed(self.file)
+            console.warn(f"{self.file}: no page, because no robot compiles{'; the old one is removed' if gone else ''}")
+            return
+        ordered = sorted(self.taken, key=lambda one: not (one.changes or one.notes))
+        entries = [self._entry(one) for one in ordered]
+        text = html({**entries[0], "others": entries[1:]} if entries[1:] else entries[0])
+        try:
+            write_file(self.file, text.encode(), [file for one in self.taken for file in one.inputs])
+        except OutputError as problem:
+            raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
+        if self.embedding.left:
+            console.warn(f"{self.file}: without {left_out(self.embedding.left)}")
+        console.say(f"{self.file}: a page with {counted(len(entries), 'robot')}, {len(text.encode()) / 1e6:.1f} MB")
+
+    def _entry(self, one: Picture) -> Data:
+        data = on_disk(one.shown, self.embedding if self.with_meshes else None)
+        entry: Data = {"robot": data, "changes": one.changes, "notes": one.notes, "said": one.said}
+        if one.before is None:
+            return entry
+        found = one.before.moves
+        before = before_data(one.before.old, found.shapes, found.at)
+        if self.with_meshes:
+            self.embedding.take(before, one.before.drawn(), one.files)
+            before = nameless(before)
+            known = data["meshes"]
+            before["meshes"] = {name: mesh for name, mesh in before["meshes"].items() if mesh != known.get(name)}
+        return {**entry, "before": before, "moved": dict(found.how)}
+
+
+def _removed(page: Path) -> bool:
+    """Remove a page of changes that an earlier run has written: it shows what is no more. Say whether there was one."""
+    try:
+        if world.kind(page) != world.FILE or "changes" not in data_of(world.text(page)):  # an artifact is not ours
+            return False
+        page.unlink()
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def of_committed(
+    given: Given,
+    description: Description,
+    compiled: Compiled,
+    comparison: Comparison,
+    committed: Mapping[str, bytes],
+    meshes: Sequence[tuple[str, str]],
+) -> Picture | None:
+    """Return the picture of what changed since artifacts were committed; ``meshes`` are those that differ.
+
+    None for a robot that cannot be shown.
+    """
+    shown = look(given, description, Console("json")).shown  # a second time, for the places; said is nothing
+    if shown is None:
+        return None
+    robot = shown.robot
+    before = comparison.overlay(robot) if committed else None
+    changes = [change_data(one, [robot, *([before.old] if before else [])]) for one in comparison.changes]
+    notes = [f"{text.file}: {text.remark}" for text in comparison.texts if text.remark]
+    if not changes:
+        notes += [f"{text.file}: different text" for text in comparison.texts if not text.remark]
+    notes += [f"{name}: {what}" for name, what in meshes]
+    files = {**shown.meshes, **{name: description.outputs / name for name in committed}}
+    inputs = (*compiled.inputs, *shown.meshes.values(), *(description.outputs / name for name in committed))
+    if before is None:
+        return Picture(shown, None, {}, [], [], "nothing is committed to compare with", inputs)
+    before = before.with_meshes(_changed_meshes(compiled, committed, meshes))
+    did = comparison.brief()
+    said = f"{counted(len(changes), 'change')} against {COMMITTED}: {did}" if changes else _unchanged(notes)
+    return Picture(shown, before, files, changes, notes, said, inputs)
+
+
+def _unchanged(notes: Sequence[str]) -> str:
+    return "no change that is compared by meaning" if notes else f"no change: this is {COMMITTED}"
+
+
+def change_data(change: Change, robots: Iterable[Robot]) -> Data:
+    """Return a change as the page has it, with the frame where it is to be seen."""
+    colours = _colours(change.row.before, change.row.after) if change.row.quantity.endswith("colour") else None
+    return _said(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)
+
+
+def _said(text: str, frame: str, artifacts: Sequence[str] = (), colours: Data | None = None) -> Data:
+    made: Data = {"text": text}
+    if frame:
+        made["frame"] = frame
+    if frame and colours:
+        made["colours"] = colours
+    return made | ({"artifacts": list(artifacts)} if artifacts else {})
+
+
+def _colours(was: object, became: object) -> Data:
+    """Return two colours as they are said, in numbers or not at all, as the page draws them."""
+
+    def rgba(text: str) -> list[float] | None:
+        numbers = text.split()
+        return [float(number) for number in numbers] if len(numbers) == len(_RGBA) else None
+
+    return {"was": rgba(str(was)), "is": rgba(str(became))}
+
+
+def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
+    """Return the frame at which a change is to be seen; empty if there is none."""
+    plain = name.split(" when ")[0].split(" below ")[0]  # the row of a publisher that takes turns
+    for robot in robots:
+        if kind == "joint" and name in robot.joint:
+            return robot.joint[name].child
+        sensor = next((one for one in robot.sensors if one.name == name), None)
+        if kind == "sensor" and sensor is not None:
+            return sensor.frame
+        if plain in robot.link:
+            return plain
+        said = (one for value in robot.sections.values.values() if isinstance(value, tuple) for one in value)
+        joints = next((one.joints for one in said if getattr(one, "name", "") == name and hasattr(one, "joints")), ())
+        if joints and joints[0] in robot.joint:
+            return robot.joint[joints[0]].child
+    return ""
+
+
+def _changed_meshes(
+    compiled: Compiled, committed: Mapping[str, bytes], meshes: Sequence[tuple[str, str]]
+) -> frozenset[str]:
+    """Return the meshes, as the description names them, whose committed files are others."""
+    other = {name for name, _ in meshes if name in committed}
+    found = compiled.meshes.found if compiled.meshes else ()
+    return frozenset(one.named.name for one in found if other.intersection(one.places))
+
+
+def of_sides(shown: Sequence[Shown], difference: Difference, prefix: str | None) -> Picture:
+    """Return the picture of two robots, the first under the second one; ``prefix`` is that of the second one."""
+    a, b = difference.sides
+    overlay = difference.overlay(prefix)
+    changes = [
+        _said(one.text, overlay.frames.get(one.name, ""), (), _coloured(one.quantity, one.before, one.after))
+        for one in difference.items
+    ]
+    notes = [f"note: {note}" for note in difference.notes]
+    notes += [f"not compared: {line}" for line in difference.not_compared]
+    did = difference.brief()
+    said = f"{Path(a.label).name} -> {Path(b.label).name}: {difference.summary()}{f' ({did})' if did else ''}"
+    inputs = tuple(file for one in shown for file in (*one.files, *one.meshes.values()))
+    return Picture(shown[1], overlay, shown[0].meshes, changes, notes, said, inputs)
+
+
+def _coloured(quantity: str, before: object, after: object) -> Data | None:
+    return _colours(before, after) if quantity == "colour" else None

@@ -1,0 +1,145 @@
+"""frames_picture: the tree of frames as a picture (``drawing``); the end of its file name says which kind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from rosorin_compile.formats.format import Asked, Facts, Format, Importing, Proving
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.source.diagnostics import Diagnostic, Heading, did_you_mean, error
+from rosorin_compile.source.rule_registry import Rule
+
+from .drawing import SUFFIXES, picture, suffix
+from .drawing import read as shown_in
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats.templating import Templates
+    from rosorin_compile.rules.case import Case
+
+    from .drawing.shown import Shown
+    from .drawing.situations import Situation
+
+RULES = (
+    Rule(
+        "picture-kind",
+        "A picture whose file name does not say what kind it is.",
+        "End it in `.svg`, `.dot`, `.gv`, `.mmd` or `.md`.",
+        Heading.OUTPUTS,
+    ),
+    Rule(
+        "too-many-pictures",
+        "The tree of frames differs in more combinations of modes than one picture can show.",
+        "Say under `modes` which are on, one picture each.",
+        Heading.OUTPUTS,
+    ),
+)
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+    """Return the picture of a robot. Option ``modes``: the names of those that are on; left out: every situation."""
+    from .drawing.situations import TooMany
+
+    try:
+        return picture(robot, _kind(output), _asked(robot, output)), []
+    except TooMany as problem:
+        help = "say which modes are on, one picture each: modes: [NAME, ...]"
+        return "", [error("too-many-pictures", str(problem), None, help)]
+
+
+def _kind(output: Output) -> str:
+    """Return the kind of picture: SVG where the file name does not say (in a description the rules refuse that)."""
+    return suffix(output.file) or ".svg"
+
+
+def _asked(robot: Robot, output: Output) -> tuple[Situation, ...]:
+    """Return the situations that an output asks for. Raises TooMany."""
+    from .drawing.situations import situations
+
+    modes = output.options.get("modes")
+    fixed = {} if modes is None else {mode: mode in modes for mode in robot.modes}
+    return situations(robot, fixed)
+
+
+def read(text: str) -> Facts:
+    """Return what a picture says about frames. Raises ValueError if it is damaged."""
+    from .drawing.shown import facts
+
+    return facts(shown_in(text))
+
+
+def disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
+    """Yield what a picture shows otherwise than the model has it. Raises ValueError if it is damaged."""
+    shown = shown_in(text)
+    meant = _asked(robot, output)
+    if [one.label for one in shown] != [one.label for one in meant]:
+        yield "it does not show the situations that it should"
+        return
+    for drawn, situation in zip(shown, meant, strict=True):
+        edges = situation.edges
+        if _kind(output) != ".svg":
+            edges = tuple(row._replace(joint="", kind="") for row in edges)
+        yield from _differences(robot, drawn, situation._replace(edges=edges))
+
+
+def _differences(robot: Robot, drawn: Shown, situation: Situation) -> Iterator[str]:
+    """Yield what is wrong with the tree of one situation."""
+    where = f" when {situation.label}" if situation.label else ""
+    edges = situation.edges
+    frames = {*robot.frames} | {name for row in edges for name in (row.parent, row.child)}
+    for frame in sorted(frames.symmetric_difference(drawn.frames)):
+        yield f"it should {'' if frame in frames else 'not '}show the frame {frame}{where}"
+    for row in sorted(set(edges).symmetric_difference(drawn.edges)):
+        joint = f", joint {row.joint} ({row.kind})" if row.joint else ""
+        edge = f"{row.parent} -> {row.child}, published by {row.who} on {row.topic}{joint}"
+        yield f"it should {'' if row in edges else 'not '}show {edge}{where}"
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find a kind of picture that there is not, and modes that do not exist."""
+    path: tuple[str, ...] = ("outputs", output.name)
+    if not suffix(output.file):
+        message = f'"{output.file}" does not say which kind of picture it is'
+        help = f"end its name in {', '.join(SUFFIXES)}"
+        yield case.problem("picture-kind", message, (*path, "file"), help)
+    for index, mode in enumerate(output.options.get("modes", ())):
+        if mode not in case.robot.modes:
+            message = f'there is no mode "{mode}"'
+            help = did_you_mean(mode, case.robot.modes, f'add "{mode}" to modes')
+            yield case.problem("unknown-mode", message, (*path, "modes", index), help)
+
+
+def _syntax(text: str) -> object:
+    """Return what a picture consists of; one that is no XML says what it means by its lines."""
+    from rosorin_compile.source.xml.elements import canonical, tree_of
+
+    return canonical(tree_of(text)) if text.startswith("<") else text
+
+
+FORMAT = Format(
+    name="frames_picture",
+    word="picture of the frames",
+    article="a",
+    about="the tree of frames, with who publishes each",
+    rank=80,
+    options={
+        "modes": {
+            "type": "array",
+            "description": "The modes that are on, the others are off; default: a tree for every situation.",
+            "items": {"$ref": "#/$defs/name"},
+        }
+    },
+    file="frames.svg",
+    endings=tuple(SUFFIXES),
+    check=check,
+    write=write,
+    facts=read,
+    reading=Importing(
+        asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
+    ),
+    proving=Proving(
+        syntax=_syntax,
+        shown=False,
+        disagreements=disagreements,
+    ),
+)

@@ -1,0 +1,200 @@
+"""What the page of a robot is fed with: the model as plain data (``schemas/page.schema.json``).
+
+A URDF would not do: it lacks the frames that others publish, and what sensors see.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from rosorin_compile.formats.static_tf import describe
+from rosorin_compile.language.sections.servos import SERVOS
+from rosorin_compile.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Inertial,
+    Joint,
+    Link,
+    Mesh,
+    Pose,
+    Robot,
+    Sensor,
+    Shape,
+    Sphere,
+)
+from rosorin_compile.model.frame_tree import Row, publishers
+from rosorin_compile.model.joint import MOVING_TYPES
+from rosorin_compile.model.robot import JointPose
+from rosorin_compile.model.seen import numbers, placed, seen_by
+from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.model.shape import Rgba
+
+from ..drawing.letters import colours
+from ..drawing.situations import Situation, TooMany, situations
+
+Data = dict[str, Any]
+
+_PURPOSES = ("visual", "collision")
+
+
+def robot_data(robot: Robot) -> Data:
+    """Return a robot as the page draws it: metres, radians, kg; the meshes that it names are the caller's to add."""
+    return {
+        "name": robot.name,
+        "root": robot.root,
+        "links": [_link(robot, link) for link in robot.links],
+        "joints": [_joint(robot, joint) for joint in robot.joints],
+        "sensors": [_sensor(sensor) for sensor in robot.sensors],
+        "poses": [_pose(pose) for pose in robot.poses],
+        "modes": list(robot.modes),
+        "publishers": dict(colours(publishers(robot.frame_tree()))),
+        "situations": _situations(robot),
+        "collision_only": not robot.has_looks,
+        "meshes": {},
+        **({"textures": {}} if any(texture_names(robot)) else {}),
+    }
+
+
+def texture_names(robot: Robot) -> Iterator[str]:
+    """Yield the names of the images that the visuals have, each once, in the order of the description."""
+    visuals = (shape for link in robot.links for shape in link.visual)
+    yield from dict.fromkeys(name for shape in visuals if (name := robot.texture(shape)))
+
+
+def mesh_names(robot: Robot) -> Iterator[str]:
+    """Yield the names of the meshes that the page draws, each once, in the order of the description."""
+    shapes = (shape for link in robot.links for shape in (*link.visual, *link.collision))
+    yield from dict.fromkeys(shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh))
+
+
+def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
+    """Return the robot of before as the page draws it under that of now: ``shapes`` by link and purpose, no others.
+
+    ``at`` is where its root sits in that of now.
+    """
+    return {
+        "root": robot.root,
+        "at": placed(at),
+        "links": [
+            {"name": link.name} | {key: _shapes(shapes.get((link.name, key), ())) for key in _PURPOSES}
+            for link in robot.links
+        ],
+        "joints": [_joint(robot, joint) for joint in robot.joints],
+        "collision_only": not robot.has_looks,
+        "meshes": {},
+    }
+
+
+def _link(robot: Robot, link: Link) -> Data:
+    made: Data = {"name": link.name, "colour": _hexadecimal(robot.own_colours[link.name])}
+    if link.inertial is not None:
+        made["inertial"] = _inertial(link.inertial)
+    made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
+    look = robot.look_of(link)
+    instead = {} if look is None or robot.has_looks else {"rgba": list(look)}
+    made["collision"] = [one | instead for one in _shapes(link.collision)]
+    return made
+
+
+def _hexadecimal(rgba: Rgba) -> str:
+    return "#" + "".join(f"{round(255 * part):02x}" for part in rgba[:3])
+
+
+def _inertial(inertial: Inertial) -> Data:
+    moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
+    return {"mass": inertial.mass, **placed(inertial.pose), **moments}
+
+
+def _shapes(shapes: Iterable[Shape]) -> list[Data]:
+    return [_shape(one) for shape in shapes for one in shape.drawn()]
+
+
+def _shape(shape: Shape) -> Data:
+    geometry = shape.geometry
+    made = placed(shape.origin())
+    if shape.name:
+        made["name"] = shape.name
+    if isinstance(geometry, Box):
+        return made | {"kind": "box", "size": numbers(geometry.size)}
+    if isinstance(geometry, Cylinder | Capsule):
+        kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
+        return made | {"kind": kind, "radius": geometry.radius, "length": geometry.length}
+    if isinstance(geometry, Ellipsoid):
+        return made | {"kind": "ellipsoid", "radii": numbers(geometry.radii)}
+    if isinstance(geometry, Sphere):
+        return made | {"kind": "sphere", "radius": geometry.radius}
+    if isinstance(geometry, Mesh):
+        return made | {"kind": "mesh", "mesh": geometry.file, "scale": numbers(geometry.scale)}
+    heights = [numbers(row) for row in geometry.heights]
+    return made | {"kind": "height_map", "origin": list(geometry.origin), "cell": geometry.cell, "heights": heights}
+
+
+def _colour(robot: Robot, shape: Shape) -> Data:
+    rgba, texture = robot.colour(shape), robot.texture(shape)
+    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # told where it is not so
+    return shown | ({"texture": texture} if texture else {})
+
+
+def _joint(robot: Robot, joint: Joint) -> Data:
+    made: Data = {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
+    made |= placed(joint.origin)
+    if joint.type in (*MOVING_TYPES, "planar"):
+        made["axis"] = numbers(joint.axis)
+    limit = joint.limit
+    bounds = (None, None) if limit is None else (limit.lower, limit.upper)
+    if all(bound is not None and math.isfinite(bound) for bound in bounds):
+        made["limit"] = dict(zip(("lower", "upper"), bounds, strict=True))
+    if joint.mimic is not None:
+        mimic = joint.mimic
+        made["mimic"] = {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset}
+    servo = next((group for group in robot.sections[SERVOS] if joint.name in group.joints), None)
+    if servo is not None:
+        made["servo"] = _servo(servo)
+    if describe(joint.source):
+        made["source"] = describe(joint.source)
+    return made
+
+
+def _servo(servo: ServoGroup) -> Data:
+    return {
+        "rad_per_pulse": servo.rad_per_pulse,
+        "zero": servo.zero_pulse,
+        "flipped": servo.flipped,
+        "range": list(servo.pulse_range),
+    }
+
+
+def _pose(pose: JointPose) -> Data:
+    return {"name": pose.name, "positions": dict(pose.positions), "about": describe(pose.source)}
+
+
+def _situations(robot: Robot) -> list[Data]:
+    """Return the trees of frames with the modes in which each holds; the first one holds for all that are not said."""
+    try:
+        found = situations(robot, {})
+    except TooMany:
+        return [{"label": "", "modes": [{}], "edges": [_edge(row) for row in robot.frame_tree()]}]
+    return [_situation(one) for one in found]
+
+
+def _situation(situation: Situation) -> Data:
+    modes = [dict(one) for one in situation.modes]
+    return {"label": situation.label, "modes": modes, "edges": [_edge(row) for row in situation.edges]}
+
+
+def _edge(row: Row) -> Data:
+    made: Data = {"parent": row.parent, "child": row.child, "publisher": row.publisher, "published": row.published}
+    told = {"topic": row.topic if row.published else "", "why": row.why, "joint": row.joint, "kind": row.kind}
+    return made | {key: value for key, value in told.items() if value}
+
+
+def _sensor(sensor: Sensor) -> Data:
+    made: Data = {"name": sensor.name, "type": sensor.type, "frame": sensor.frame}
+    if sensor.optical_frame:
+        made["optical_frame"] = sensor.optical_frame
+    sees = seen_by(sensor)
+    return made | ({"sees": sees} if sees else {})

@@ -1,1 +1,0 @@
-"""Compile one description for many sets of arguments; see ``command`` and ``library``."""

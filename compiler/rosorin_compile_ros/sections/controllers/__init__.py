@@ -1,9 +1,0 @@
-"""The section ``controllers``: the controllers of ros2_control, which drive its hardware."""
-
-from rosorin_compile.backend.language import OwnSection
-
-from .value import Controller
-
-CONTROLLERS: OwnSection[tuple[Controller, ...]] = OwnSection.in_folder(
-    __name__, __path__[0], (), after="control", lowers="lowering:controllers_of", rules="rules"
-)

@@ -1,1 +1,0 @@
-"""SDF: the robot for Gazebo and Drake, and robots that come as SDF. All of it is the format, ``sdf``."""

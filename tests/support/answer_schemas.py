@@ -72,6 +72,7 @@ class Schema:
         if name not in self.definitions:
             self.definitions[name] = {}  # it may be in itself
             fields = typing.get_type_hints(kind, include_extras=True)
+            fields.pop("diagnostics", None)  # the envelope has them
             needed = getattr(kind, "__required_keys__", fields)
             self.definitions[name] = {
                 "type": "object",

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -81,9 +83,21 @@ def give_result(
 ) -> None:
     """Give the result of a command: a person reads it as ``text``, which ``show`` prints, a program in the envelope."""
     answer = answer_of(options)
-    answer.result = result
+    answer.result = plain(result)
     if answer.form != ENVELOPE and (shown := text()):
         show(shown)
+
+
+def plain(result: object) -> object:
+    """Return a result as JSON has it: a dataclass as an object, without its diagnostics, which the envelope has."""
+    if is_dataclass(result):
+        found = {field.name: getattr(result, field.name) for field in fields(result)}
+        return {name: plain(value) for name, value in found.items() if name != "diagnostics"}
+    if isinstance(result, Mapping):
+        return {key: plain(value) for key, value in result.items()}
+    if isinstance(result, (list, tuple)):
+        return [plain(one) for one in result]
+    return str(result) if isinstance(result, Path) else result
 
 
 def begin_robot(options: argparse.Namespace, description: Description) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.source.project import no_file
 from rosorin_compile.source.world import FILE, FOLDER, kind, stands
 
 from .usage import WrongUsage
@@ -135,7 +136,7 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     files = tuple(map(Path, options.args_files))
     for file in files:
         if kind(file) != FILE:
-            raise WrongUsage.no_file(file, "arguments")
+            raise WrongUsage(no_file(file, "arguments"))
     given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
     return given, [word for word in words if MARK not in word]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import world
-from rosorin_compile.source.project import Description
+from rosorin_compile.source.project import Description, no_file
 
 from .answer import give_result
 from .robots import one
@@ -277,7 +277,7 @@ def _same_model(robot: Robot, options: argparse.Namespace, console: Console) -> 
     name = options.model
     path = Path(name)
     if world.kind(path) != world.FILE:
-        raise WrongUsage.no_file(path)
+        raise WrongUsage(no_file(path))
     try:
         compared = against_model(robot, world.read(path))
     except NoModel as problem:

@@ -37,6 +37,7 @@ __all__ = [
     "Heading",
     "Progress",
     "Related",
+    "RequestError",
     "Rule",
     "Source",
     "Span",
@@ -54,6 +55,10 @@ __all__ = [
     "printable",
     "quoted",
 ]
+
+
+class RequestError(ValueError):
+    """An argument of the API, or an option of a command, is invalid; the message has the reason."""
 
 
 ERROR = "error"

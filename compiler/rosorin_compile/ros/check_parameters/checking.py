@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.model import Controller
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import (
@@ -18,6 +17,7 @@ from rosorin_compile.source.diagnostics import (
     Diagnostic,
     Heading,
     Related,
+    RequestError,
     Rule,
     Source,
     Span,
@@ -27,6 +27,7 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.project import no_file
 from rosorin_compile.source.world import world
 
 from ..controllers.checking import against_robot, missing
@@ -79,16 +80,16 @@ class Looked(NamedTuple):
 
 
 def asked(options: argparse.Namespace) -> Asked:
-    """Return what the options ask for. Raises WrongUsage."""
+    """Return what the options ask for. Raises RequestError."""
     remaps = []
     for word in options.remap:
         remap = of_word(word)
         if remap is None:
-            raise WrongUsage(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
+            raise RequestError(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
         remaps.append(remap)
     for path in (*options.parameters, *options.controllers, *options.launch):
         if world.kind(path) != world.FILE:
-            raise WrongUsage.no_file(Path(path))
+            raise RequestError(no_file(Path(path)))
     own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
     return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")
 

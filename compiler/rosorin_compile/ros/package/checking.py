@@ -10,13 +10,14 @@ from rosorin_compile.compare.committed import Comparison
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
+from rosorin_compile.source.ros_packages import is_launch_file, package_of
 from rosorin_compile.source.world import world
 
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
 from .deploying import told_before
-from .finding import copies, package_of
-from .launch_files import PUBLISHER, Unreadable, calls, is_launch_file
+from .finding import copies
+from .launch_files import PUBLISHER, Unreadable, calls
 from .naming import NOWHERE
 from .package import Options, make
 from .starting import LAUNCH, STATICS

@@ -9,15 +9,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.cli.given import Given
+from rosorin_compile.cli.registry import service
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.project import Description
-
-from .given import Given
-from .registry import service
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -91,7 +89,7 @@ class Explained:
 
     def lines(self) -> list[str]:
         """Return what the command line prints, line by line."""
-        from .explain_text import lines
+        from rosorin_compile.cli.explain_text import lines
 
         return [line for answer in self.answers for line in lines(answer)]
 
@@ -111,7 +109,7 @@ def check(
     ``path``, ``arguments`` and ``packages`` as in ``compile``. ``outputs`` is the folder that has a folder a robot; by
     default that of the project.
     """
-    from .comparing import compared
+    from rosorin_compile.cli.comparing import compared
 
     description, given, compiled = _proven(path, arguments, packages, outputs)
     said = compiled.diagnostics
@@ -133,9 +131,8 @@ def write(
     ``path``, ``arguments`` and ``packages`` as in ``compile``, ``outputs`` as in ``check``. ``prune`` removes what is
     no artifact from the robot's folder.
     """
+    from rosorin_compile.cli.all import left_alone
     from rosorin_compile.output import OutputError, write_outputs
-
-    from .all import left_alone
 
     description, _, compiled = _proven(path, arguments, packages, outputs)
     said, folder = compiled.diagnostics, _folder(description)
@@ -200,9 +197,8 @@ def schema(name: str = "authoring") -> dict[str, Any]:
     """Return a JSON Schema by a name of ``rosorin-compile schema``. Raises KeyError, with what is near."""
     import json
 
+    from rosorin_compile.cli.schema import names, text_of
     from rosorin_compile.source.diagnostics import did_you_mean
-
-    from .schema import names, text_of
 
     if name not in (known := names()):
         raise KeyError(f'there is no schema "{name}"; {did_you_mean(name, known)}')
@@ -214,19 +210,12 @@ def _proven(
     path: Name, arguments: object, packages: object, outputs: Name | None
 ) -> tuple[Description | None, Given, Compiled]:
     """Return what becomes of a description with its meshes, read back as a command does before it writes."""
-    from rosorin_compile.output.pipeline import Compiled, compile_robot
-
-    from .compiling import search_meshes
+    from rosorin_compile.output.pipeline import Compiled
 
     description, given, wrong = Given.asked(path, arguments, packages, outputs)
     if description is None:
         return None, given, Compiled(None, (), wrong, ())
-    search = partial(search_meshes, given, description)
-    return (
-        description,
-        given,
-        compile_robot(description.path, given.values(), packages=given.packages, search=search).proven(),
-    )
+    return description, given, given.request(description).compile()
 
 
 def _folder(description: Description | None) -> Path:

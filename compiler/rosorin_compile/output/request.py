@@ -10,7 +10,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import Diagnostic, error
@@ -22,9 +21,6 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Output
     from rosorin_compile.output.pipeline import Compiled, Understood
     from rosorin_compile.source.tree import Map
-
-NO_PACKAGES: Mapping[str, Path] = MappingProxyType({})
-NO_ARGUMENTS: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,12 @@ class RequestError(ValueError):
     """An argument of the API, or an option of a command, is invalid; the message has the reason."""
 
 
+class UnknownName(RequestError, KeyError):
+    """An argument names something that the robot does not have; the message has a suggestion."""
+
+    __str__ = Exception.__str__
+
+
 ERROR = "error"
 WARNING = "warning"
 NOTE = "note"

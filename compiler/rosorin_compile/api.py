@@ -25,6 +25,11 @@ if TYPE_CHECKING:
     from rosorin_compile.importing.import_robot import ImportResult
     from rosorin_compile.language.explain.explanation import Answer, Explanation
     from rosorin_compile.output.pipeline import Compiled, Understood
+    from rosorin_compile.output.request import Request
+    from rosorin_compile.ros.check_parameters.checking import CheckedParameters
+    from rosorin_compile.ros.package.checking import CheckedCopies
+    from rosorin_compile.ros.package.deploy import Deployed
+    from rosorin_compile.ros.package.write import WrittenPackage
 
     Name = str | os.PathLike[str]
 
@@ -548,3 +553,203 @@ def extract_factory(
         return extract.ExtractedFactory(diagnostics=tuple(wrong))
     grid = extract.GridOptions(cell, origin, cells, size, spacing, exact, below, map_digits, step)
     return extract.extract_factory(Path(package), Path(output), reading, grid, robot, height_map_link, frame, section)
+
+
+def package(
+    robot: Name | Request,
+    folder: Name,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    *,
+    name: str | None = None,
+    build_type: str | None = None,
+    version: str | None = None,
+    maintainer: str | None = None,
+    license: str | None = None,  # noqa: A002 - as in package.xml
+    url: str | None = None,
+    topics: Mapping[str, str] | None = None,
+    compile_at_launch: bool | None = None,
+    control: bool | None = None,
+    moveit: bool | None = None,
+    nav2: bool | None = None,
+    trust: bool = False,
+) -> WrittenPackage:
+    """Write a ROS 2 package with the artifacts of a robot, unless an error is found.
+
+    A package that this function wrote before keeps the options that are None.
+
+    Args:
+        robot: The first file of a description, its folder, or its name in ``descriptions/``.
+        folder: The folder of the package.
+        arguments: The arguments of the description, by name.
+        packages: Folders of ROS packages by name.
+        name: The name of the package; by default ``ROBOT_description``.
+        build_type: ``"ament_cmake"``, the default, or ``"ament_python"``.
+        version: The version, three numbers; by default ``"0.1.0"``.
+        maintainer: The maintainer, as ``"Name <mail@example.org>"``.
+        license: The license as an SPDX name.
+        url: The website of the package.
+        topics: Topics by sensor, for the RViz configuration.
+        compile_at_launch: Compile the description at launch, with its arguments as launch arguments.
+        control: Add a launch file that starts the controller_manager and the controllers.
+        moveit: Add a launch file that starts MoveIt.
+        nav2: Add a launch file that starts Nav2 and robot_localization.
+        trust: Permit a xacro to run Python code without a warning.
+
+    Returns:
+        The files of the package; ``package`` is empty if an error kept it from being written.
+
+    Raises:
+        RequestError: An option is invalid, or the robot has no such sensor.
+
+    Example:
+        >>> package("rosorin", "rosorin_description", license="MIT").package  # doctest: +SKIP
+        'rosorin_description'
+
+    """
+    from rosorin_compile.output.request import Request
+    from rosorin_compile.ros.package.write import PackageOptions, WrittenPackage, write_package
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return WrittenPackage("", os.fsdecode(folder), diagnostics=tuple(wrong))
+    starts = {"control": control, "moveit": moveit, "nav2": nav2}
+    options = PackageOptions(
+        name, build_type, version, maintainer, license, url, compile_at_launch, starts, topics or {}
+    )
+    return write_package(request, Path(folder), options)
+
+
+def deploy(
+    robot: Name | Request,
+    folder: Name,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    *,
+    places: Mapping[str, str] | None = None,
+    install: Name | None = None,
+    dry_run: bool = False,
+    full: bool = False,
+    trust: bool = False,
+) -> Deployed:
+    """Write the artifacts of a robot into a ROS 2 package or another folder that exists.
+
+    Args:
+        robot: The first file of a description, its folder, or its name in ``descriptions/``.
+        folder: The folder.
+        arguments: The arguments of the description, by name.
+        packages: Folders of ROS packages by name.
+        places: The paths of outputs in the folder, or ``"none"``; they are stored there.
+        install: The install space that is checked for older copies; by default the one of the workspace.
+        dry_run: Write nothing.
+        full: List differences of texts in full in ``changes``.
+        trust: Permit a xacro to run Python code without a warning.
+
+    Returns:
+        The copies with their paths, and the changes as text; ``robot`` is empty if an error kept it from being
+        deployed.
+
+    Raises:
+        RequestError: There is no such folder or output.
+
+    Example:
+        >>> result = deploy("rosorin", "ros_ws/src/rosorin_base", dry_run=True)  # doctest: +SKIP
+        >>> [copy.file for copy in result.copies if not copy.same]  # doctest: +SKIP
+        ['urdf/rosorin.urdf']
+
+    """
+    from rosorin_compile.output.request import Request
+    from rosorin_compile.ros.package.deploy import Deployed
+    from rosorin_compile.ros.package.deploy import deploy as write_copies
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return Deployed("", os.fsdecode(folder), diagnostics=tuple(wrong))
+    return write_copies(request, Path(folder), places or {}, None if install is None else Path(install), dry_run, full)
+
+
+def check_deployed(
+    robot: Name | Request,
+    folder: Name,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    *,
+    full: bool = False,
+    trust: bool = False,
+) -> CheckedCopies:
+    """Compare the artifacts of a robot with the copies in a package, an install space or another folder.
+
+    Args:
+        robot: The first file of a description, its folder, or its name in ``descriptions/``.
+        folder: The folder.
+        arguments: The arguments of the description, by name.
+        packages: Folders of ROS packages by name.
+        full: List differences of texts in full in ``lines``.
+        trust: Permit a xacro to run Python code without a warning.
+
+    Returns:
+        The names of the copies that are as compiled, and of those that differ, with the differences as text.
+
+    Example:
+        >>> check_deployed("rosorin", "ros_ws/src/rosorin_base").differing  # doctest: +SKIP
+        ()
+
+    """
+    from rosorin_compile.output.request import Request
+    from rosorin_compile.ros.package.checking import CheckedCopies
+    from rosorin_compile.ros.package.checking import check_deployed as compare_copies
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return CheckedCopies(diagnostics=tuple(wrong))
+    return compare_copies(request, Path(folder), full)
+
+
+def check_parameters(
+    robot: Name | Request,
+    files: Sequence[Name],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    *,
+    controllers: Sequence[Name] = (),
+    launch: Sequence[Name] = (),
+    remaps: Sequence[str] = (),
+    namespace: str = "",
+    distribution: str | None = None,
+    trust: bool = False,
+) -> CheckedParameters:
+    """Check parameter files of ROS nodes against a robot: frames, publishers, controllers and odometry topics.
+
+    Args:
+        robot: A description, or a robot in another format.
+        files: The parameter files.
+        arguments: The arguments of the robot, by name.
+        packages: Folders of ROS packages by name.
+        controllers: Parameter files of a controller_manager.
+        launch: Launch files to read remappings from.
+        remaps: Further remappings, as ``"NODE:FROM:=TO"``.
+        namespace: The namespace of the nodes.
+        distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
+        trust: Permit a xacro to run Python code without a warning.
+
+    Returns:
+        The diagnostics, with the number of frames that were judged.
+
+    Raises:
+        RequestError: A file does not exist, or a remapping is invalid.
+
+    Example:
+        >>> result = check_parameters("rosorin", ["ekf.yaml"])  # doctest: +SKIP
+        >>> [one.rule for one in result.diagnostics]  # doctest: +SKIP
+        ['parameters-frame']
+
+    """
+    from rosorin_compile.output.request import Request
+    from rosorin_compile.ros.check_parameters.checking import CheckedParameters, ParameterFiles
+    from rosorin_compile.ros.check_parameters.checking import check_parameters as check_files
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return CheckedParameters(diagnostics=tuple(wrong))
+    paths, own, launched = ([Path(file) for file in some] for some in (files, controllers, launch))
+    return check_files(request, ParameterFiles(paths, own, launched, remaps, namespace, distribution or ""))

@@ -73,7 +73,8 @@ def written(robot: Robot, output: Output) -> str:
 
 
 def looked_at(robot: RobotCase, paths: list[Path], distribution: str) -> list[Diagnostic]:
-    return checking.look(robot.case, checking.Asked(paths, [], [], [], "", distribution)).diagnostics
+    asked = checking.ParameterFiles(paths, distribution=distribution)
+    return list(checking.look(robot.case, asked).diagnostics)
 
 
 @pytest.mark.parametrize("name", NAMES)

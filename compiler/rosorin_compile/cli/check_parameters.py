@@ -7,13 +7,12 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.ros.check_parameters.checking import asked, look, summary
+from rosorin_compile.output.request import is_foreign
 from rosorin_compile.ros.parameters import DISTRIBUTION
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.world import world
 
-from .robots import is_foreign
 from .run import Run, for_each
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -48,17 +47,27 @@ def options(command: Parser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Hold the parameter files against the robot."""
+    from rosorin_compile.api import check_parameters
+    from rosorin_compile.ros.check_parameters.checking import summary
+
     _take_words(options)
-    wanted = asked(options)
 
     def checked(run: Run, description: Description) -> int:
-        case = run.understood(description)
-        if case is None:
+        result = check_parameters(
+            run.request(description),
+            options.parameters,
+            controllers=options.controllers,
+            launch=options.launch,
+            remaps=options.remap,
+            namespace=options.namespace,
+            distribution=options.distribution,
+        )
+        run.console.show(result.diagnostics)
+        if not result.robot:
+            run.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
             return PROBLEMS
-        looked = look(case, wanted)
-        run.console.show(looked.diagnostics)
-        run.console.say(f"{description.name}: {summary(looked)}")
-        return PROBLEMS if has_errors(looked.diagnostics) else FINE
+        run.console.say(f"{description.name}: {summary(result)}")
+        return PROBLEMS if has_errors(result.diagnostics) else FINE
 
     return for_each(options, checked, alone=_HOW)
 

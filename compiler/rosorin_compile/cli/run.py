@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.output.request import Request
     from rosorin_compile.rules.case import Case
+    from rosorin_compile.source.diagnostics import Diagnostic
 
 _NOT_ASKED = ("words", "run", "known", "called", "answer")  # of the options
 
@@ -94,6 +95,12 @@ class Run:
             return compiled
         nothing_written(self.console, description.name, compiled.diagnostics)
         return None
+
+    def tell_refused(self, description: Description, diagnostics: Sequence[Diagnostic]) -> None:
+        """Print how many errors kept a robot from being compiled or written."""
+        from .compiling import nothing_written
+
+        nothing_written(self.console, description.name, diagnostics)
 
     def understood(self, description: Description, quietly: bool = False) -> Case | None:
         """Return a robot and where it was written, also in another format; None, once said, with errors.

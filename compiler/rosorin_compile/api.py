@@ -660,7 +660,7 @@ def outputs(
     return Outputs(name, found.lowered.robot.outputs, tuple(found.diagnostics))
 
 
-def rules(ids: Sequence[str] = ()) -> Rules:
+def explain_rules(ids: Sequence[str] = ()) -> Rules:
     """Return the meaning of rule ids, of plug-ins, too; without ``ids`` of all rules, sorted by id.
 
     Raises:
@@ -668,7 +668,7 @@ def rules(ids: Sequence[str] = ()) -> Rules:
 
     Example:
         >>> import rosorin_compile
-        >>> rosorin_compile.rules(["axis-zero"]).rules[0].help
+        >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
         'Give the direction of the axis.'
 
     """

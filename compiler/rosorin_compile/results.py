@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.compare.difference import Difference, Item
+from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import Argument
 from rosorin_compile.language.explain.explanation import Answer, Explanation
 from rosorin_compile.language.explain.text import lines
@@ -19,7 +20,7 @@ from rosorin_compile.output.new_robot import NewRobot
 from rosorin_compile.output.pipeline import Compiled, Reading, Variant
 from rosorin_compile.rules.pulses import JointPulse, Servos
 from rosorin_compile.rules.transform import FrameTransform, TransformPublisher, TransformStep
-from rosorin_compile.source.diagnostics import Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, has_errors
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.viewer.frames import FrameEdge, Frames, FrameSituation
 from rosorin_compile.viewer.page.write import Page
@@ -29,9 +30,12 @@ if TYPE_CHECKING:
     from rosorin_compile.output.check_outputs import Committed
 
 __all__ = [
+    "Argument",
     "Arguments",
+    "Artifact",
     "Checked",
     "Compiled",
+    "Diagnostic",
     "Difference",
     "Explained",
     "FrameEdge",
@@ -47,11 +51,14 @@ __all__ = [
     "Picture",
     "Pulses",
     "Reading",
+    "RequestError",
+    "Robot",
     "Rules",
     "Servos",
     "TransformPublisher",
     "TransformStep",
     "Transforms",
+    "UnknownName",
     "Variant",
     "Written",
 ]

@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
     """Print the entries of rules."""
     from rosorin_compile import api
 
-    found = api.rules(options.words)
+    found = api.explain_rules(options.words)
     give_result(options, found.rules, lambda: _text(found.rules, bool(options.words)))
     answer_of(options).console().show(found.diagnostics)
     return PROBLEMS if has_errors(found.diagnostics) else FINE

@@ -29,22 +29,6 @@ if TYPE_CHECKING:
         view,
         write,
     )
-    from rosorin_compile.extend import (
-        Case,
-        Check,
-        Command,
-        Fact,
-        Facts,
-        Format,
-        Opened,
-        Rule,
-        Section,
-        Templates,
-        Value,
-        frame_facts,
-        function,
-        rule,
-    )
     from rosorin_compile.results import (
         Argument,
         Arguments,
@@ -115,32 +99,12 @@ __all__ = [
     "write",
 ]
 
-# The most used names of ``extend``, which plug-ins may also import from here.
-_OF_PLUGINS = {
-    "Case",
-    "Check",
-    "Command",
-    "Fact",
-    "Facts",
-    "Format",
-    "Opened",
-    "Rule",
-    "Section",
-    "Templates",
-    "Value",
-    "frame_facts",
-    "function",
-    "rule",
-}
-
 
 def __getattr__(name: str) -> object:
     """Return a public name, imported at this moment."""
-    if name in _OF_PLUGINS:
-        from rosorin_compile import extend as module
-    elif name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    elif name.islower():
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
+    if name.islower():
         from rosorin_compile import api as module
     else:
         from rosorin_compile import results as module

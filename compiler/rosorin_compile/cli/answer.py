@@ -88,16 +88,19 @@ def give_result(
         show(shown)
 
 
-def plain(result: object) -> object:
-    """Return a result as JSON has it: a dataclass as an object, without its diagnostics, which the envelope has."""
-    if is_dataclass(result):
-        found = {field.name: getattr(result, field.name) for field in fields(result)}
-        return {name: plain(value) for name, value in found.items() if name != "diagnostics"}
-    if isinstance(result, Mapping):
-        return {key: plain(value) for key, value in result.items()}
-    if isinstance(result, (list, tuple)):
-        return [plain(one) for one in result]
-    return str(result) if isinstance(result, Path) else result
+def plain(value: object) -> object:
+    """Return a result as plain JSON data; a dataclass becomes an object of the fields in its ``repr``.
+
+    Diagnostics are left out: the envelope has them.
+    """
+    if is_dataclass(value) and not isinstance(value, type):
+        shown = [field.name for field in fields(value) if field.repr and field.name != "diagnostics"]
+        return {name: plain(getattr(value, name)) for name in shown}
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner) for inner in value]
+    return str(value) if isinstance(value, Path) else value
 
 
 def begin_robot(options: argparse.Namespace, description: Description) -> None:

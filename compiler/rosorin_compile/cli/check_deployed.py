@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from rosorin_compile.source.diagnostics import error, has_errors
 from rosorin_compile.source.project import Description
 
-from .run import Run, for_each
+from .run import Run, for_each, nothing_written
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def _check(run: Run, description: Description, folder: str) -> int:
         console.differ("not as deployed", result.lines, told, lambda: compared.blocks(others))
     console.show(result.diagnostics)
     if not result.robot:
-        run.tell_refused(description, result.diagnostics)
+        nothing_written(run.console, description.name, result.diagnostics)
         return PROBLEMS
     total = len(result.same) + len(result.differing)
     console.say(f"{description.name}: {len(result.same)} of {total} copies in {folder} as compiled")

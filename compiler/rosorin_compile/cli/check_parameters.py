@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
         )
         run.console.show(result.diagnostics)
         if not result.robot:
-            run.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
+            run.no_robot(description)
             return PROBLEMS
         run.console.say(f"{description.name}: {summary(result)}")
         return PROBLEMS if has_errors(result.diagnostics) else FINE

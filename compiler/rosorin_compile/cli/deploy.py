@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, has_errors
 
 from .answer import give_result
-from .run import Run
+from .run import Run, nothing_written
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     console.tell_read(result.inputs)
     console.show(result.diagnostics)
     if not result.robot:
-        run.tell_refused(description, result.diagnostics)
+        nothing_written(run.console, description.name, result.diagnostics)
     elif console.for_people:
         for line in result.changes:
             print(line)

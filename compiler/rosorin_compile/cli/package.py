@@ -9,7 +9,7 @@ from rosorin_compile.ros.package.naming import CONTROL, MOVEIT, NAV2
 from rosorin_compile.source.diagnostics import has_errors
 
 from .answer import give_result
-from .run import Run
+from .run import Run, nothing_written
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
         console.say(f"{result.package}: {len(result.files)} files in {result.folder}, {written}")
         give_result(options, result, str)
     else:
-        run.tell_refused(description, result.diagnostics)
+        nothing_written(run.console, description.name, result.diagnostics)
     console.finish()
     return PROBLEMS if has_errors(result.diagnostics) or not result.package else FINE
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Sequence, Sized
 from dataclasses import replace
 from functools import partial
@@ -12,7 +13,6 @@ from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import TRUSTED
 from rosorin_compile.source.project import Description, stdin_of
 from rosorin_compile.source.wording import counted, listed
-from rosorin_compile.source.world import environment
 
 from .given import Given
 from .usage import FINE, PROBLEMS
@@ -71,7 +71,7 @@ def search_meshes(given: Given, description: Description, tree: Map, outputs: Se
     from rosorin_compile.formats.mesh_files import Places, search
     from rosorin_compile.output.mesh_copies import brought
 
-    places = Places(description.path, description.outputs, given.packages, environment())
+    places = Places(description.path, description.outputs, given.packages, os.environ)
     return brought(search(tree, outputs, places), description.outputs)
 
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 from rosorin_compile.source.console import Console, give
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
-from rosorin_compile.source.world import spoil
 
 from .answer import give_result
 from .compiling import compile_proven, read_by, search_meshes, warn_before
@@ -193,7 +192,6 @@ def _printed(text: str, console: Console) -> bool:
     except BrokenPipeError:
         raise
     except OSError as problem:
-        spoil("nobody reads what is said")
         console.warn(f"cannot write to standard output: {problem.strerror or problem}")
         with Path(os.devnull).open("wb") as nowhere:
             os.dup2(nowhere.fileno(), sys.__stdout__.fileno() if sys.__stdout__ else 1)

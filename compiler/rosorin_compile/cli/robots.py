@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source import world
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
     ENDINGS,
@@ -45,7 +44,6 @@ def take_stdin(names: Sequence[str]) -> None:
     if sys.stdin.isatty():
         sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
         sys.stderr.flush()
-    world.spoil("standard input is read")
     give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _taken[:] = [sys.stdin]
     Progress.begin()  # who typed it did not wait for us

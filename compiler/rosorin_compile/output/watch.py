@@ -6,13 +6,16 @@
 from __future__ import annotations
 
 import os
+import stat
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
-from rosorin_compile.source.world import Notes, memory, noting
+from rosorin_compile.source.files import now, recording
+
+State = tuple[int, ...]
 
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
@@ -20,35 +23,51 @@ _PATIENCE = 20  # looks at files that keep changing, until they are read as they
 
 
 class Inputs:
-    """What one robot was made from: what was asked for it, but of its own artifacts, and what was answered."""
+    """The files that one robot was made from, but for its own artifacts, with the state in which they were."""
 
     def __init__(self, artifacts: Path | None = None) -> None:
         self.artifacts = None if artifacts is None else os.path.abspath(artifacts)
-        self.notes = Notes()
+        self.states: dict[str, State] = {}
+        self.is_outdated = False
 
     def changed(self) -> bool:
-        """Say whether any of it would be answered otherwise."""
-        return not memory.holds(self.notes)
+        """Whether a file has changed, has gone or has come since it was read or looked for."""
+        return self.is_outdated or self.states != {path: _state(path) for path in self.states}
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
         """Wait until the files stop changing, for a second at most."""
-        before = memory.answers_now(self.notes)
+        before = [_state(path) for path in self.states]
         for _ in range(_PATIENCE):
             sleep(SETTLE)
-            after = memory.answers_now(self.notes)
+            after = [_state(path) for path in self.states]
             if after == before:
                 return
             before = after
 
     def read(self, used: Callable[[], object]) -> None:
-        """Take down what ``used`` asks; what has changed in the meantime is read once more."""
-        with noting() as notes:
+        """Take down which files ``used`` reads or looks for; what changes meanwhile is read once more."""
+        begun = now()
+        with recording() as paths:
             used()
+        absolute = map(os.path.abspath, paths)
         own = self.artifacts
-        if own is not None:
-            inside = own + os.sep
-            notes.answers = {q: a for q, a in notes.answers.items() if q[1] != own and not q[1].startswith(inside)}
-        self.notes = notes
+        self.states = {path: _state(path) for path in absolute if own is None or not _is_within(path, own)}
+        self.is_outdated = any(max(state[2:], default=0) >= begun for state in self.states.values())
+
+
+def _state(path: str) -> State:
+    """Return what tells a file from another version of it; nothing if it is not there."""
+    try:
+        status = Path(path).stat()
+    except (OSError, ValueError):
+        return ()
+    if stat.S_ISDIR(status.st_mode):
+        return (status.st_ino,)
+    return (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+
+
+def _is_within(path: str, folder: str) -> bool:
+    return path == folder or path.startswith(folder + os.sep)
 
 
 class Said:

@@ -1,6 +1,6 @@
 """The project: where descriptions and outputs stand on disk.
 
-The data that ships with the tool and paths as people read them stand here too; the user's cache is ``cache``.
+The data that ships with the tool and paths as people read them stand here too;
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ import os
 import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
-from . import cache, world
-from .tool import folders
+from . import files
+from .installing import package_folders
 
 ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
@@ -38,7 +39,6 @@ def stdin_of(path: Path) -> bytes | None:
     """Return what was given on standard input, if that is what a path stands for; else None."""
     if not _on_stdin or path != ON_STDIN:
         return None
-    world.spoil("the robot is given on standard input")
     return _on_stdin[0]
 
 
@@ -105,8 +105,7 @@ class Description:
 
         try:
             # Files of one kind end alike: that is no likeness.
-            inside = world.names(path.parent)
-            stems = {Path(name).stem: path.parent / name for name, kind in inside.items() if kind == world.FILE}
+            stems = {one.stem: one for one in files.list_folder(path.parent) if files.is_file(one)}
         except (OSError, ValueError):  # no folder, or a name that no file can have
             return None
         close = nearest(path.stem, stems)
@@ -132,7 +131,7 @@ def all_here() -> list[Path]:
 
 def all_in(project: Path) -> list[Path]:
     """Return the first files of all descriptions of a project, sorted by name."""
-    return world.matching(Path(project, DESCRIPTIONS), f"*/{ROOT_FILE}")
+    return sorted(Path(project, DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
 
 
 def all_with(files: Iterable[str]) -> list[Path]:
@@ -159,9 +158,9 @@ def _upwards() -> Iterator[Path]:
     """
     above = Path()
     try:
-        here = world.here()
+        here = Path.cwd()
         for folder in (here, *here.parents):
-            if folder != here and world.mode(folder) & stat.S_IWOTH:
+            if folder != here and folder.stat().st_mode & stat.S_IWOTH:
                 return
             yield above
             above = above / os.pardir
@@ -181,7 +180,7 @@ def here() -> list[Description]:
     for folder in _upwards():
         if _is_project(folder):
             break
-        if world.kind(folder / ROOT_FILE) == world.FILE:
+        if files.is_file(folder / ROOT_FILE):
             return [Description.at(folder / ROOT_FILE)]
     return Description.find([])
 
@@ -191,7 +190,7 @@ def looked_in() -> list[Path]:
     top = Description.around()
     above = [Path(*[os.pardir] * number) for number in range(len(top.parts) + 1)]
     inside = Path(top, DESCRIPTIONS)
-    return [*above, inside, *(path for path in world.matching(inside, "*") if world.kind(path) == world.FOLDER)]
+    return [*above, inside, *(path for path in sorted(inside.glob("*")) if files.is_folder(path))]
 
 
 def homes(path: Path) -> tuple[Path, ...]:
@@ -199,9 +198,9 @@ def homes(path: Path) -> tuple[Path, ...]:
 
     ``colcon build --symlink-install`` installs a folder as one of links, each to a file of the source.
     """
-    here = world.real(path.parent)
+    here = files.resolve(path.parent)
     try:
-        there = world.real(path).parent if world.link(path) else here
+        there = files.resolve(path).parent if path.is_symlink() else here
     except (OSError, RuntimeError):  # links that lead round
         there = here
     return (here,) if here == there else (here, there)
@@ -211,12 +210,12 @@ def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
     if name == STDIN and _on_stdin:
         return ON_STDIN
-    if Path(name).suffix in ENDINGS and world.kind(name) == world.FILE:  # no folder above is looked at
+    if Path(name).suffix in ENDINGS and files.is_file(name):  # no folder above is looked at
         return Path(name)
     for path in (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name)):
-        if world.kind(path / ROOT_FILE) == world.FILE:
+        if files.is_file(path / ROOT_FILE):
             return path / ROOT_FILE
-    if world.kind(name) == world.FILE:
+    if files.is_file(name):
         return Path(name)
     if no_name := too_long(Path(name)):
         raise NoDescription(no_name)
@@ -230,10 +229,9 @@ def first_file(name: str) -> Path:
 def no_file(path: Path, of: str = "") -> str:
     """Return why a path is no file that can be read, such as one ``of`` arguments."""
     what = f" of {of}" if of else ""
-    there = world.kind(path)
-    if there == world.FOLDER:
+    if files.is_folder(path):
         return f'"{path}" is a folder, not a file{what}'
-    if there:
+    if files.exists(path):
         return f'"{path}" is no regular file{what}: a pipe can be read once only; write it to a file first'
     return too_long(path) or f'there is no file "{path}"{what}'
 
@@ -241,7 +239,7 @@ def no_file(path: Path, of: str = "") -> str:
 def too_long(path: Path) -> str:
     """Return why nothing can have a path, for a name in it is too long; "" for all others."""
     try:
-        world.size(path)
+        path.stat()
     except OSError as problem:
         if problem.errno == errno.ENAMETOOLONG:
             return f"no file can have so long a name: {str(path)[:60]}..."
@@ -252,7 +250,7 @@ def too_long(path: Path) -> str:
 
 def is_file(path: Path) -> bool:
     """Say whether there is a file; there is none of a name that no file can have."""
-    return world.kind(path) == world.FILE
+    return files.is_file(path)
 
 
 def _from_here(path: Path, absolute: bool) -> Path:
@@ -263,7 +261,7 @@ def _from_here(path: Path, absolute: bool) -> Path:
 
 def shown(path: Path) -> str:
     """Return a path as a person would name it: relative to here if it is below."""
-    return cache.shown(path)
+    return files.shown(path)
 
 
 ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
@@ -299,8 +297,8 @@ def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resol
 
 def python_folder(package: str) -> Path | None:
     """Return the folder of an installed package of Python, without importing it."""
-    places = world.package(package) if package.isidentifier() else ()
-    return Path(places[0]) if places and world.kind(places[0]) == world.FOLDER else None
+    places = package_folders(package) if package.isidentifier() else ()
+    return Path(places[0]) if places and files.is_folder(places[0]) else None
 
 
 # The data packages, each with its folder at the top of a checkout.
@@ -326,6 +324,12 @@ def data_folder(name: str) -> Path:
     return Path(import_module(f"rosorin_compile.{package}").__path__[0])
 
 
+def of_tool(path: Path) -> bool:
+    """Whether a path is in one of the folders of the tool."""
+    return os.path.abspath(path).startswith(tuple(f"{folder}{os.sep}" for folder in tool_folders().values()))
+
+
+@cache
 def tool_folders() -> dict[str, Path]:
     """Return the folders of the tool by name: those of its packages, then those of what ships with it."""
-    return {**folders(), **{name: data_folder(name) for name in _DATA}}
+    return {"rosorin_compile": Path(__file__).parents[1], **{name: data_folder(name) for name in _DATA}}

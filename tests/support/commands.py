@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.source.world import now
+from rosorin_compile.source.files import now
 
 CALIBRATION = """\
 arm:

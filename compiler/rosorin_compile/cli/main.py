@@ -140,9 +140,15 @@ def _stopped(problem: Exception, answer: Answer) -> int:
         answer.refuse(message)
         answer.end()
         return USAGE
-    if not isinstance(problem, PluginFailed):
+    if isinstance(problem, PluginFailed):
+        told = problem.diagnostic
+    elif isinstance(problem, OSError) and problem.filename is not None:
+        from rosorin_compile.source.load import unreadable
+
+        told = unreadable(problem)
+    else:
         raise problem
-    answer.console().show([problem.diagnostic])
+    answer.console().show([told])
     answer.end()
     return PROBLEMS
 

@@ -20,7 +20,7 @@ from rosorin_compile.source.project import Description, all_with
 
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
-from .robots import described, descriptions_of, no_stdin, one, take_stdin
+from .robots import described, descriptions_of, no_stdin, one, take_stdin, warn_of_no_robots
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
@@ -126,6 +126,8 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     hook = getattr(options, "hook", False)
     given, found = _of_changed(options) if hook and options.words else _asked_for(options, alone)
     run = Run(options, console_of(options), given)
+    if not options.words and not alone:
+        warn_of_no_robots(run.console)
     plugin = getattr(options, "plugin", None)
     code = FINE
     if not found:

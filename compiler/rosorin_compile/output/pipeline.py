@@ -25,6 +25,7 @@ from rosorin_compile.language.wanted import with_wanted
 from rosorin_compile.model import Link, Mesh, Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
 from rosorin_compile.source.files import recording
+from rosorin_compile.source.load import unreadable
 from rosorin_compile.source.load import unsaved as held_in_memory
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
@@ -358,7 +359,12 @@ def compile_robot(
     files.
     """
     with recording() as recorded:
-        compiled = _compiled(path, arguments, tell, packages, search, wanted, kept, exact, unsaved)
+        try:
+            compiled = _compiled(path, arguments, tell, packages, search, wanted, kept, exact, unsaved)
+        except OSError as problem:
+            if problem.filename is None:
+                raise
+            compiled = Compiled(None, (), [unreadable(problem)], (path,))
     known = {*map(os.path.abspath, compiled.inputs)}
     new = {path: found for path, found in recorded.items() if os.path.abspath(path) not in known and not of_tool(path)}
     missing = tuple(path for path, found in new.items() if not found)

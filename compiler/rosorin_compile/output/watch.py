@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import stat
 import time
@@ -13,12 +14,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
-from rosorin_compile.source.files import now, recording
-
-State = tuple[int, ...]
+from rosorin_compile.source.files import now, read_bytes, recording
 
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
+_SMALL = 1_000_000  # bytes: a larger file is told by its times alone
 _PATIENCE = 20  # looks at files that keep changing, until they are read as they are
 
 
@@ -27,19 +27,19 @@ class Inputs:
 
     def __init__(self, artifacts: Path | None = None) -> None:
         self.artifacts = None if artifacts is None else os.path.abspath(artifacts)
-        self.states: dict[str, State] = {}
+        self.states: list[State] = []
         self.is_outdated = False
 
     def changed(self) -> bool:
-        """Whether a file has changed, has gone or has come since it was read or looked for."""
-        return self.is_outdated or self.states != {path: _state(path) for path in self.states}
+        """Whether a file has another content, has gone or has come since it was read or looked for."""
+        return self.is_outdated or any(state.differs() for state in self.states)
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
         """Wait until the files stop changing, for a second at most."""
-        before = [_state(path) for path in self.states]
+        before = [_signature(state.path) for state in self.states]
         for _ in range(_PATIENCE):
             sleep(SETTLE)
-            after = [_state(path) for path in self.states]
+            after = [_signature(state.path) for state in self.states]
             if after == before:
                 return
             before = after
@@ -49,14 +49,28 @@ class Inputs:
         begun = now()
         with recording() as paths:
             used()
-        absolute = map(os.path.abspath, paths)
         own = self.artifacts
-        self.states = {path: _state(path) for path in absolute if own is None or not _is_within(path, own)}
-        self.is_outdated = any(max(state[2:], default=0) >= begun for state in self.states.values())
+        absolute = dict.fromkeys(map(os.path.abspath, paths))
+        self.states = [State(path) for path in absolute if own is None or not _is_within(path, own)]
+        self.is_outdated = any(max(state.signature[2:], default=0) > begun for state in self.states)
 
 
-def _state(path: str) -> State:
-    """Return what tells a file from another version of it; nothing if it is not there."""
+class State:
+    """A file as it is now, there or not."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.signature = _signature(path)
+        self.content = _content(path, self.signature)
+
+    def differs(self) -> bool:
+        """Whether the file is another one by now."""
+        signature = _signature(self.path)
+        return signature != self.signature and _content(self.path, signature) != self.content
+
+
+def _signature(path: str) -> tuple[int, ...]:
+    """Return what tells a file from another version of it; nothing if it is not there. A folder is always the same."""
     try:
         status = Path(path).stat()
     except (OSError, ValueError):
@@ -64,6 +78,16 @@ def _state(path: str) -> State:
     if stat.S_ISDIR(status.st_mode):
         return (status.st_ino,)
     return (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+
+
+def _content(path: str, signature: tuple[int, ...]) -> object:
+    """Return what a file holds, in short; of what is large or no file, its signature."""
+    if len(signature) < 2 or signature[1] > _SMALL:
+        return signature
+    try:
+        return hashlib.sha256(read_bytes(path)).digest()
+    except OSError:
+        return ()
 
 
 def _is_within(path: str, folder: str) -> bool:

@@ -121,6 +121,12 @@ def unsaved(files: Mapping[Path, bytes]) -> Iterator[None]:
         _unsaved.clear()
 
 
+def unreadable(problem: OSError) -> Diagnostic:
+    """Return the error about a file or folder that cannot be looked at."""
+    message = f"cannot read {files.shown(os.fsdecode(problem.filename))}: {problem.strerror}"
+    return error("file-unreadable", message, None, "check the permissions")
+
+
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     """Read a UTF-8 file; ``asked`` is the place that names it.
 

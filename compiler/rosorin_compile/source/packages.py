@@ -116,7 +116,10 @@ class Packages:
                 if where in seen:  # links that lead round
                     continue
                 seen.add(where)
-                name = package_name(folder)
+                try:
+                    name = package_name(folder)
+                except PermissionError:  # a folder that nobody may read is searched no further
+                    continue
                 if name:
                     folders.setdefault(name, folder)
                 elif depth < _DEPTH:

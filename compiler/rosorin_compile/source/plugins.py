@@ -222,15 +222,8 @@ def are_installed(group: str) -> bool:
 def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
     if os.environ.get(SWITCH, "") == "off":
         return ()
-    return _read(_metadata_folders(tuple(map(_versioned, dict.fromkeys(sys.path)))))
-
-
-def _versioned(folder: str) -> tuple[str, int]:
-    """Return a folder with the time of its last change."""
-    try:
-        return folder, Path(folder or ".").stat().st_mtime_ns
-    except OSError:
-        return folder, 0
+    folders = _metadata_folders(tuple(sys.path))
+    return _read(folders) if folders else ()
 
 
 @lru_cache(maxsize=8)
@@ -260,15 +253,20 @@ def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryP
     return name, version or "?", []
 
 
-@lru_cache(maxsize=8)
-def _metadata_folders(path: tuple[tuple[str, int], ...]) -> tuple[str, ...]:
+def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
     """Return the folders of metadata, along a module search path, that name an entry point of the tool."""
     found: list[str] = []
-    for entry, _ in path:
+    for entry in dict.fromkeys(path):
         with suppress(OSError):
-            inside = sorted(path for path in Path(entry).iterdir() if path.suffix in _METADATA)
-            found += [str(path) for path in inside if _names_us(path)]
+            found += _metadata_in(entry, Path(entry).stat().st_ctime_ns)
     return tuple(found)
+
+
+@lru_cache(maxsize=256)
+def _metadata_in(entry: str, _changed: int) -> tuple[str, ...]:
+    """Return the same for one folder, as long as nothing comes into it or goes. Raises OSError."""
+    inside = sorted(path for path in Path(entry).iterdir() if path.suffix in _METADATA)
+    return tuple(str(path) for path in inside if _names_us(path))
 
 
 def _names_us(metadata: Path) -> bool:

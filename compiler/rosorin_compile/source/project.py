@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -77,6 +78,8 @@ class Description:
             where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
             imported = "rosorin-compile import FILE makes one of a URDF, xacro, SDF or MJCF"
             new = f"rosorin-compile init NAME begins one, {imported}"
+            for message, help in (one for folder in _upwards() for one in without_first_file(folder)):
+                raise NoDescription(f"{where}: {message}; {help}")
             raise NoDescription(f"{where}; name a description, or go to its project; {new}")
         return [cls.at(path, outputs) for path in paths]
 
@@ -130,8 +133,67 @@ def all_here() -> list[Path]:
 
 
 def all_in(project: Path) -> list[Path]:
-    """Return the first files of all descriptions of a project, sorted by name."""
-    return sorted(Path(project, DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+    """Return the first files of all descriptions of a project, sorted by name. Raises OSError."""
+    return [folder / ROOT_FILE for folder in _description_folders(project) if _has_first_file(folder)]
+
+
+def without_first_file(project: Path) -> list[tuple[str, str]]:
+    """Return why folders of ``descriptions/`` are no descriptions, each with the way out. Raises OSError.
+
+    A folder that a file of another one names has files that several descriptions share.
+    """
+    folders = [one for one in _description_folders(project) if one.is_dir() and not one.name.startswith(".")]
+    wanting = [one for one in folders if not _has_first_file(one)]
+    texts = [_beginning(file) for one in folders for file in one.rglob("*.y*ml")] if wanting else []
+    found = []
+    for folder in wanting:
+        misnamed = _misnamed(folder)
+        if misnamed or not any(f"{folder.name}/".encode() in text for text in texts):
+            found.append(_no_first_file(folder, misnamed))
+    return found
+
+
+def _description_folders(project: Path) -> list[Path]:
+    """Return what is in the folder of descriptions of a project. Raises OSError."""
+    try:
+        return files.list_folder(Path(project, DESCRIPTIONS))
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+
+
+def _has_first_file(folder: Path) -> bool:
+    """Whether a folder has the first file of a description, if only as a link, or nobody may look."""
+    try:
+        (folder / ROOT_FILE).lstat()
+    except PermissionError:  # reading the description says why
+        return not folder.name.startswith(".")
+    except OSError:
+        return False
+    return True
+
+
+def _misnamed(folder: Path) -> Path | None:
+    """Return the file in a folder that is to be its first file, by its name, or as it names the robot."""
+    inside = [one for one in files.list_folder(folder) if one.suffix.lower() in ENDINGS]
+    called = [one for one in inside if one.stem.lower() == Path(ROOT_FILE).stem]
+    return next(
+        iter([*called, *(one for one in inside if re.search(rb"^robot:", _beginning(one), re.MULTILINE))]), None
+    )
+
+
+def _beginning(file: Path) -> bytes:
+    """Return the first megabyte of a file; nothing if it cannot be read."""
+    try:
+        return files.read_bytes(file, 1_000_000)
+    except OSError:
+        return b""
+
+
+def _no_first_file(folder: Path, misnamed: Path | None) -> tuple[str, str]:
+    """Return that a folder is no description, and the way out."""
+    if misnamed is not None:
+        return f"{shown(misnamed)} is not compiled: it has to be called {ROOT_FILE}", f"rename it to {ROOT_FILE}"
+    return f"{shown(folder)} has no {ROOT_FILE}", f"add {ROOT_FILE}, or move the folder out of {DESCRIPTIONS}"
 
 
 def all_with(files: Iterable[str]) -> list[Path]:
@@ -185,14 +247,6 @@ def here() -> list[Description]:
     return Description.find([])
 
 
-def looked_in() -> list[Path]:
-    """Return the folders that decide which descriptions there are, seen from here."""
-    top = Description.around()
-    above = [Path(*[os.pardir] * number) for number in range(len(top.parts) + 1)]
-    inside = Path(top, DESCRIPTIONS)
-    return [*above, inside, *(path for path in sorted(inside.glob("*")) if files.is_folder(path))]
-
-
 def homes(path: Path) -> tuple[Path, ...]:
     """Return the folder of a description, links followed, and that of the file that it leads to if it is a link.
 
@@ -210,13 +264,17 @@ def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
     if name == STDIN and _on_stdin:
         return ON_STDIN
-    if Path(name).suffix in ENDINGS and files.is_file(name):  # no folder above is looked at
+    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # no folder above is looked at
         return Path(name)
-    for path in (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name)):
-        if files.is_file(path / ROOT_FILE):
+    places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name))
+    for path in places:
+        if _may_be_file(path / ROOT_FILE):
             return path / ROOT_FILE
-    if files.is_file(name):
+    if _may_be_file(Path(name)):
         return Path(name)
+    for path in filter(files.is_folder, places):
+        if (misnamed := _misnamed(path)) or path.parent.name == DESCRIPTIONS:
+            raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path, misnamed))}')
     if no_name := too_long(Path(name)):
         raise NoDescription(no_name)
     known = [path.parent.name for path in all_here()]
@@ -224,6 +282,14 @@ def first_file(name: str) -> Path:
 
     help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
     raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
+
+
+def _may_be_file(path: Path) -> bool:
+    """Whether there is a file, or nobody may look: then reading it says why."""
+    try:
+        return files.is_file(path)
+    except PermissionError:
+        return True
 
 
 def no_file(path: Path, of: str = "") -> str:

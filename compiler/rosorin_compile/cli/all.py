@@ -83,7 +83,7 @@ def _write_one(run: Run, description: Description) -> int:
 
 def _write_all(run: Run, description: Description) -> int:
     """Compile one robot and write its artifacts."""
-    from .compiling import compile_proven, count, nothing_written, read_by
+    from .compiling import compile_proven, count, nothing_written
 
     compiled = compile_proven(run.given, description, run.console)
     run.console.show(compiled.diagnostics)
@@ -97,7 +97,7 @@ def _write_all(run: Run, description: Description) -> int:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
     run.console.say(f"{summary}, {what_changed(written, meshes)}")
-    return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
+    return _ended(run, written, _tell_build(run, description, names, compiled))
 
 
 def _ended(run: Run, written: Written, code: int) -> int:
@@ -110,7 +110,7 @@ def _write_some(run: Run, description: Description) -> int:
     """Compile a robot and write the artifacts that are asked for."""
     from rosorin_compile.language.wanted import UNKNOWN
 
-    from .compiling import compile_proven, count, nothing_written, read_by
+    from .compiling import compile_proven, count, nothing_written
 
     compiled = compile_proven(run.given, description, run.console, run.options.only)
     run.console.show(compiled.diagnostics)
@@ -124,7 +124,7 @@ def _write_some(run: Run, description: Description) -> int:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
     run.console.say(f"{summary}, {what_changed(written, meshes)}")
-    return _ended(run, written, _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled)))
+    return _ended(run, written, _tell_build(run, description, [*files, *meshes], compiled))
 
 
 def _belonging(compiled: Compiled) -> dict[str, bytes]:
@@ -140,19 +140,26 @@ def _belonging(compiled: Compiled) -> dict[str, bytes]:
     return {name: data for name, data in searched.files.items() if name in names}
 
 
-def _tell_build(run: Run, description: Description, names: Sequence[str], inputs: Sequence[Path]) -> int:
+def _tell_build(run: Run, description: Description, names: Sequence[str], compiled: Compiled) -> int:
     """Write the depfile, if one is asked for; the artifacts, the first of ``names`` the first, get newer than it.
 
     A mesh that was read where it stands, in the folder of the artifacts, is an input, too, and keeps its time.
     """
     if run.options.depfile is None:
         return FINE
-    from .compiling import tell_build
+    from .compiling import folders_looked_in, read_by, tell_build
 
+    inputs = read_by(run.given, compiled)
     read = {files.resolve(file) for file in inputs}
     made = [description.outputs / name for name in names]
     newer = [file for file in made if files.resolve(file) not in read]
-    return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
+    return tell_build(
+        run,
+        run.options.depfile_target or str(made[0]),
+        [*inputs, *folders_looked_in(compiled, [*made, Path(run.options.depfile)])],
+        made,
+        newer,
+    )
 
 
 def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> Written | None:

@@ -24,7 +24,7 @@ from rosorin_compile.source.project import ON_STDIN, Description
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.wording import counted
 
-from .compiling import count, read_by, search_meshes, tell_build, warn_before
+from .compiling import count, folders_looked_in, read_by, search_meshes, tell_build, warn_before
 from .pictures import pictures
 from .registry import checks
 from .robots import check_depfile
@@ -150,7 +150,8 @@ def _compare(run: Run, description: Description, page: Pictures | None) -> int:
     files = [description.outputs / name for name in held.committed]
     if run.options.depfile is None:
         return FINE
-    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *files])
+    looked_in = folders_looked_in(compiled, [Path(run.options.depfile)])
+    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *files, *looked_in])
 
 
 def _differ(run: Run, held: Checked) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import TRUSTED
-from rosorin_compile.source.project import Description, stdin_of
+from rosorin_compile.source.project import Description, shown, stdin_of
 from rosorin_compile.source.wording import counted, listed
 
 from .given import Given
@@ -77,7 +77,23 @@ def search_meshes(given: Given, description: Description, tree: Map, outputs: Se
 
 def read_by(given: Given, compiled: Compiled) -> list[Path]:
     """Return the files that a run has read: what it was compiled of, and the files of arguments."""
-    return [path for path in dict.fromkeys([*compiled.inputs, *given.files]) if stdin_of(path) is None]
+    return [path for path in dict.fromkeys([*compiled.files_read, *given.files]) if stdin_of(path) is None]
+
+
+def folders_looked_in(compiled: Compiled, made: Sequence[Path]) -> list[Path]:
+    """Return the folders in which files would appear that were looked for, as a build tool can depend on them.
+
+    It takes a missing file for one that has to be made. Folders outside of the project, and those in which this run
+    writes, change for other reasons.
+    """
+    projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
+    written = {path.absolute().parent for path in made}
+    found: dict[Path, None] = {}
+    for path in compiled.missing:
+        folder = next(one for one in path.absolute().parents if one.is_dir())
+        if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
+            found[Path(shown(folder))] = None
+    return list(found)
 
 
 def tell_build(

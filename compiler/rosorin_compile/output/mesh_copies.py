@@ -21,7 +21,7 @@ from rosorin_compile.formats.named_files import OF_ELEMENT, Named
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, has_errors
-from rosorin_compile.source.files import read_bytes, same_file
+from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
@@ -170,7 +170,7 @@ def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
 
 def _is_same_file(path: Path, file: Path) -> bool:
     try:
-        return same_file(path, file)
+        return path.samefile(file)
     except OSError:
         return False
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
-from rosorin_compile.source.files import now, read_bytes, recording
+from rosorin_compile.source.files import read_bytes, recording
 
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds in which nothing may change any more: an editor is done with saving by then
@@ -46,7 +46,7 @@ class Inputs:
 
     def read(self, used: Callable[[], object]) -> None:
         """Take down which files ``used`` reads or looks for; what changes meanwhile is read once more."""
-        begun = now()
+        begun = time.time_ns()
         with recording() as paths:
             used()
         own = self.artifacts

@@ -12,8 +12,6 @@ from __future__ import annotations
 import errno
 import os
 import stat
-import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -24,7 +22,6 @@ from . import system
 
 AnyPath = str | os.PathLike[str]
 
-_CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
 _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)
 _recorders: ContextVar[tuple[dict[Path, bool], ...]] = ContextVar("recorders", default=())
 
@@ -108,11 +105,6 @@ def _mode(path: AnyPath) -> int:
             raise
     record(path, found=False)
     return 0
-
-
-def now() -> int:
-    """Return the time (ns) by the clock from which the system takes the times of files."""
-    return time.clock_gettime_ns(_CLOCK_REALTIME_COARSE) if sys.platform == "linux" else time.time_ns()
 
 
 def list_folder(folder: AnyPath) -> list[Path]:

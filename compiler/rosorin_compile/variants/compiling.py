@@ -6,6 +6,7 @@ import json
 import math
 import os
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -19,7 +20,7 @@ from rosorin_compile.output import OutputError
 from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
 from rosorin_compile.output.placing import Holding
 from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
-from rosorin_compile.source.files import now, read_bytes, read_text
+from rosorin_compile.source.files import read_bytes, read_text
 from rosorin_compile.source.project import Description, tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
@@ -68,7 +69,7 @@ class Result:
 def compile_variant(job: Job, variant: Variant) -> Result:
     """Compile a variant; errors in it are part of the result. Raises ValueError in a worker of another version."""
     with _entered(job):
-        start = now()
+        start = time.time_ns()
         placed = replace(job.description, outputs=job.description.outputs / variant.name)
         compiled = _compiled(job, variant, partial(job.given.search_meshes, placed)).proven()
         found, files = compiled.diagnostics, dict[str, bytes]()

@@ -11,7 +11,7 @@ from rosorin_compile.source.version import __version__
 TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C would end in a traceback
 
 if TYPE_CHECKING:
-    from rosorin_compile.cli.record import Check, Command
+    from rosorin_compile.cli.command import Check, Command
     from rosorin_compile.cli.sides import diff
     from rosorin_compile.cli.verbs import Checked, Explained, Written, check, explain, schema, write
     from rosorin_compile.compare.difference import Difference
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 _HOMES = {
     "Artifact": "formats.format",
     "Case": "rules.case",
-    "Check": "cli.record",
+    "Check": "cli.command",
     "Checked": "cli.verbs",
-    "Command": "cli.record",
+    "Command": "cli.command",
     "Compiled": "output.pipeline",
     "Diagnostic": "source.diagnostics",
     "Difference": "compare.difference",

@@ -198,10 +198,9 @@ def console_of(options: argparse.Namespace) -> Console:
     summary = getattr(options, "summary", None)
     if summary is not None:
         check_summary(Path(summary))
-    diagnostics = answer_of(options).diagnostics
-    form, verbose = getattr(options, "format", "text"), getattr(options, "verbose", False)
-    console = Console(form, options.quiet, verbose, summary is not None, diagnostics)
-    if hasattr(options, "notes") and not options.notes:
+    verbose = getattr(options, "verbose", False)
+    console = answer_of(options).console(options.quiet, verbose, summary is not None)
+    if hasattr(options, "notes") and not options.notes and not verbose:
         console.counts, console.listing = True, "--notes lists them"
     return console
 

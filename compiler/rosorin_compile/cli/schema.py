@@ -12,7 +12,7 @@ from rosorin_compile.source.console import give
 from rosorin_compile.source.diagnostics import did_you_mean
 from rosorin_compile.source.project import data_folder
 
-from .answer import GENERAL, give_result
+from .answer import give_result
 from .usage import FINE, WrongUsage
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ _NAMES = {
     "description": "a description after includes, arguments and expressions are evaluated",
     "robot_diff": "the result of diff --format json",
     "recording": "the result of verify --format json",
+    "envelope": "the output of any command with --format json",
 }
 _ENDING = ".schema.json"
 
@@ -49,14 +50,7 @@ def options(command: Parser) -> None:
 def names() -> dict[str, str]:
     """Return the schemas, and whose form they describe: those of formats are named by their records."""
     formats = {one.proving.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.proving.schema}
-    return {**_NAMES, **formats, **_of_answers()}
-
-
-def _of_answers() -> dict[str, str]:
-    """Return the schemas of what commands answer, by their names."""
-    files = [file for file in world.names(data_folder("schemas")) if file.startswith(GENERAL)]
-    commands = {file.removesuffix(_ENDING): file.removesuffix(_ENDING).split("_")[1:] for file in files}
-    return {name: f"the result of {' '.join(words) or 'any command'} --format json" for name, words in commands.items()}
+    return {**_NAMES, **formats}
 
 
 def text_of(name: str) -> str:

@@ -160,10 +160,7 @@ def run(command: str, folder: Path) -> tuple[str, int]:
         patch.chdir(folder)
         patch.setenv("ROSORIN_COMPILE_CACHE", str(folder / ".cache"))
         patch.setattr(progress, "LOGGED_EVERY", math.inf)  # a slow machine says how far it is
-        try:
-            code = main(shlex.split(command)[1:])
-        except SystemExit as stopped:
-            code = int(stopped.code or 0)
+        code = main(shlex.split(command)[1:])
     return terminal.getvalue(), code
 
 

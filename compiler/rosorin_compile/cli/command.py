@@ -41,10 +41,16 @@ Any_ = TypeVar("Any_", bound=Callable[..., Any])
 
 
 class Option(click.Option):
-    """An option with the ``section`` of the help that lists it, and names of options that it ``excludes``."""
+    """An option with the ``section`` of the help that lists it, and names of options that it ``excludes``.
 
-    def __init__(self, *words: Any, section: str = "", excludes: Sequence[str] = (), **settings: Any) -> None:
+    ``many`` options take all words up to the next option.
+    """
+
+    def __init__(
+        self, *words: Any, section: str = "", excludes: Sequence[str] = (), many: bool = False, **settings: Any
+    ) -> None:
         self.section = section
+        self.many = many
         self.excludes = tuple(excludes)
         super().__init__(*words, **settings)
 
@@ -124,7 +130,7 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the arguments, and reject options that exclude each other."""
-        rest = super().parse_args(ctx, args)
+        rest = super().parse_args(ctx, self._split(args))
         if ctx.resilient_parsing:
             return rest
         given = {
@@ -138,12 +144,24 @@ class Command(click.Command):
                 raise click.UsageError(f"argument {one.opts[-1]}: not allowed with argument {other.opts[-1]}", ctx)
         return rest
 
+    def _split(self, args: Sequence[str]) -> list[str]:
+        """Return arguments in which an option that takes many words is repeated for each of them."""
+        many = {name for one in self.params if getattr(one, "many", False) for name in one.opts}
+        split: list[str] = []
+        current = ""
+        for arg in args:
+            if arg.startswith("-") and arg != "-":
+                current = arg if arg in many else ""
+            elif current and split[-1] != current:
+                split.append(current)
+            split.append(arg)
+        return split
+
     def invoke(self, ctx: click.Context) -> int:
         """Run this command; return the exit code. Raises WrongUsage, PluginFailed."""
         answer = ctx.obj if isinstance(ctx.obj, Answer) else Answer()
-        options = Options(**{name: _plain(value) for name, value in ctx.params.items()})
-        options.answer, options.called, answer.command = answer, self.called, self.called
-        options.plugin = self.plugin
+        options = self.options(ctx)
+        options.answer, answer.command = answer, self.called
         answer.form = options.format
         if getattr(options, "xacro_seconds", None):
             os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)  # for all processes of the run
@@ -158,6 +176,11 @@ class Command(click.Command):
             tell_of_cache(console)
             tell_of_system(console)
         return _by_severity(code, getattr(options, "fail_on", None), answer)
+
+    def options(self, ctx: click.Context) -> Options:
+        """Return the parsed options of a context."""
+        values = {name: list(value) if isinstance(value, tuple) else value for name, value in ctx.params.items()}
+        return Options(**values, called=self.called, plugin=self.plugin)
 
     @contextmanager
     def guarded(self) -> Iterator[None]:
@@ -248,10 +271,6 @@ check = partial(command, kind=Check)
 def parameters(decorated: Callable[..., Any]) -> list[click.Parameter]:
     """Return the parameters that decorators have added to a function, in the order in which they are written."""
     return list(reversed(getattr(decorated, "__click_params__", [])))
-
-
-def _plain(value: object) -> object:
-    return list(value) if isinstance(value, tuple) else value
 
 
 def _by_severity(code: int, fail_on: str | None, answer: Answer) -> int:

@@ -45,7 +45,7 @@ def of(*kinds: str, mark: str = "") -> Complete:
             for name, help in found.items()
             if name.startswith(incomplete) and name.isprintable()
         ]
-        return items + (files(ctx, _, incomplete) if "robot" in kinds or "file" in kinds else [])
+        return items or (files(ctx, _, incomplete) if {"robot", "file"} & set(kinds) else [])
 
     return offered
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from . import complete
 from . import options as shared
 from .command import Check, Command, Option, Ways, argument, option, parameters
 from .options import FORMAT_NAMES, PAGE_MEGABYTES, PATH
@@ -79,7 +81,9 @@ class Parser:
 
     def add_argument(self, *names: str, section: str = "", excludes: Any = (), **settings: Any) -> None:
         """Add an option or an argument, described as for argparse."""
-        settings.pop("completes", None)
+        offers = _offers(settings.pop("completes", None) or settings.get("metavar"))
+        if offers is not None:
+            settings["shell_complete"] = offers
         kind, choices = settings.pop("type", None), settings.pop("choices", None)
         kind = PATH if kind == "path" else kind
         if choices is not None:
@@ -99,6 +103,9 @@ class Parser:
             settings["is_flag"] = True
         elif action == "append":
             settings["multiple"] = True
+            settings.pop("default", None)
+        elif action == "extend":
+            settings.update(multiple=True, many=True)
             settings.pop("default", None)
         elif action is not None:
             settings["default"] = None
@@ -124,7 +131,7 @@ class Parser:
         """Return this parser, which takes commands within."""
         return self
 
-    def add_parser(self, name: str, help: str = "", description: str = "") -> Parser:
+    def add_parser(self, name: str, help: str = "", **_: Any) -> Parser:
         """Add a command within this one."""
         self.ways[name] = Parser(name)
         self.ways[name].help = help
@@ -187,6 +194,17 @@ class Parser:
         self.add(shared.modes(unnamed, to.section if to else ""))
 
 
+def _offers(text: Any) -> Any:
+    """Return the completion of a metavar."""
+    words = [text] if isinstance(text, str) else text or ()
+    kinds = [_KINDS[key] for word in words for key in re.findall("[A-Z]+", word) if key in _KINDS]
+    return complete.of(*kinds, mark="=" if "=" in str(text) else "") if kinds else None
+
+
+_KINDS = {"ROBOT": "robot", "FRAME": "frame", "THING": "thing", "POSE": "pose", "JOINT": "joint", "SERVO": "joint"}
+_KINDS |= {"ARTIFACT": "output", "ID": "rule", "SCHEMA": "schema", "CHECK": "check", "SOURCE": "file", "FILE": "file"}
+
+
 class _Group:
     def __init__(self, parser: Parser, section: str, exclusive: bool = False) -> None:
         self.parser, self.section, self.exclusive = parser, section, exclusive
@@ -221,6 +239,8 @@ def made(entry: Entry, module: ModuleType, is_check: bool = False) -> click.Comm
         for one in own:
             if isinstance(one, click.Argument) and one.name == "words" and words:
                 one.metavar = words.partition(" -")[0]
+                if "[CHECK]" in words:
+                    one._custom_shell_complete = complete.of("check", "robot", "argument")
         own += parameters(shared.output_options(lambda: None))
         return kind(parser.name, run, own, help=help, **settings, **more)
 
@@ -229,7 +249,15 @@ def made(entry: Entry, module: ModuleType, is_check: bool = False) -> click.Comm
         for way in ways:
             way.params.insert(0, _What(way.name or ""))
         return Ways(entry.name, ways, help=entry.help)
-    extra = {"more": parser.description.strip()} if parser.description else {}
+    if entry.name == "all":
+        parser.add(shared.fail_on)
+    extra: dict[str, Any] = {"more": parser.description.strip()} if parser.description else {}
+    if entry.name == "check":
+        from .registry import checks
+
+        extra["sections"] = lambda: {
+            "Checks (see check CHECK --help)": [(one.name, one.help) for one in checks().values()]
+        }
     return command(parser, entry.help, Check if is_check else Command, **extra)
 
 

@@ -119,7 +119,7 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
         (["tf", "a", "b", "--strct"], 'tf has no option --strct; did you mean "--strict"?'),
         (["all", "--dryrun"], 'all has no option --dryrun; did you mean "--dry-run"?'),
         (["frames", "--frame=a", "--publishr=b"], 'frames has no option --publishr; did you mean "--publisher"?'),
-        (["extract", "boxes", "a.stl", "--formt"], 'extract has no option --formt; did you mean "--format"?'),
+        (["extract", "boxes", "a.stl", "--formt"], 'extract boxes has no option --formt; did you mean "--format"?'),
         (["extract", "heightmap", "a.stl", "--exact", "-1cm"], "extract heightmap has no option -1; "),
         (["init", "a", "arm", "b"], "unexpected extra argument (b); see rosorin-compile init --help"),
         (["rule", "axis-zero", "--format", "json-list"], "'json-list' is not one of 'text', 'json', "),
@@ -306,8 +306,7 @@ def test_a_removed_folder_is_one_sentence(tmp_path: Path) -> None:
     assert "Traceback" not in ran.stderr
 
 
-WARNS = "robot: r\nlinks: {a: {}, b: {inertial: {mass: 0.001, inertia: {ixx: 1, iyy: 1, izz: 1}}}}\n"
-WARNS += "joints: {j: {type: fixed, parent: a, child: b}}\noutputs: {urdf: {file: r.urdf}}\n"
+WARNS = "robot: r\nlinks: {a: {collision: [{capsule: {radius: 0.1, length: 0.2}}]}}\noutputs: {urdf: {file: r.urdf}}\n"
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ import click
 from click.core import ParameterSource
 
 from rosorin_compile.source.console import show_progress
-from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, failed, importing
+from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, failed
 
 from .answer import Answer
 from .registry import entry
@@ -108,6 +108,9 @@ class Command(click.Command):
     ) -> None:
         if not _NAME.fullmatch(name):
             raise ValueError(f'"{name}" is not a valid name of a command')
+        for field, text in (("help", help), ("group", group), ("exits", exits)):
+            if not isinstance(text, str):
+                raise TypeError(f"{field} of {name} is a str, not {str(text)[:60]!r}")
         super().__init__(name, params=[*params], help=help, hidden=hidden, short_help=help)
         self.run = run
         self.group = group
@@ -189,8 +192,7 @@ class Command(click.Command):
             yield
             return
         try:
-            with importing(self.plugin):
-                yield
+            yield
         except (WrongUsage, PluginFailed, BrokenPipeError, click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except (Exception, SystemExit) as problem:
@@ -218,6 +220,9 @@ class Command(click.Command):
             if rows:
                 with formatter.section(head):
                     formatter.write_dl(list(rows))
+
+    def format_arguments(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write nothing: ``format_options`` writes the arguments, also with versions of click that have no help."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the exit codes."""

@@ -30,15 +30,15 @@ Offers = Iterable[str]
 Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
 
 
-def of(*kinds: str, mark: str = "") -> Complete:
-    """Return a completion with the names of these kinds; ``mark`` follows each name, as in NAME=VALUE."""
+def of(*kinds: str) -> Complete:
+    """Return a completion with the names of these kinds; "joint=" offers joints, each with an equals sign."""
 
     def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found: dict[str, str] = {}
         for kind in kinds:
-            suffix = mark or (":=" if kind == "argument" else "")
+            suffix = "=" if kind.endswith("=") else ":=" if kind == "argument" else ""
             with suppress(Exception):
-                for name, help in _names(kind, ctx).items():
+                for name, help in _names(kind.removesuffix("="), ctx).items():
                     found.setdefault(name + suffix, help)
         items = [
             CompletionItem(name, help=" ".join(help.split()) or None)

@@ -10,6 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from rosorin_compile.source.console import Console
 
 from .answer import give_result
@@ -27,6 +29,25 @@ if TYPE_CHECKING:
     from .sides import Read
 
 _SIDES = ("A", "B")
+
+
+class _Tolerance(click.ParamType):
+    """A finite number from zero upwards."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number."""
+        try:
+            number = float(value)
+        except ValueError:
+            number = -1.0
+        if not (0 <= number < math.inf):
+            self.fail(f'"{value}" is no number from zero upwards', param, ctx)
+        return number
+
+
+TOLERANCE = _Tolerance()
 
 
 def options(command: Parser) -> None:
@@ -56,7 +77,7 @@ def options(command: Parser) -> None:
     )
     command.add_argument(
         "--tolerance",
-        type=_tolerance,
+        type=TOLERANCE,
         metavar="NUMBER",
         help="largest difference to ignore, in metres, radians or relative to the number; default: 1e-9",
     )
@@ -110,16 +131,6 @@ def _write_page(options: argparse.Namespace, givens: Sequence[tuple[str, Given]]
     robots = [(given, one(word, "rosorin-compile diff A B")) for word, given in givens]
     page.take_sides(robots, found, options.prefix)
     page.write(Console(options.format))
-
-
-def _tolerance(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value >= 0):
-        raise argparse.ArgumentTypeError(f'"{text}" is no number from zero upwards')
-    return value
 
 
 def _read(word: str, arguments: dict[str, Any], packages: Mapping[str, Path], trust: bool) -> Read:

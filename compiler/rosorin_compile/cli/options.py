@@ -20,6 +20,7 @@ SEVERITIES = ("error", "warning", "never")
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
 ROBOTS_HELP = f"{ROBOT_HELP}; default: all robots"
+POSITIONS = "Joint positions (default: zero)"
 _ARGUMENTS = "Arguments of the description or the xacro file"
 
 
@@ -56,19 +57,23 @@ class _Seconds(click.ParamType):
 PATH = _Path()
 
 
-def words(metavar: str, help: str = "", required: bool = False, offers: complete.Offers = ()) -> Decorator[Any]:
+def words_argument(
+    metavar: str, help: str = "", required: bool = False, offers: complete.Offers = ()
+) -> Decorator[Any]:
     """Return the arguments of a command as ``words``; ``offers`` are the kinds of names that a shell completes."""
     return argument(
         "words", nargs=-1, required=required, metavar=metavar, help=help, shell_complete=complete.of(*offers)
     )
 
 
-def robots(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP) -> Decorator[Any]:
+def robots_argument(
+    metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, offers: complete.Offers = ("robot", "argument")
+) -> Decorator[Any]:
     """Return the robots of a command that handles several, with the options that every robot takes."""
-    return combined(words(metavar, help, offers=("robot", "argument")), robot_options)
+    return combined(words_argument(metavar, help, offers=offers), robot_options)
 
 
-robot = words("[ROBOT]", f"{ROBOT_HELP}; required if there are several", offers=("robot", "argument"))
+robot_argument = words_argument("[ROBOT]", f"{ROBOT_HELP}; required if there are several", offers=("robot", "argument"))
 
 robot_options = combined(
     option(
@@ -87,7 +92,7 @@ robot_options = combined(
         metavar="NAME=VALUE",
         help="set an argument; NAME:=VALUE without -a is the same",
         section=_ARGUMENTS,
-        shell_complete=complete.of("argument", mark="="),
+        shell_complete=complete.of("argument="),
     ),
     option(
         "--args",
@@ -100,7 +105,7 @@ robot_options = combined(
     ),
 )
 
-output_folder = option(
+output_folder_option = option(
     "-o",
     "--output",
     type=PATH,
@@ -108,7 +113,7 @@ output_folder = option(
     help="folder of the artifacts, with a subfolder for each of several robots; default: outputs/ROBOT",
 )
 
-summary = option("--summary", type=PATH, metavar="FILE", help="also append the messages to a file, as Markdown")
+summary_option = option("--summary", type=PATH, metavar="FILE", help="also append the messages to a file, as Markdown")
 
 output_options = combined(
     option(
@@ -122,9 +127,9 @@ output_options = combined(
     option("-v", "--verbose", is_flag=True, help="print all notes, and the files that were read"),
 )
 
-notes = option("--notes", is_flag=True, help="list notes and stand-ins instead of counting them")
+notes_option = option("--notes", is_flag=True, help="list notes and stand-ins instead of counting them")
 
-fail_on = option(
+fail_on_option = option(
     "--fail-on",
     type=click.Choice(SEVERITIES),
     metavar="SEVERITY",
@@ -133,18 +138,20 @@ fail_on = option(
 )
 
 
-def hook(more: str = "") -> Decorator[Any]:
+def hook_option(more: str = "") -> Decorator[Any]:
     """Return the option for pre-commit."""
     text = f"for pre-commit: take changed files as arguments and use all robots of their projects{more}"
     return option("--hook", is_flag=True, help=text)
 
 
-def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP) -> Decorator[Any]:
+def check_options(
+    metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, offers: complete.Offers = ("robot", "argument")
+) -> Decorator[Any]:
     """Return what every check takes: robots, the folder of the artifacts, a summary and the severity that fails."""
-    return combined(robots(metavar, help), output_folder, summary, fail_on)
+    return combined(robots_argument(metavar, help, offers), output_folder_option, summary_option, fail_on_option)
 
 
-def page(what: str) -> Decorator[Any]:
+def page_options(what: str) -> Decorator[Any]:
     """Return the options of an HTML page; ``what`` describes it."""
     return combined(
         option("--html", type=PATH, metavar="FILE", help=what),
@@ -158,7 +165,7 @@ def page(what: str) -> Decorator[Any]:
     )
 
 
-def depfile(target: str) -> Decorator[Any]:
+def depfile_options(target: str) -> Decorator[Any]:
     """Return the options for depfiles; ``target`` describes the default target."""
     return combined(
         option(
@@ -168,7 +175,7 @@ def depfile(target: str) -> Decorator[Any]:
     )
 
 
-def modes(unnamed: str, section: str = "") -> Decorator[Any]:
+def mode_option(unnamed: str, section: str = "") -> Decorator[Any]:
     """Return the option that switches modes; ``unnamed`` describes the state of the other modes."""
     return option(
         "--mode",
@@ -181,6 +188,34 @@ def modes(unnamed: str, section: str = "") -> Decorator[Any]:
     )
 
 
-def pose(help: str, section: str = "") -> Decorator[Any]:
+def pose_option(help: str, section: str = "") -> Decorator[Any]:
     """Return the option that names a pose of the description."""
     return option("--pose", default="", metavar="POSE", help=help, section=section, shell_complete=complete.of("pose"))
+
+
+def position_options(sweep: bool = False) -> Decorator[Any]:
+    """Return the options that set the positions of joints; ``sweep`` adds one that takes several in turn."""
+    overridden = "--pose and --pulse" if sweep else "--pose"
+    options = [
+        pose_option("named pose of the description", POSITIONS),
+        _positions("--pulse", "pulses", "JOINT=PULSE", "pulse sent to the servo; overrides --pose"),
+        _positions(
+            "--joint", "joints", "JOINT=VALUE", f"position, such as 30deg, 5cm or 1,2,30deg; overrides {overridden}"
+        ),
+    ]
+    if sweep:
+        help = "use COUNT positions in turn; repeatable: all combinations"
+        options.append(_positions("--sweep", "sweeps", "JOINT=FROM:TO:COUNT", help))
+    return combined(*options)
+
+
+def _positions(name: str, dest: str, metavar: str, help: str) -> Decorator[Any]:
+    return option(
+        name,
+        dest,
+        multiple=True,
+        metavar=metavar,
+        help=help,
+        section=POSITIONS,
+        shell_complete=complete.of("joint="),
+    )

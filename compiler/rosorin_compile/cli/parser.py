@@ -139,11 +139,11 @@ class Parser:
 
     def add_robot(self) -> None:
         """Add the robot of a command that is about one."""
-        self.add(shared.robot)
+        self.add(shared.robot_argument)
 
     def add_robots(self, words: str = "[ROBOT ...]", help: str = _ROBOTS) -> None:
         """Add robots, and what every robot takes."""
-        self.add(shared.robots(words, help))
+        self.add(shared.robots_argument(words, help))
 
     def add_given(self) -> None:
         """Add what every robot takes."""
@@ -157,16 +157,16 @@ class Parser:
 
     def add_output(self) -> None:
         """Add the folder of the artifacts."""
-        self.add(shared.output_folder)
+        self.add(shared.output_folder_option)
 
     def add_messages(self, summary: bool = False) -> None:
         """Every command has these options."""
         if summary:
-            self.add(shared.summary)
+            self.add(shared.summary_option)
 
     def add_notes(self) -> None:
         """Add the option that lists notes."""
-        self.add(shared.notes)
+        self.add(shared.notes_option)
 
     def add_result(self) -> None:
         """Every command has these options."""
@@ -179,26 +179,26 @@ class Parser:
 
     def add_hook(self, more: str = "") -> None:
         """Add the option for pre-commit."""
-        self.add(shared.hook(more))
+        self.add(shared.hook_option(more))
 
     def add_page(self, what: str) -> None:
         """Add the options of a page."""
-        self.add(shared.page(what))
+        self.add(shared.page_options(what))
 
     def add_depfile(self, target: str) -> None:
         """Add the options for depfiles."""
-        self.add(shared.depfile(target))
+        self.add(shared.depfile_options(target))
 
     def add_modes(self, unnamed: str, to: _Group | None = None) -> None:
         """Add the option that switches modes."""
-        self.add(shared.modes(unnamed, to.section if to else ""))
+        self.add(shared.mode_option(unnamed, to.section if to else ""))
 
 
 def _offers(text: Any) -> Any:
     """Return the completion of a metavar."""
     words = [text] if isinstance(text, str) else text or ()
     kinds = [_KINDS[key] for word in words for key in re.findall("[A-Z]+", word) if key in _KINDS]
-    return complete.of(*kinds, mark="=" if "=" in str(text) else "") if kinds else None
+    return complete.of(*(f"{kind}=" if "=" in str(text) else kind for kind in kinds)) if kinds else None
 
 
 _KINDS = {"ROBOT": "robot", "FRAME": "frame", "THING": "thing", "POSE": "pose", "JOINT": "joint", "SERVO": "joint"}
@@ -250,7 +250,7 @@ def made(entry: Entry, module: ModuleType, is_check: bool = False) -> click.Comm
             way.params.insert(0, _What(way.name or ""))
         return Ways(entry.name, ways, help=entry.help)
     if entry.name == "all":
-        parser.add(shared.fail_on)
+        parser.add(shared.fail_on_option)
     extra: dict[str, Any] = {"more": parser.description.strip()} if parser.description else {}
     if entry.name == "check":
         from .registry import checks

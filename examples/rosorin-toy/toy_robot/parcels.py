@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rosorin_compile.cli.answer import give_result
 from rosorin_compile.cli.command import Options, check, command, option
-from rosorin_compile.cli.options import check_options, robot, robot_options
+from rosorin_compile.cli.options import check_options, robot_argument, robot_options
 from rosorin_compile.cli.run import Run, for_each
 from rosorin_compile.cli.usage import FINE, PROBLEMS
 from rosorin_compile.source.project import Description
@@ -13,7 +13,7 @@ from .toy import ball
 
 
 @command("balls", group="inspect", help="list the balls of a robot", exits="0 listed, 1 the robot has errors")
-@robot
+@robot_argument
 @robot_options
 def balls(options: Options) -> int:
     """Print the balls of a robot; return the exit code."""

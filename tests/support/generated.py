@@ -17,6 +17,7 @@ from support.paths import DOCS, SCHEMAS
 GENERATED = {
     DOCS / "rules.md": "rules_reference",
     DOCS / "parts-library.md": "library_reference",
+    DOCS / "python.md": "python_reference",
     SCHEMAS / "authoring.schema.json": "authoring",
 }
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 import pytest
 
-from rosorin_compile.cli import registry
 from rosorin_compile.cli.main import main, program
 from rosorin_compile.cli.registry import checks
 from support.commands import Shown, parse, write_files
@@ -122,15 +121,6 @@ def test_a_robot_is_told_from_a_parameter_file(words: str, robot: list[str], fil
     options = parse(["check", "parameters", *words.split()])
     _take_words(options)
     assert (options.words, options.parameters) == (robot, files)
-
-
-def test_the_pages_of_changes_are_drawn_by_a_package() -> None:
-    from rosorin_compile.cli.pictures import PICTURES
-    from rosorin_compile.viewer.changed import Pictures
-
-    assert registry.service(PICTURES) is Pictures
-    with pytest.raises(LookupError):
-        registry.service("nothing")
 
 
 def test_parameters_of_the_only_robot_here(home: Path, capsys: Shown) -> None:

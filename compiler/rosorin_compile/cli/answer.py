@@ -112,9 +112,12 @@ def envelope(answer: Answer) -> dict[str, object]:
 
 
 def plain(value: object) -> object:
-    """Return a value as plain JSON data; a dataclass becomes an object without its ``diagnostics``."""
+    """Return a value as plain JSON data; a dataclass becomes an object of the fields in its ``repr``.
+
+    Diagnostics are left out: the envelope has them.
+    """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.repr}
         return {name: plain(inner) for name, inner in fields.items() if name != "diagnostics"}
     if isinstance(value, Mapping):
         return {str(key): plain(inner) for key, inner in value.items()}

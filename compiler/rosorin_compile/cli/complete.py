@@ -186,9 +186,9 @@ def _rules() -> dict[str, str]:
 
 
 def _schemas() -> dict[str, str]:
-    from .schema import names
+    from rosorin_compile.formats.schemas import schema_names
 
-    return dict(names())
+    return dict(schema_names())
 
 
 _PLAIN: dict[str, Callable[[], dict[str, str]]] = {

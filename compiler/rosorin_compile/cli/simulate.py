@@ -141,7 +141,7 @@ def _world(mujoco: object, case: Case, description: Description, given: Given, b
     robot = case.robot
     formats = [one.name for one in FORMATS.values() if one.proving.refusal is not None and one.write is not None]
     output = next((one for one in robot.outputs if one.backend in formats), None)
-    meshes = given.search_meshes(description, case.tree, robot.outputs)
+    meshes = given.request(description).search_meshes(case.tree, robot.outputs)
     if has_errors(meshes.diagnostics):
         raise Refused("a mesh cannot be used", meshes.diagnostics)
     robot = meshes.told_to(robot)

@@ -102,7 +102,9 @@ def run(options: argparse.Namespace) -> int:
             console.warn(f"{options.over}: {counted(len(wrong), 'error')}, nothing written")
         else:
             placed = replace(description, outputs=Path(options.output))
-            code = _Sweep(options, console, Job(placed, shared, run.given, state_digest()), variants).run()
+            code = _Sweep(
+                options, console, Job(placed, shared, run.given.request(description), state_digest()), variants
+            ).run()
     except (LoadError, OutputError) as problem:
         console.show([problem.diagnostic])
     console.end(code != FINE)

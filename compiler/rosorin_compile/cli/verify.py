@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.rules.conditions import check_modes
 from rosorin_compile.source.diagnostics import Console, Heading, Progress, Rule, pip_install
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.world import world
@@ -17,8 +18,7 @@ from rosorin_compile.source.world import world
 from .answer import give_result
 from .given import Given
 from .robots import is_foreign
-from .run import Run
-from .understanding import mode_states
+from .run import Run, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -115,8 +115,8 @@ def run(options: argparse.Namespace) -> int:
 def _compiled(given: Given, description: Description, console: Console) -> Compiled:
     """Return a description, or a robot in another format, with its artifacts."""
     if not is_foreign(description.path):
-        return given.compile(description, console)
-    return given.compile_foreign(description, console)
+        return given.request(description, console).compile(meshes=False)
+    return given.request(description, console).compile_published()
 
 
 def _asked(run: Run) -> tuple[str, Description]:
@@ -176,7 +176,7 @@ def _options(options: argparse.Namespace, robot: Robot) -> Options:
     from rosorin_compile.recordings.expected import Options
     from rosorin_compile.source.diagnostics import did_you_mean
 
-    modes = mode_states(robot, options.modes)
+    modes = check_modes(robot, mode_states(options.modes))
     owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
     for name in options.without:
         if name not in owners:
@@ -221,7 +221,7 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
     # What takes arguments may run code: once is enough.
     if _takes_arguments(description.path) or not any(finding.of[0] in edges for finding in verdict.findings):
         return verdict.findings
-    expanded, lowered, *_ = given.understand(description, console)
+    expanded, lowered, *_ = given.request(description, console).understand()
     if expanded.tree is None or lowered is None:
         return verdict.findings
     found = []

@@ -37,6 +37,7 @@ __all__ = [
     "Heading",
     "Progress",
     "Related",
+    "RequestError",
     "Rule",
     "Source",
     "Span",
@@ -54,6 +55,16 @@ __all__ = [
     "printable",
     "quoted",
 ]
+
+
+class RequestError(ValueError):
+    """An argument of the API, or an option of a command, is invalid; the message has the reason."""
+
+
+class UnknownName(RequestError, KeyError):
+    """An argument names something that the robot does not have; the message has a suggestion."""
+
+    __str__ = Exception.__str__
 
 
 ERROR = "error"

@@ -9,15 +9,15 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.output import OutputError
 from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
 from rosorin_compile.output.placing import Holding
+from rosorin_compile.output.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
 from rosorin_compile.source.project import Description, tool_folders
 from rosorin_compile.source.tree import Map
@@ -34,7 +34,7 @@ class Job:
 
     description: Description  # with the output folder of the sweep
     shared: dict[str, Any]
-    given: Given
+    given: Request
     state: str = ""
     current: Path = field(default_factory=world.here)
     version: str = __version__
@@ -70,7 +70,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
     with _entered(job):
         start = world.now()
         placed = replace(job.description, outputs=job.description.outputs / variant.name)
-        compiled = _compiled(job, variant, partial(job.given.search_meshes, placed)).proven()
+        compiled = _compiled(job, variant, replace(job.given, description=placed).search_meshes).proven()
         found, files = compiled.diagnostics, dict[str, bytes]()
         try:
             files = {} if has_errors(found) else compiled.files()

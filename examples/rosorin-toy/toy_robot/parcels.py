@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from rosorin_compile.cli.answer import give_result
-from rosorin_compile.cli.command import Options, check, command, option
-from rosorin_compile.cli.options import check_options, robot_argument, robot_options
-from rosorin_compile.cli.run import Run, for_each
-from rosorin_compile.cli.usage import FINE, PROBLEMS
-from rosorin_compile.source.project import Description
+from rosorin_compile.extend import (
+    FINE,
+    PROBLEMS,
+    Description,
+    Options,
+    Run,
+    check,
+    check_options,
+    command,
+    for_each,
+    give_result,
+    option,
+    robot_argument,
+    robot_options,
+)
 
 from .toy import ball
 

@@ -12,14 +12,13 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import simulate as command
-from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.understanding import RobotCase, understood
 from rosorin_compile.mujoco.simulate.judging import LIMITS, Judge
 from rosorin_compile.mujoco.simulate.trials import all_trials
 from rosorin_compile.mujoco.simulate.world import FIXED, FREE, quiet
+from rosorin_compile.output.request import Request
+from rosorin_compile.rules.case import Case
 from rosorin_compile.source import world
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import Diagnostic, arrange
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.project import Description
@@ -34,9 +33,9 @@ pytestmark = pytest.mark.slow  # MuJoCo, and seconds of simulation
 CASES = sorted((DATA / "simulation").glob("*.yaml"))
 
 
-def known(path: Path) -> tuple[RobotCase, Description]:
+def known(path: Path) -> tuple[Case, Description]:
     description = Description("bad", path, Path("outputs"))
-    found = understood(Given({}, ()), description, Console("json"))
+    found = Request(description).understand().case
     assert found is not None
     return found, description
 
@@ -46,10 +45,10 @@ def simulated(path: Path) -> list[Diagnostic]:
     found, description = known(path)
     with quiet() as mujoco:
         base = FREE if found.robot.drive else FIXED
-        world = command._world(mujoco, found.case, description, Given({}, ()), base)
+        world = command._world(mujoco, found, description, Request(description), base)
         trials = all_trials(world, 2.0, lambda _done, _total: None)
         limits = {name: one.value for name, one in LIMITS.items()}
-        return arrange(found.case.settled(Judge(found.case, world, limits).all(trials), "simulation"))
+        return arrange(found.settled(Judge(found, world, limits).all(trials), "simulation"))
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)

@@ -1,10 +1,9 @@
-"""Foreign robots in place of a description, for commands that only ask about one or print what it becomes."""
+"""Robots in other formats, compiled as the description that ``import`` would write."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.imported import Imported, ReadOptions
@@ -13,26 +12,17 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expand import Expanded
 from rosorin_compile.language.lower import lower
 from rosorin_compile.output.pipeline import Compiled, Search, Understood, emitted, judged
-from rosorin_compile.source.diagnostics import Diagnostic, Span, arrange, has_errors
+from rosorin_compile.source.diagnostics import Span, arrange, has_errors
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.world import text as text_of
 
-Tell = Callable[[Diagnostic], None]
+if TYPE_CHECKING:
+    from .request import Request
 
 
-def understand_foreign(
-    path: Path,
-    arguments: Mapping[str, str],
-    packages: Mapping[str, Path],
-    tell: Tell | None = None,
-    trust: bool = False,
-) -> Understood:
-    """Return what a foreign robot says, as ``pipeline.understand`` does of a description.
-
-    ``arguments`` are those of a xacro file, ``packages`` folders of ROS packages by name. It is read leniently, with
-    ``trust`` in what it runs or without; joints are published as in any description.
-    """
-    imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
+def understand_foreign(request: Request) -> Understood:
+    """Read a robot in another format leniently. Raises LoadError for a file of arguments that is invalid."""
+    imported = read(request.description.path, _options(request))
     tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [FORMATS.published().name])
     expanded = Expanded(tree, imported.diagnostics, imported.files)
     if tree is None or has_errors(imported.diagnostics):
@@ -41,15 +31,10 @@ def understand_foreign(
     return Understood(expanded, lowered, arrange([*imported.diagnostics, *lowered.diagnostics]))
 
 
-def compile_foreign(
-    path: Path,
-    arguments: Mapping[str, str],
-    packages: Mapping[str, Path],
-    tell: Tell | None = None,
-    trust: bool = False,
-) -> Compiled:
-    """Return a foreign robot and its URDF, as ``pipeline.compile_robot`` does of a description."""
-    expanded, lowered, diagnostics, _ = understand_foreign(path, arguments, packages, tell, trust)
+def compile_foreign(request: Request) -> Compiled:
+    """Compile a robot in another format to its URDF only. Raises LoadError."""
+    path = request.description.path
+    expanded, lowered, diagnostics, _ = understand_foreign(request)
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     format, (output,) = FORMATS.published(), lowered.robot.outputs
@@ -60,34 +45,27 @@ def compile_foreign(
     return Compiled(lowered.robot, (artifact,), arrange([*diagnostics, *remarks]), expanded.files)
 
 
-def emit_foreign(
-    path: Path,
-    arguments: Mapping[str, str],
-    packages: Mapping[str, Path],
-    tell: Tell | None,
-    trust: bool,
-    search: Search | None,
-    wanted: Sequence[str],
-    lenient: bool = False,
-) -> Compiled:
-    """Return artifacts of a foreign robot, as ``pipeline.compile_robot`` does of the description that is made of it.
+def emit_foreign(request: Request, search: Search | None, wanted: Sequence[str], lenient: bool = False) -> Compiled:
+    """Compile a robot in another format to the outputs that its description would list. Raises LoadError.
 
-    It lists the outputs that such a description lists. What would be left out of the artifacts is an error, unless
-    ``lenient``.
+    Anything that the artifacts cannot contain is an error, unless ``lenient``.
     """
-    imported = read(path, ReadOptions(arguments, packages, lenient=lenient, tell=tell, trust=trust))
+    path = request.description.path
+    imported = read(path, _options(request, lenient))
     names = [format.name for format in FORMATS.values() if not format.reading.optional]
     tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [*names, *wanted])
     return emitted(judged(Expanded(tree, imported.diagnostics, imported.files), wanted), path, search, wanted)
 
 
-def listed_foreign(
-    path: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], tell: Tell | None, trust: bool
-) -> Understood:
-    """Return what a foreign robot says, with the outputs that its description would list."""
-    imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
+def listed_foreign(request: Request) -> Understood:
+    """Read a robot in another format, with the outputs that its description would list. Raises LoadError."""
+    imported = read(request.description.path, _options(request))
     tree = None if imported.tree is None else _with_outputs(imported, imported.tree)
     return judged(Expanded(tree, imported.diagnostics, imported.files))
+
+
+def _options(request: Request, lenient: bool = True) -> ReadOptions:
+    return ReadOptions(request.texts(), request.packages, lenient, tell=request.tell, trust=request.trust)
 
 
 def _with_outputs(imported: Imported, tree: Map, names: Collection[str] | None = None) -> Map:

@@ -41,7 +41,7 @@ def _checks() -> dict[str, list[tuple[str, str]]]:
 
 
 @command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
-@check_options("[CHECK] [ROBOT ...]", offers=("check", "robot", "argument"))
+@check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
 @hook_option()
 @notes_option
 @option(

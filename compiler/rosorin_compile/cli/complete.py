@@ -19,10 +19,10 @@ from click.shell_completion import CompletionItem
 from .registry import names
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.arguments import Argument
     from rosorin_compile.model import Robot
+    from rosorin_compile.source.project import Description
 
-SECONDS = 1.5  # how long a person waits for a description to be read
+SECONDS = 3.0  # how long a person waits for a description to be read
 _MAX_ROBOTS = 8
 _XACRO_ARGUMENT = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
 
@@ -33,7 +33,7 @@ Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]
 def of(*kinds: str) -> Complete:
     """Return a completion with the names of these kinds; "joint=" offers joints, each with an equals sign."""
 
-    def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    def offered(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found: dict[str, str] = {}
         for kind in kinds:
             suffix = "=" if kind.endswith("=") else ":=" if kind == "argument" else ""
@@ -45,7 +45,7 @@ def of(*kinds: str) -> Complete:
             for name, help in found.items()
             if name.startswith(incomplete) and name.isprintable()
         ]
-        return items or (files(ctx, _, incomplete) if {"robot", "file"} & set(kinds) else [])
+        return items or (files(ctx, param, incomplete) if {"robot", "file"} & set(kinds) else [])
 
     return offered
 
@@ -55,87 +55,82 @@ def files(_: click.Context, __: click.Parameter, incomplete: str) -> list[Comple
     return [CompletionItem(incomplete, type="file")]
 
 
-def commands(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Return the names of commands."""
-    return [CompletionItem(name) for name in names("commands") if name.startswith(incomplete)]
-
-
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     """Return the names of one kind, each with a short help."""
-    if kind in _PLAIN:
-        return _PLAIN[kind]()
-    paths = _paths(ctx)
+    if kind not in ("argument", *_OF_ROBOT):
+        return _fixed_names(kind)
+    robots = _descriptions(ctx)
     found: dict[str, str] = {}
-    for path in paths:
-        if kind == "argument":
-            of_robot = {one.name: one.help for one in _arguments(path)}
-        else:
-            robot = _robot(path, ctx)
-            of_robot = {} if robot is None else _OF_ROBOT[kind](robot)
-        for name, help in of_robot.items():
-            found.setdefault(name, help if len(paths) == 1 else f"{path.parent.name} {help}")
+    for one in robots:
+        for name, help in (_arguments(one.path) if kind == "argument" else _OF_ROBOT[kind](_robot(one, ctx))).items():
+            found.setdefault(name, help if len(robots) == 1 else f"{one.name} {help}")
     return found
 
 
-def _paths(ctx: click.Context) -> list[Path]:
-    """Return the files of the robots that the line names, else of the robots here."""
+def _fixed_names(kind: str) -> dict[str, str]:
+    """Return the names of a kind that does not depend on a robot."""
+    from rosorin_compile.formats import FORMATS
+    from rosorin_compile.formats.schemas import schema_names
+    from rosorin_compile.source.project import all_here
+    from rosorin_compile.source.rule_registry import every_rule
+
+    if kind == "robot":
+        return {path.parent.name: "robot of this project" for path in all_here()}
+    if kind == "format":
+        return {one.name: one.about for one in FORMATS.values() if one.write is not None}
+    if kind == "rule":
+        return dict.fromkeys(sorted(every_rule()), "")
+    return schema_names() if kind == "schema" else names(kind) if kind in ("commands", "checks") else {}
+
+
+def _descriptions(ctx: click.Context) -> list[Description]:
+    """Return the robots that the line names, else the robots here."""
     from rosorin_compile.source.project import Description, here
 
     found = []
     for word in ctx.params.get("words") or ():
         with suppress(Exception):
-            found.append(Description.find([word])[0].path)
-    return (found or [one.path for one in here()])[:_MAX_ROBOTS]
+            found.append(Description.find([word])[0])
+    return (found or here())[:_MAX_ROBOTS]
 
 
-def _arguments(path: Path) -> list[Argument]:
-    from rosorin_compile.language.arguments import Argument, declared
-    from rosorin_compile.source.diagnostics import Source, Span
-
-    from .robots import is_foreign
+def _arguments(path: Path) -> dict[str, str]:
+    from rosorin_compile.language.arguments import declared
+    from rosorin_compile.output.request import is_foreign
 
     if is_foreign(path):
-        span = Span(Source(str(path), ""), 1, 1, 1)
-        names = _XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace"))
-        return [Argument(name, "any", (), False, "", "argument of the xacro", span) for name in names]
+        return dict.fromkeys(_XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace")), "argument of the xacro")
     with _time_limit():
-        return declared(path, {})[0]
+        return {one.name: one.help for one in declared(path, {})[0]}
 
 
-def _robot(path: Path, ctx: click.Context) -> Robot | None:
-    """Return a robot that is read without running anything, or None."""
-    from rosorin_compile.formats import FORMATS
-    from rosorin_compile.output.pipeline import understand
-
-    from .foreign import understand_foreign
-    from .robots import is_foreign
+def _robot(description: Description, ctx: click.Context) -> Robot:
+    """Return a robot that is read without running anything. Raises ValueError for another one."""
+    from rosorin_compile.output.request import Request
 
     arguments = dict(text.split("=", 1) for text in ctx.params.get("arg") or () if "=" in text)
     with _time_limit():
-        if not is_foreign(path):
-            found = understand(path, arguments, _refuse_xacro, {})
-        elif any(one.reading.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values()):
-            return None
-        else:
-            found = understand_foreign(path, {}, {}, _refuse_xacro)
-        return found.lowered.robot if found.lowered is not None else None
+        case = Request(description, arguments, warn=_refuse_xacro).understand().case
+    if case is None:
+        raise ValueError("the description has errors")
+    return case.robot
 
 
 def _refuse_xacro(_: object) -> None:
     """Stop before a xacro file runs."""
-    raise ValueError("a xacro file could run code")
+    raise ValueError("a xacro file can run code")
 
 
 @contextmanager
 def _time_limit() -> Iterator[None]:
     """Raise TimeoutError in the block after a while; there is no limit without signals, as on Windows."""
+    if not hasattr(signal, "SIGALRM"):
+        yield
+        return
 
     def stop(_number: int, _frame: FrameType | None) -> None:
         raise TimeoutError
 
-    if not hasattr(signal, "SIGALRM"):
-        yield
-        return
     before = signal.signal(signal.SIGALRM, stop)
     signal.setitimer(signal.ITIMER_REAL, SECONDS)
     try:
@@ -159,43 +154,8 @@ def _joints(robot: Robot) -> dict[str, str]:
 _OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {
     "frame": _frames,
     "joint": _joints,
-    "link": lambda robot: {link.name: "" for link in robot.links},
     "thing": lambda robot: {**_frames(robot), **_joints(robot), **{one.name: one.type for one in robot.sensors}},
     "pose": lambda robot: {pose.name: "" for pose in robot.poses},
     "mode": lambda robot: {f"{mode}{state}": "" for mode in robot.modes for state in ("", "=off")},
     "output": lambda robot: {output.name: output.file for output in robot.outputs},
-}
-
-
-def _robots() -> dict[str, str]:
-    from rosorin_compile.source.project import all_here
-
-    return {path.parent.name: "robot of this project" for path in all_here()}
-
-
-def _formats() -> dict[str, str]:
-    from rosorin_compile.formats import FORMATS
-
-    return {one.name: one.about for one in FORMATS.values() if one.write is not None}
-
-
-def _rules() -> dict[str, str]:
-    from .rule import every
-
-    return dict.fromkeys(sorted(every()), "")
-
-
-def _schemas() -> dict[str, str]:
-    from rosorin_compile.formats.schemas import schema_names
-
-    return dict(schema_names())
-
-
-_PLAIN: dict[str, Callable[[], dict[str, str]]] = {
-    "robot": _robots,
-    "check": lambda: names("checks"),
-    "format": _formats,
-    "rule": _rules,
-    "schema": _schemas,
-    "file": dict,
 }

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import click
 
+from . import complete
 from .answer import give_result
 from .command import Options, argument, command
-from .complete import commands
 from .usage import FINE
 
 
 @command("help", exits="0 shown")
-@argument("names", nargs=-1, metavar="[COMMAND ...]", shell_complete=commands, help="a command; default: all commands")
+@argument(
+    "names",
+    nargs=-1,
+    metavar="[COMMAND ...]",
+    shell_complete=complete.of("commands"),
+    help="a command; default: all commands",
+)
 def run(options: Options) -> int:
     """Print the help of a command, or the list of commands."""
     from .main import PROGRAM, program

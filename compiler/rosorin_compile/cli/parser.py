@@ -202,7 +202,14 @@ def _offers(text: Any) -> Any:
 
 
 _KINDS = {"ROBOT": "robot", "FRAME": "frame", "THING": "thing", "POSE": "pose", "JOINT": "joint", "SERVO": "joint"}
-_KINDS |= {"ARTIFACT": "output", "ID": "rule", "SCHEMA": "schema", "CHECK": "check", "SOURCE": "file", "FILE": "file"}
+_KINDS |= {
+    "ARTIFACT": "output",
+    "ID": "rule",
+    "SCHEMA": "schema",
+    "CHECK": "checks",
+    "SOURCE": "argument",
+    "FILE": "file",
+}
 
 
 class _Group:
@@ -240,7 +247,7 @@ def made(entry: Entry, module: ModuleType, is_check: bool = False) -> click.Comm
             if isinstance(one, click.Argument) and one.name == "words" and words:
                 one.metavar = words.partition(" -")[0]
                 if "[CHECK]" in words:
-                    one._custom_shell_complete = complete.of("check", "robot", "argument")
+                    one._custom_shell_complete = complete.of("checks", "robot", "argument")
         own += parameters(shared.output_options(lambda: None))
         return kind(parser.name, run, own, help=help, **settings, **more)
 

@@ -8,6 +8,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.output.request import Request
+from rosorin_compile.source.project import no_file
 from rosorin_compile.source.world import FILE, FOLDER, kind, stands
 
 from .usage import WrongUsage
@@ -74,6 +76,11 @@ class Given(NamedTuple):
 
         return read(self.files, self.texts)
 
+    def request(self, description: Description, console: Console | None = None) -> Request:
+        """Return the request for a robot; warnings before code is executed are printed on the console."""
+        warn = None if console is None else console.ahead
+        return Request(description, self.texts, self.files, self.packages, self.trust, warn)
+
     def compile(
         self, description: Description, console: Console, meshes: bool = False, wanted: Sequence[str] = ()
     ) -> Compiled:
@@ -135,7 +142,7 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     files = tuple(map(Path, options.args_files))
     for file in files:
         if kind(file) != FILE:
-            raise WrongUsage.no_file(file, "arguments")
+            raise WrongUsage(no_file(file, "arguments"))
     given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
     return given, [word for word in words if MARK not in word]
 

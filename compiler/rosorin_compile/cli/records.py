@@ -297,12 +297,9 @@ CHECKS = (
     ),
 )
 SERVICES = {
-    "planning of MoveIt": "rosorin_compile.ros.package.bringup:planning_of",
     "package around a folder": "rosorin_compile.ros.package.finding:package_of",
     "files below a folder": "rosorin_compile.ros.package.finding:files_below",
     "files that are not installed": "rosorin_compile.ros.package.installing:missing",
     "is a launch file": "rosorin_compile.ros.package.launch_files:is_launch_file",
     "pictures of changes": "rosorin_compile.viewer.changed:Pictures",
-    "links inside each other": "rosorin_compile.mujoco.physics.touching:Touching",
-    "many variants": "rosorin_compile.variants.library:sweep",
 }

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from rosorin_compile.model.kinematics.quaternions import Position
     from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.output.request import Request
     from rosorin_compile.rules.case import Case
 
 _NOT_ASKED = ("words", "run", "known", "called", "answer")  # of the options
@@ -71,6 +72,10 @@ class Run:
         if len(run.words) > 1:
             raise WrongUsage(f"{several}: {how}")
         return run, one(run.words[0] if run.words else "", how)
+
+    def request(self, description: Description) -> Request:
+        """Return the request for a robot; warnings before code is executed are printed."""
+        return self.given.request(description, self.console)
 
     def robots(self, names: list[str]) -> list[Description]:
         """Return the robots of these names; without one that of this folder, else all here. Raises WrongUsage."""

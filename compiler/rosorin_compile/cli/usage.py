@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.console import Console
-from rosorin_compile.source.project import no_file, tool_folders
+from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile.source.project import tool_folders
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.system import missed
 from rosorin_compile.source.world import tool_is
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 RULES = (
     Rule(
@@ -38,13 +34,7 @@ RULES = (
 FINE, PROBLEMS, USAGE = 0, 1, 2
 
 
-class WrongUsage(Exception):
-    """The command line cannot be followed; the message says why."""
-
-    @classmethod
-    def no_file(cls, path: Path, of: str = "") -> WrongUsage:
-        """Return that a path is no file that can be read, such as one ``of`` arguments, and why."""
-        return cls(no_file(path, of))
+WrongUsage = RequestError
 
 
 def tell_which_tool() -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Joint
+from rosorin_compile.mujoco.physics.touching import Touching
 from rosorin_compile.output.watch import Inputs
 from rosorin_compile.source.diagnostics import Console, Diagnostic, Progress, pip_install
 from rosorin_compile.source.project import Description
@@ -24,7 +25,6 @@ from rosorin_compile.viewer.showing import Looked, Shown, look, on_disk, served
 
 from .answer import give_result
 from .given import Given
-from .registry import service
 from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -207,12 +207,12 @@ class _Touching:
     def __init__(self, shown: Shown, lock: threading.Lock) -> None:
         self.shown = shown
         self.lock = lock
-        self.engine: Any = None
+        self.engine: Touching | None = None
 
     def __call__(self, state: Mapping[str, Any]) -> list[list[str]]:
         """Return pairs of links at positions by joint (rad or m), neighbours left aside. Raises Unknown."""
         if self.engine is None:
-            self.engine = service("links inside each other")(self.shown.case, self.shown.meshes)
+            self.engine = Touching(self.shown.case, self.shown.meshes)
         missing = self.engine.lacking()
         if missing:
             raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")

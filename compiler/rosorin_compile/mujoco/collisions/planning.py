@@ -1,4 +1,7 @@
-"""What MoveIt plans with, as the package that brings its formats answers: one URDF, and the matrix that is there."""
+"""The robot as MoveIt plans with it: one URDF, and the matrix that its description includes.
+
+``ros.srdf.planning`` implements it; the API passes it to ``compute_matrix``.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,6 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from rosorin_compile.cli.registry import service
 from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
 
 Pair = tuple[str, str]
@@ -60,12 +62,6 @@ class Planning(Protocol):
 
     def between(self, base: str, tip: str) -> list[Joint]:
         """Return the joints of the URDF between two links."""
-
-
-def planning_of(robot: Robot) -> Planning | None:
-    """Return what MoveIt plans with; None of a robot without a URDF."""
-    found: Planning | None = service("planning of MoveIt")(robot)
-    return found
 
 
 def ordered(pair: Pair) -> Pair:

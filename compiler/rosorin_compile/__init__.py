@@ -11,9 +11,8 @@ from rosorin_compile.source.version import __version__
 TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C would end in a traceback
 
 if TYPE_CHECKING:
+    from rosorin_compile.api import Checked, Explained, Written, check, explain, schema, write
     from rosorin_compile.cli.record import Check, Command
-    from rosorin_compile.cli.sides import diff
-    from rosorin_compile.cli.verbs import Checked, Explained, Written, check, explain, schema, write
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.formats.facts import frame_facts
     from rosorin_compile.formats.format import Artifact, Fact, Facts, Format, Opened, Value
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from rosorin_compile.language.expression.functions import function
     from rosorin_compile.model import Robot
     from rosorin_compile.model.sections import Section
+    from rosorin_compile.output.diff_inputs import diff
     from rosorin_compile.output.pipeline import Compiled, Reading, Variant, compile, read  # noqa: A004 - re.compile is called so, too
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
@@ -31,12 +31,12 @@ _HOMES = {
     "Artifact": "formats.format",
     "Case": "rules.case",
     "Check": "cli.record",
-    "Checked": "cli.verbs",
+    "Checked": "api",
     "Command": "cli.record",
     "Compiled": "output.pipeline",
     "Diagnostic": "source.diagnostics",
     "Difference": "compare.difference",
-    "Explained": "cli.verbs",
+    "Explained": "api",
     "Fact": "formats.format",
     "Facts": "formats.format",
     "Format": "formats.format",
@@ -48,18 +48,18 @@ _HOMES = {
     "Templates": "formats.templating",
     "Value": "formats.format",
     "Variant": "output.pipeline",
-    "Written": "cli.verbs",
-    "check": "cli.verbs",
+    "Written": "api",
+    "check": "api",
     "compile": "output.pipeline",
-    "diff": "cli.sides",
-    "explain": "cli.verbs",
+    "diff": "output.diff_inputs",
+    "explain": "api",
     "frame_facts": "formats.facts",
     "function": "language.expression.functions",
     "read": "output.pipeline",
     "rule": "source.rule_registry",
-    "schema": "cli.verbs",
-    "sweep": "cli.verbs",
-    "write": "cli.verbs",
+    "schema": "api",
+    "sweep": "api",
+    "write": "api",
 }
 
 __all__ = [

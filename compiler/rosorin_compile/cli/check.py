@@ -24,7 +24,7 @@ from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.wording import counted
 from rosorin_compile.source.world import FOLDER, kind, spoil
 
-from .compiling import count, read_by, search_meshes, tell_build, warn_before
+from .compiling import count, read_by, tell_build
 from .pictures import pictures
 from .registry import checks
 from .robots import check_depfile
@@ -32,7 +32,6 @@ from .run import Run, console_of, for_each, once
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.expand.included_robots import Tell
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.markdown import Block
 
@@ -183,7 +182,6 @@ MAX_COMBINATIONS = 256
 def check_every(run: Run, description: Description) -> int:
     """Compile one robot in memory with every combination; each problem is said once, with the arguments it comes by."""
     from rosorin_compile.language.arguments import declared
-    from rosorin_compile.output.pipeline import compile_robot
     from rosorin_compile.source.diagnostics import arrange, has_errors
     from rosorin_compile.source.load import LoadError
 
@@ -199,16 +197,15 @@ def check_every(run: Run, description: Description) -> int:
     varied = Argument.choices(arguments, given)
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
-    tell: Tell = warn_before(run.given, run.console)
-    search = partial(search_meshes, run.given, description)
+    request = run.given.request(description, run.console)
     for number, combination in enumerate(tried, 1):
         Progress.about(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
-        compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages, search)
-        for diagnostic in compiled.proven().diagnostics:
+        compiled = replace(request, arguments={**given, **texts}, argument_files=()).compile()
+        for diagnostic in compiled.diagnostics:
             if diagnostic.severity != "note":
                 found.setdefault(diagnostic, []).append(combination)
-        tell = _already_told
+        request = replace(request, warn=_ignore)  # the first combination has printed the warnings
     said = [replace(d, message=d.message + _with(varied, tried, where)) for d, where in found.items()]
     run.console.show(arrange(said))
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == "error" for one in where}
@@ -216,8 +213,8 @@ def check_every(run: Run, description: Description) -> int:
     return PROBLEMS if failed else FINE
 
 
-def _already_told(_diagnostic: Diagnostic) -> None:
-    """Take what has to be said before anything is run: the first combination said it."""
+def _ignore(_diagnostic: Diagnostic) -> None:
+    """Do nothing."""
 
 
 def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequence[Combination]) -> str:

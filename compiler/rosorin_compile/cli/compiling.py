@@ -3,76 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence, Sized
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.console import Console
-from rosorin_compile.source.diagnostics import TRUSTED
 from rosorin_compile.source.project import Description, stdin_of
 from rosorin_compile.source.wording import counted, listed
-from rosorin_compile.source.world import environment
 
 from .given import Given
 from .usage import FINE, PROBLEMS
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.mesh_files import Searched
-    from rosorin_compile.model import Output
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.source.diagnostics import Diagnostic
-    from rosorin_compile.source.tree import Map
 
     from .run import Run
 
 
-def compile_one(
-    given: Given,
-    description: Description,
-    console: Console,
-    meshes: bool = False,
-    wanted: Sequence[str] = (),
-) -> Compiled:
-    """Return what becomes of one description; a file of arguments that is no good is a problem like others.
-
-    What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
-    for; without that each is taken to be where the artifacts look. ``wanted`` are the only outputs that are made.
-    """
-    from rosorin_compile.output.pipeline import Compiled, compile_robot
-    from rosorin_compile.source.load import LoadError
-
-    try:
-        arguments = given.values()
-    except LoadError as problem:
-        return Compiled(None, (), [problem.diagnostic], ())
-    search = partial(search_meshes, given, description) if meshes else None
-    tell = warn_before(given, console)
-    compiled = compile_robot(description.path, arguments, tell, given.packages, search, wanted)
-    console.tell_read(read_by(given, compiled))
+def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
+    """Compile a description with its meshes and read its artifacts back; print the files that were read."""
+    request = given.request(description, console)
+    compiled = request.compile(wanted)
+    console.tell_read(request.inputs(compiled))
     return compiled
 
 
-def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
-    """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
-    compiled = compile_one(given, description, console, meshes=True, wanted=wanted)
-    return compiled.proven()  # no command writes, copies or compares what has not been
-
-
 def warn_before(given: Given, console: Console) -> Callable[[Diagnostic], None]:
-    """Return what takes a word of warning before something is run: it is counted alone where that is trusted."""
-    if not given.trust:
-        return console.ahead
-    return lambda warning: console.ahead(replace(warning, numbers=TRUSTED))
-
-
-def search_meshes(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
-    """Look for the meshes of a robot, and read those that belong to its artifacts."""
-    from rosorin_compile.formats.mesh_files import Places, search
-    from rosorin_compile.output.mesh_copies import brought
-
-    places = Places(description.path, description.outputs, given.packages, environment())
-    return brought(search(tree, outputs, places), description.outputs)
+    """Return the receiver of warnings before code is executed."""
+    return (lambda _: None) if given.trust else console.ahead
 
 
 def read_by(given: Given, compiled: Compiled) -> list[Path]:

@@ -21,10 +21,10 @@ from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.difference import Difference, Side
+    from rosorin_compile.output.diff_inputs import Read
 
     from .given import Given
     from .parser import Parser
-    from .sides import Read
 
 _SIDES = ("A", "B")
 
@@ -123,9 +123,8 @@ def _tolerance(text: str) -> float:
 
 
 def _read(word: str, arguments: dict[str, Any], packages: Mapping[str, Path], trust: bool) -> Read:
+    from rosorin_compile.output.diff_inputs import read_side
     from rosorin_compile.source.project import NoDescription
-
-    from .sides import read_side
 
     try:
         return read_side(word, arguments, packages, trust)

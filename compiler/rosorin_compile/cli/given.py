@@ -81,44 +81,21 @@ class Given(NamedTuple):
         warn = None if console is None else console.ahead
         return Request(description, self.texts, self.files, self.packages, self.trust, warn)
 
-    def compile(
-        self, description: Description, console: Console, meshes: bool = False, wanted: Sequence[str] = ()
-    ) -> Compiled:
-        """Return what becomes of a description with them; a file of arguments that is no good is a problem like others.
-
-        What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
-        for; ``wanted`` are the only outputs that are made.
-        """
-        from .compiling import compile_one
-
-        return compile_one(self, description, console, meshes, wanted)
+    def compile(self, description: Description, console: Console) -> Compiled:
+        """Compile a description without searching its mesh files."""
+        return self.request(description, console).compile(meshes=False)
 
     def compile_foreign(self, description: Description, console: Console) -> Compiled:
-        """Return a robot in another format, and what publishers read of it, as ``compile`` does of a description."""
-        from rosorin_compile.output.pipeline import Compiled
-        from rosorin_compile.source.load import LoadError
-
-        from .foreign import compile_foreign
-
-        try:
-            return compile_foreign(description.path, texts(self.values()), self.packages, console.ahead, self.trust)
-        except LoadError as problem:
-            return Compiled(None, (), [problem.diagnostic], ())
+        """Compile a robot in another format to what publishers read."""
+        return self.request(description, console).compile_published()
 
     def search_meshes(self, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
-        """Look for the meshes of a robot, and read those that belong to its artifacts."""
-        from .compiling import search_meshes
-
-        return search_meshes(self, description, tree, outputs)
+        """Search the meshes of a robot, and read those that belong to its artifacts."""
+        return self.request(description).search_meshes(tree, outputs)
 
     def understand(self, description: Description, console: Console) -> Understood:
-        """Return what a description, or a robot in another format in its place, says with them. Raises LoadError.
-
-        What has to be said before anything is run is printed on the console.
-        """
-        from .understanding import read
-
-        return read(self, description, console)
+        """Return the robot of a description, or of a file in another format."""
+        return self.request(description, console).understand()
 
     def as_written(self) -> dict[str, str]:
         """Return all arguments by name, as a xacro takes them: as texts. Raises WrongUsage."""
@@ -180,8 +157,3 @@ def packages_of(options: argparse.Namespace) -> dict[str, Path]:
             raise WrongUsage(f'there is no folder "{path}" for the package {name}')
         found[name] = Path(path)
     return found
-
-
-def texts(arguments: Mapping[str, Any]) -> dict[str, str]:
-    """Return arguments as xacro takes them."""
-    return {name: str(value) for name, value in arguments.items()}

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import sys
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,9 +17,9 @@ from rosorin_compile.source.wording import counted, first_of
 from rosorin_compile.source.world import spoil
 
 from .answer import give_result
-from .compiling import compile_proven, read_by, search_meshes, warn_before
-from .given import Given, no_half_mark, texts
-from .robots import is_foreign, is_robot, one
+from .compiling import read_by
+from .given import Given, no_half_mark
+from .robots import is_robot, one
 from .run import Run
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
@@ -124,23 +123,10 @@ def _meant(robot: str) -> str:
 
 def _compiled(given: Given, description: Description, console: Console, output: str, lenient: bool) -> Compiled:
     """Return what becomes of one output of a robot in any format, proven; ``lenient`` is about those in others."""
-    from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.source.load import LoadError
-
-    if not is_foreign(description.path):
-        return compile_proven(given, description, console, (output,))
-    from .foreign import emit_foreign
-
-    try:
-        arguments = texts(given.values())
-    except LoadError as problem:
-        return Compiled(None, (), [problem.diagnostic], ())
-    search = partial(search_meshes, given, description)
-    tell = warn_before(given, console)
-    wanted = (output,)
-    compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, wanted, lenient)
-    console.tell_read(read_by(given, compiled))
-    return compiled.proven()
+    request = given.request(description, console)
+    compiled = request.compile((output,), foreign=True, lenient=lenient)
+    console.tell_read(request.inputs(compiled))
+    return compiled
 
 
 def _put(
@@ -231,20 +217,8 @@ def _list(options: argparse.Namespace, given: Given, words: list[str], console: 
 
 def _understood(given: Given, description: Description, console: Console) -> Understood:
     """Return what a robot in any format says, with the outputs that it lists."""
-    from rosorin_compile.language.expand import Expanded
-    from rosorin_compile.output.pipeline import Understood, understand
-    from rosorin_compile.source.load import LoadError
-
-    try:
-        arguments = given.values()
-    except LoadError as problem:
-        return Understood(Expanded(None, [], ()), None, [problem.diagnostic])
-    tell = warn_before(given, console)
-    if is_foreign(description.path):
-        from .foreign import listed_foreign
-
-        return listed_foreign(description.path, texts(arguments), given.packages, tell, given.trust)
-    return understand(description.path, arguments, tell, given.packages)
+    request = given.request(description, console)
+    return request.understand_outputs()
 
 
 def _listed(understood: Understood) -> tuple[Output, ...] | None:

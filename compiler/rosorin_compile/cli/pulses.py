@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import world
-from rosorin_compile.source.project import Description
+from rosorin_compile.source.project import Description, no_file
 
 from .answer import give_result
 from .robots import one
@@ -74,14 +74,10 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f'the robot "{known.robot.name}" has no servos')
     if options.model is not None:
         return _same_model(known.robot, options, console)
-    from rosorin_compile.language.sections.servos.pulses import NoPulse, NoServo
-
-    from .joint_states import NoState
+    from rosorin_compile.language.sections.servos.pulses import NoPulse
 
     try:
         rows = _rows(known.robot, options, values)
-    except (NoState, NoServo) as problem:
-        raise WrongUsage(str(problem.args[0])) from None
     except NoPulse as problem:
         console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
@@ -100,7 +96,7 @@ def _named(name: str) -> Description:
 
 def _rows(robot: Robot, options: argparse.Namespace, values: list[str]) -> list[Row]:
     """Return what is asked for, a joint once, in the order of the words. Raises NoState, NoServo, NoPulse."""
-    from .joint_states import NoState, pose_of, split
+    from rosorin_compile.rules.joint_states import pose_of, split
 
     made: dict[str, Row] = {}
     if options.pose:
@@ -109,7 +105,7 @@ def _rows(robot: Robot, options: argparse.Namespace, values: list[str]) -> list[
         for name in (name for group in _servos(robot) for name in group.joints if name in positions):
             made[name] = _of_pulse(robot, name, pulses[name]) if name in pulses else _of(robot, name, positions[name])
         if not made:
-            raise NoState(f'no joint of the pose "{options.pose}" has a servo')
+            raise WrongUsage(f'no joint of the pose "{options.pose}" has a servo')
     for word in values:
         name, text = split(word, "JOINT=VALUE")
         made[name] = _of_text(robot, name, text, options)
@@ -118,8 +114,7 @@ def _rows(robot: Robot, options: argparse.Namespace, values: list[str]) -> list[
 
 def _of_text(robot: Robot, name: str, text: str, options: argparse.Namespace) -> Row:
     from rosorin_compile.language.sections.servos.pulses import servo_of
-
-    from .joint_states import position, whole
+    from rosorin_compile.rules.joint_states import position, whole
 
     servo_of(robot, name)
     joint = robot.joint[name]
@@ -157,9 +152,8 @@ def _of(robot: Robot, name: str, asked: float) -> Row:
 
 def _show(known: RobotCase, rows: list[Row], options: argparse.Namespace, console: Console) -> int:
     """Print the rows, or the calibration where nothing is asked; say what is beyond a limit."""
+    from rosorin_compile.rules.joint_states import beyond, beyond_limit
     from rosorin_compile.source.diagnostics import ERROR, WARNING
-
-    from .joint_states import beyond, beyond_limit
 
     state = {row.joint.name: row.position for row in rows}
     found = list(beyond(known.robot, state))
@@ -169,7 +163,7 @@ def _show(known: RobotCase, rows: list[Row], options: argparse.Namespace, consol
         without = [name for name in pose.positions if name not in served]
         if without:
             console.warn(f'without a servo, and not shown, of the pose "{options.pose}": {", ".join(without)}')
-    console.show([beyond_limit(known, one_beyond, ERROR if options.strict else WARNING) for one_beyond in found])
+    console.show([beyond_limit(known.case, one_beyond, ERROR if options.strict else WARNING) for one_beyond in found])
     if found and options.strict:
         return PROBLEMS
     servos = [_servo_object(group) for group in _servos(known.robot)]
@@ -277,7 +271,7 @@ def _same_model(robot: Robot, options: argparse.Namespace, console: Console) -> 
     name = options.model
     path = Path(name)
     if world.kind(path) != world.FILE:
-        raise WrongUsage.no_file(path)
+        raise WrongUsage(no_file(path))
     try:
         compared = against_model(robot, world.read(path))
     except NoModel as problem:

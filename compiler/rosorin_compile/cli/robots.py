@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import codecs
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.output.request import is_foreign as is_foreign
 from rosorin_compile.source import world
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
-    ENDINGS,
     STDIN,
     Description,
     NoDescription,
     first_file,
     give_stdin,
     here,
-    stdin_of,
 )
 
 from .given import given_arguments, no_half_mark
@@ -121,15 +119,3 @@ def check_depfile(options: argparse.Namespace) -> None:
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"a depfile is about one robot, and there are several: {robots}; name one")
-
-
-def is_foreign(path: Path) -> bool:
-    """Say whether a file is a robot in another format than ours, by its name; on standard input by its text."""
-    given = stdin_of(path)
-    if given is not None:
-        return given[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")
-    if path.suffix.lower() in ("", *ENDINGS):
-        return False
-    from rosorin_compile.formats import FORMATS
-
-    return path.suffix.lower() in FORMATS.endings()

@@ -26,6 +26,7 @@ from .usage import FINE, WrongUsage
 if TYPE_CHECKING:
     import argparse
 
+    from rosorin_compile.model import Robot
     from rosorin_compile.model.kinematics.quaternions import Position
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.output.request import Request
@@ -105,13 +106,20 @@ class Run:
         return None if known is None else known.case
 
     def positions(self, case: Case) -> dict[str, Position] | None:
-        """Return where --pose, --pulse and --joint put the joints of a robot; None, once said, with a wrong pulse.
+        """Return the positions that --pose, --pulse and --joint set; None, after printing why, with a wrong pulse.
 
-        What is beyond a limit is told. Raises WrongUsage.
+        Positions beyond a limit are printed. Raises WrongUsage.
         """
-        from .joint_states import asked_for
+        from rosorin_compile.language.sections.servos.pulses import NoPulse
+        from rosorin_compile.rules.joint_states import beyond, beyond_limit
 
-        return asked_for(case, self.options, self.console)
+        try:
+            state = positions(case.robot, self.options)
+        except NoPulse as problem:
+            self.console.warn(f"rosorin-compile: {problem}")
+            return None
+        self.console.show([beyond_limit(case, one) for one in beyond(case.robot, state)])
+        return state
 
     def tell_of_robot(self, more: Mapping[str, object]) -> None:
         """Add to what the answer says of the robot at hand, in a command that goes through robots."""
@@ -123,6 +131,15 @@ class Run:
         summary = getattr(self.options, "summary", None)
         if summary is not None:
             append_summary(Path(summary), self.console.summary())
+
+
+def positions(robot: Robot, options: argparse.Namespace) -> dict[str, Position]:
+    """Return the positions that --pose, --pulse and --joint set. Raises WrongUsage, NoPulse."""
+    from rosorin_compile.rules.joint_states import positions, split
+
+    joints = dict(split(text, "JOINT=POSITION") for text in options.joints)
+    pulses = dict(split(text, "JOINT=PULSE") for text in options.pulses)
+    return positions(robot, options.pose, joints, pulses)
 
 
 def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int], alone: str = "") -> int:

@@ -14,7 +14,7 @@ from rosorin_compile.source.wording import listed
 
 from .answer import give_result
 from .robots import one
-from .run import Run
+from .run import Run, positions
 from .understanding import RobotCase, mode_states, understood
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -135,31 +135,25 @@ def _robot(name: str) -> Description:
 
 def _asked(known: RobotCase, options: argparse.Namespace) -> Asked:
     """Return the states that the options ask for. Raises WrongUsage, NoPulse."""
-    from rosorin_compile.language.sections.servos.pulses import NoServo
+    from rosorin_compile.rules.joint_states import states, sweep_of
 
-    from .joint_states import NoState, given, states, sweep_of
-
-    try:
-        start = given(known.robot, options.pose, options.joints, options.pulses)
-        sweeps = [sweep_of(known.robot, text) for text in options.sweeps]
-        slides = {sweep.joint: known.robot.joint[sweep.joint].type == "prismatic" for sweep in sweeps}
-        return Asked(list(states(start, sweeps)), {name: "m" if slide else "rad" for name, slide in slides.items()})
-    except (NoState, NoServo) as problem:
-        raise WrongUsage(str(problem.args[0])) from None
+    start = positions(known.robot, options)
+    sweeps = [sweep_of(known.robot, text) for text in options.sweeps]
+    slides = {sweep.joint: known.robot.joint[sweep.joint].type == "prismatic" for sweep in sweeps}
+    return Asked(list(states(start, sweeps)), {name: "m" if slide else "rad" for name, slide in slides.items()})
 
 
 def _limits(known: RobotCase, asked: Asked, strict: bool, console: Console) -> int:
     """Say which positions are beyond a limit, each joint and side once; PROBLEMS if they are refused."""
+    from rosorin_compile.rules.joint_states import beyond, beyond_limit
     from rosorin_compile.source.diagnostics import ERROR, WARNING
-
-    from .joint_states import beyond, beyond_limit
 
     found: dict[tuple[str, str], Diagnostic] = {}
     for state in asked.states:
         for one_beyond in beyond(known.robot, state):
             key = (one_beyond.joint.name, one_beyond.side)
             if key not in found:
-                found[key] = beyond_limit(known, one_beyond, ERROR if strict else WARNING)
+                found[key] = beyond_limit(known.case, one_beyond, ERROR if strict else WARNING)
     console.show(list(found.values()))
     return PROBLEMS if found and strict else FINE
 

@@ -11,14 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.project import Description
 
-from .compiling import warn_before
-from .given import Given, texts
-from .robots import is_foreign
+from .given import Given
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
-    from rosorin_compile.output.pipeline import Understood
     from rosorin_compile.rules.case import Case
 
 _STATES = {"on": True, "off": False}
@@ -31,27 +28,9 @@ class RobotCase(NamedTuple):
     case: Case
 
 
-def read(given: Given, description: Description, console: Console) -> Understood:
-    """Return what a description says, or a URDF, xacro, SDF, MJCF or driver's JSON in its place. Raises LoadError."""
-    arguments = given.values()
-    if is_foreign(description.path):
-        from .foreign import understand_foreign
-
-        return understand_foreign(description.path, texts(arguments), given.packages, console.ahead, given.trust)
-    from rosorin_compile.output.pipeline import understand
-
-    return understand(description.path, arguments, warn_before(given, console), given.packages)
-
-
 def understood(given: Given, description: Description, console: Console) -> RobotCase | None:
     """Return the robot of a description; None, after saying what is wrong, of one with errors."""
-    from rosorin_compile.source.load import LoadError
-
-    try:
-        found = read(given, description, console)
-    except LoadError as problem:
-        console.show([problem.diagnostic])
-        return None
+    found = given.understand(description, console)
     case = found.case
     if case is None:
         console.show([diagnostic for diagnostic in found.diagnostics if diagnostic.severity == "error"])

@@ -8,9 +8,9 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.api import Explained
 from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.robots import is_foreign
-from rosorin_compile.cli.verbs import Explained
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.source.diagnostics import WARNING, Console, Diagnostic, Progress, Span, printable
 from rosorin_compile.source.project import Description

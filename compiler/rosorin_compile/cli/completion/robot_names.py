@@ -15,10 +15,9 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.output.request import Request, is_foreign
 from rosorin_compile.source import world
 from rosorin_compile.source.project import ENDINGS, Description, all_here, here
-
-from ..robots import is_foreign
 
 if TYPE_CHECKING:
     from rosorin_compile.language.annotations import Node
@@ -176,11 +175,9 @@ def _understood(
 
 
 def _foreign(path: Path, packages: Mapping[str, Path]) -> tuple[Robot, Map] | None:
-    from ..foreign import understand_foreign
-
     if _runs(path):
         return None
-    expanded, lowered, *_ = understand_foreign(path, {}, packages, lambda _: None)
+    expanded, lowered, *_ = Request(Description.at(path), packages=packages).understand()
     if expanded.tree is None or lowered is None or lowered.robot is None:
         return None
     return lowered.robot, expanded.tree

@@ -27,6 +27,7 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.project import no_file
 from rosorin_compile.source.world import world
 
 from ..controllers.checking import against_robot, missing
@@ -88,7 +89,7 @@ def asked(options: argparse.Namespace) -> Asked:
         remaps.append(remap)
     for path in (*options.parameters, *options.controllers, *options.launch):
         if world.kind(path) != world.FILE:
-            raise WrongUsage.no_file(Path(path))
+            raise WrongUsage(no_file(Path(path)))
     own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
     return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")
 

@@ -21,6 +21,8 @@ from rosorin_compile.source.diagnostics import ERROR, Diagnostic, error, has_err
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import STDIN, Description, NoDescription, first_file, stdin_of
 
+from .request import is_foreign
+
 # What a person is to know before a foreign file is opened.
 _TOLD = ("xacro-runs-code",)
 
@@ -115,8 +117,6 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
     """
     path = first_file(word) if word == STDIN else Path(word)
     if stdin_of(path) is not None:
-        from .robots import is_foreign
-
         read = _foreign if is_foreign(path) else _description
         return read(path, str(path), arguments, packages, trust)
     if world.kind(path) == world.FILE and path.suffix.lower() not in YAML.endings:

@@ -1,18 +1,19 @@
-"""States of the joints as people write them: named poses, positions with units, pulses, sweeps."""
+"""Positions of joints: named poses, positions with units, pulses, and sweeps."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from types import MappingProxyType
+from typing import NamedTuple
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
-from rosorin_compile.language.sections.servos.pulses import NoPulse, NoServo, to_radians
+from rosorin_compile.language.sections.servos.pulses import to_radians
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, did_you_mean
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.rule_registry import ASKING, Rule
 from rosorin_compile.source.units import (
@@ -26,14 +27,7 @@ from rosorin_compile.source.units import (
     unknown_unit,
 )
 
-from .understanding import RobotCase
-from .usage import WrongUsage
-
-if TYPE_CHECKING:
-    import argparse
-
-    from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.console import Console
+from .case import Case
 
 RULES = (
     Rule(
@@ -44,16 +38,13 @@ RULES = (
     ),
 )
 
+NOTHING: Mapping[str, object] = MappingProxyType({})
 # Positions come from pulses and printed limits: a hair beyond is rounding (as in the rules about poses).
 ROUNDING = 1e-6
 MAX_STATES = 100_000
 _WHOLE = re.compile(r"[+-]?[0-9]{1,9}")
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _TURNS = ("revolute", "continuous")
-
-
-class NoState(Exception):
-    """What is written says no state of the joints; the message says why."""
 
 
 class Beyond(NamedTuple):
@@ -73,37 +64,37 @@ class Sweep(NamedTuple):
 
 
 def pose_of(robot: Robot, name: str) -> dict[str, float]:
-    """Return the positions of a named pose. Raises NoState."""
+    """Return the positions of a named pose. Raises RequestError."""
     try:
         return dict(robot.positions(name))
     except KeyError as problem:
-        raise NoState(str(problem.args[0])) from None
+        raise RequestError(str(problem.args[0])) from None
 
 
 def split(text: str, example: str) -> tuple[str, str]:
-    """Return the name and the value of NAME=VALUE. Raises NoState."""
+    """Return the name and the value of NAME=VALUE. Raises RequestError."""
     name, equals, value = text.partition("=")
     if not equals or not name.strip() or not value.strip():
-        raise NoState(f'"{text}" is not {example}')
+        raise RequestError(f'"{text}" is not {example}')
     return name.strip(), value.strip()
 
 
 def free_joint(robot: Robot, name: str) -> Joint:
-    """Return the joint of a name, if it has a position of its own that is one number. Raises NoState."""
+    """Return the joint of a name, if it has a position of its own that is one number. Raises RequestError."""
     if name not in robot.joint:
         known = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
-        raise NoState(f'there is no joint "{name}"; {did_you_mean(name, known) or "none moves"}')
+        raise RequestError(f'there is no joint "{name}"; {did_you_mean(name, known) or "none moves"}')
     joint = robot.joint[name]
     if joint.mimic is not None:
-        raise NoState(f'joint "{name}" follows "{joint.mimic.joint}": set that one')
+        raise RequestError(f'joint "{name}" follows "{joint.mimic.joint}": set that one')
     if not joint.moves:
         why = "it never moves" if joint.type == "fixed" else "its position is not one number"
-        raise NoState(f'joint "{name}" is {joint.type}: {why}')
+        raise RequestError(f'joint "{name}" is {joint.type}: {why}')
     return joint
 
 
 def place(robot: Robot, name: str, text: str) -> Position:
-    """Return where a joint is as it is written: of a planar or floating one several numbers. Raises NoState."""
+    """Return where a joint is as it is written: of a planar or floating one several numbers. Raises RequestError."""
     joint = robot.joint.get(name)
     if joint is None or joint.type not in FORMS:
         return position(free_joint(robot, name), text)
@@ -111,17 +102,17 @@ def place(robot: Robot, name: str, text: str) -> Position:
     form = next((form for form in FORMS[joint.type] if len(form) == len(parts)), None)
     if form is None:
         forms = " or ".join(f"{name}={','.join(form)}" for form in FORMS[joint.type])
-        raise NoState(f'joint "{name}" is {joint.type}: write {forms}')
+        raise RequestError(f'joint "{name}" is {joint.type}: write {forms}')
     numbers = tuple(_number(joint, part, KINDS[key]) for part, key in zip(parts, form, strict=True))
     if "roll" in form:
         return from_angles(numbers)
     if "qw" in form and not any(numbers[-4:]):
-        raise NoState(f'the quaternion of joint "{name}" is zero: {text}')
+        raise RequestError(f'the quaternion of joint "{name}" is zero: {text}')
     return numbers
 
 
 def position(joint: Joint, text: str) -> float:
-    """Return a position as it is written: a number in SI units, a quantity, an expression. Raises NoState."""
+    """Return a position as it is written: a number in SI units, a quantity, an expression. Raises RequestError."""
     return _number(joint, text, ANGLE if joint.type in _TURNS else LENGTH)
 
 
@@ -130,9 +121,11 @@ def _number(joint: Joint, text: str, wanted: Dimension) -> float:
     value = _evaluated(joint, text) if quantity is None else quantity
     dimension = dimension_of(value)
     if dimension not in (None, NUMBER, wanted):
-        raise NoState(f'joint "{joint.name}" is {joint.type}: {text} is {describe(dimension)}, not {describe(wanted)}')
+        raise RequestError(
+            f'joint "{joint.name}" is {joint.type}: {text} is {describe(dimension)}, not {describe(wanted)}'
+        )
     if not math.isfinite(value):
-        raise NoState(f'the position of joint "{joint.name}" is not finite: {text}')
+        raise RequestError(f'the position of joint "{joint.name}" is not finite: {text}')
     return float(value)
 
 
@@ -144,65 +137,51 @@ def _evaluated(joint: Joint, text: str) -> float:
         return float(text)
     unit = unknown_unit(text)
     if unit is not None:
-        raise NoState(f'the position of joint "{joint.name}" has a unit that nobody knows: "{unit}"')
+        raise RequestError(f'the position of joint "{joint.name}" has a unit that nobody knows: "{unit}"')
     try:
         value = evaluate(text, lookup)
     except ExpressionError as problem:
-        raise NoState(f'the position of joint "{joint.name}" cannot be read: {text}: {problem.message}') from None
+        raise RequestError(f'the position of joint "{joint.name}" cannot be read: {text}: {problem.message}') from None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise NoState(f'the position of joint "{joint.name}" is no number: {text}')
+        raise RequestError(f'the position of joint "{joint.name}" is no number: {text}')
     return value
 
 
-def given(robot: Robot, pose: str, joints: Iterable[str], pulses: Iterable[str]) -> dict[str, Position]:
-    """Return the positions of a named pose ("" for none), then pulses, then positions; what is said later wins.
+def positions(
+    robot: Robot, pose: str = "", joints: Mapping[str, object] = NOTHING, pulses: Mapping[str, object] = NOTHING
+) -> dict[str, Position]:
+    """Return the positions of a named pose ("" for none), overridden by those of pulses, then by those of joints.
 
-    Raises NoState, and NoServo and NoPulse of ``pulses``.
+    Positions are numbers in rad or m, or texts such as "30deg". Raises RequestError, and NoPulse for a pulse that does
+    not exist.
     """
     found: dict[str, Position] = {}
     if pose:
         found |= pose_of(robot, pose)
-    for text in pulses:
-        name, value = split(text, "JOINT=PULSE")
-        found |= to_radians(robot, {name: whole(value)})
-    for text in joints:
-        name, value = split(text, "JOINT=POSITION")
-        found[name] = place(robot, name, value)
+    for name, pulse in pulses.items():
+        found |= to_radians(robot, {name: whole(str(pulse))})
+    for name, value in joints.items():
+        several = isinstance(value, Sequence) and not isinstance(value, str)
+        found[name] = place(robot, name, ",".join(map(str, value)) if several else str(value))  # type: ignore[arg-type]
     return found
 
 
-def asked_for(case: Case, options: argparse.Namespace, console: Console) -> dict[str, Position] | None:
-    """Return the positions that options say (see ``given``), and tell those beyond limits; None with a wrong pulse.
-
-    Raises WrongUsage.
-    """
-    try:
-        state = given(case.robot, options.pose, options.joints, options.pulses)
-    except (NoState, NoServo) as problem:
-        raise WrongUsage(str(problem.args[0])) from None
-    except NoPulse as problem:
-        console.warn(f"rosorin-compile: {problem}")
-        return None
-    console.show([beyond_limit(RobotCase(case.robot, case), found, WARNING) for found in beyond(case.robot, state)])
-    return state
-
-
 def whole(text: str) -> int:
-    """Return a pulse as it is written. Raises NoState if it is no whole number."""
+    """Return a pulse as it is written. Raises RequestError if it is no whole number."""
     if not _WHOLE.fullmatch(text):
-        raise NoState(f"a pulse is a whole number, {text} is none")
+        raise RequestError(f"a pulse is a whole number, {text} is none")
     return int(text)
 
 
 def sweep_of(robot: Robot, text: str) -> Sweep:
-    """Return the sweep that JOINT=FROM:TO:COUNT says. Raises NoState."""
+    """Return the sweep that JOINT=FROM:TO:COUNT says. Raises RequestError."""
     name, value = split(text, "JOINT=FROM:TO:COUNT")
     joint, parts = free_joint(robot, name), value.split(":")
     if len(parts) != 3 or not _WHOLE.fullmatch(parts[2].strip()):
-        raise NoState(f'"{text}" is not JOINT=FROM:TO:COUNT')
+        raise RequestError(f'"{text}" is not JOINT=FROM:TO:COUNT')
     first, last, count = position(joint, parts[0].strip()), position(joint, parts[1].strip()), int(parts[2])
     if not 1 <= count <= MAX_STATES:
-        raise NoState(f"a sweep has 1 to {MAX_STATES:,} states, not {count:,}")
+        raise RequestError(f"a sweep has 1 to {MAX_STATES:,} states, not {count:,}")
     steps = max(count - 1, 1)
     positions = [first + (last - first) * i / steps for i in range(count)]
     if count > 1:
@@ -211,10 +190,10 @@ def sweep_of(robot: Robot, text: str) -> Sweep:
 
 
 def states(start: Positions, sweeps: Sequence[Sweep]) -> Iterator[dict[str, Position]]:
-    """Yield the states of sweeps: of several every combination, the last one fastest. Raises NoState for too many."""
+    """Yield all combinations of sweeps, the last one fastest. Raises RequestError for too many."""
     count = math.prod(len(sweep.positions) for sweep in sweeps)
     if count > MAX_STATES:
-        raise NoState(f"the sweeps have {count:,} states together; {MAX_STATES:,} are the most")
+        raise RequestError(f"the sweeps have {count:,} states together; {MAX_STATES:,} are the most")
     for values in product(*(sweep.positions for sweep in sweeps)):
         yield {**start, **{sweep.joint: value for sweep, value in zip(sweeps, values, strict=True)}}
 
@@ -237,7 +216,7 @@ def beyond(robot: Robot, state: Positions) -> Iterator[Beyond]:
             yield Beyond(joint, here, "upper", upper)
 
 
-def beyond_limit(known: RobotCase, found: Beyond, severity: str) -> Diagnostic:
+def beyond_limit(case: Case, found: Beyond, severity: str = WARNING) -> Diagnostic:
     """Return what is to say about a position beyond a limit, at the place of the limit."""
     joint, side = found.joint, "below" if found.side == "lower" else "above"
     unit = "m" if joint.type == "prismatic" else "rad"
@@ -246,5 +225,5 @@ def beyond_limit(known: RobotCase, found: Beyond, severity: str) -> Diagnostic:
         f" of {exact(found.limit)} {unit}"
     )
     help = "the joint does not get there; with --strict this is an error"
-    path = known.case.joint(joint, "limit", found.side)
-    return known.case.problem("position-beyond-limit", message, path, help, severity=severity)
+    path = case.joint(joint, "limit", found.side)
+    return case.problem("position-beyond-limit", message, path, help, severity=severity)

@@ -7,15 +7,14 @@ robot's files is no exception: it is among the diagnostics.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.cli.given import Given
-from rosorin_compile.cli.registry import service
 from rosorin_compile.output.request import Request
-from rosorin_compile.source.diagnostics import Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, has_errors, pip_install
 from rosorin_compile.source.project import Description
 
 if TYPE_CHECKING:
@@ -26,6 +25,8 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.physics.answers import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.output.pipeline import Compiled, Understood
+    from rosorin_compile.recordings.answers import Verified
+    from rosorin_compile.variants.writing import WrittenVariants
 
     Name = str | os.PathLike[str]
 
@@ -175,28 +176,6 @@ def explain(
     return Explained.of(found, values, names, pose)
 
 
-def sweep(
-    path: str | os.PathLike[str],
-    variants: str | os.PathLike[str] | Mapping[str, Any] | Iterable[Any],
-    arguments: Mapping[str, Any] | None = None,
-    packages: Mapping[str, str | os.PathLike[str]] | None = None,
-    client: Client | None = None,
-) -> Iterator[Compiled]:
-    """Yield what becomes of a description with the arguments of each variant; nothing is written.
-
-    ``variants`` is what ``rosorin-compile sweep --over`` takes, a CSV or YAML file or a folder; or arguments by name;
-    or pairs of a name and arguments, or tables with ``name`` among the arguments, also from a generator. ``arguments``
-    hold for all, where a variant has none of its own; they and ``packages`` are those of ``compile``. Each ``Compiled``
-    has its ``variant``. With ``client``, a ``distributed.Client``, they are compiled on its cluster; OutputError is
-    raised if that fails. The order is that of ``variants``.
-
-    What is wrong with a variant is among its diagnostics; what is wrong with all, such as the list itself, is a single
-    ``Compiled`` without a variant.
-    """
-    made: Iterator[Compiled] = service("many variants")(path, variants, arguments, packages, client)
-    return made
-
-
 def schema(name: str = "authoring") -> dict[str, Any]:
     """Return a JSON Schema by a name of ``rosorin-compile schema``. Raises KeyError, with what is near."""
     import json
@@ -310,3 +289,132 @@ def collisions(
     if request is None:
         return CollisionMatrix(str(robot), "", diagnostics=tuple(wrong))
     return compute_matrix(request, planning_of, output=None if output is None else Path(output), force=force)
+
+
+def verify(
+    robot: Name | Request,
+    source: Name,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    *,
+    trust: bool = False,
+    modes: Sequence[str] | Mapping[str, bool] = (),
+    without: Sequence[str] = (),
+    pose: str = "",
+    frames: tuple[str, str] | None = None,
+    since: float | None = None,
+    until: float | None = None,
+    namespace: str = "",
+    prefix: str = "",
+    stale: float = 1.0,
+) -> Verified:
+    """Compare a recording of the running robot with its description.
+
+    ``robot``, ``arguments``, ``packages`` and ``trust`` as in ``simulate``. ``source`` is a rosbag2 folder, a .mcap or
+    .db3 file, a file with text of ``tf2_echo`` or ``view_frames``, or "-" for such text on standard input. ``modes``
+    are the modes that were on or off, by name; by default those that fit best. ``without`` names nodes that were not
+    running, ``pose`` the pose of the joints while ``tf2_echo`` ran, ``frames`` its two frames. ``since`` and ``until``
+    are seconds after the start of the recording, ``stale`` is the maximum age of a transform in s. ``namespace`` is
+    that of the topics, ``prefix`` that of the recorded frames. Raises RequestError for a name that the robot does not
+    have, invalid times, and if numpy is not installed.
+
+    >>> result = rosorin_compile.verify("descriptions/rosorin", "recordings/drive")  # doctest: +SKIP
+    >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
+    (False, ['map -> odom went 10.3 s stale, 15.3 s into the recording'])
+    """
+    try:
+        from rosorin_compile.recordings.answers import Verified
+        from rosorin_compile.recordings.verification import verify_recording
+    except ModuleNotFoundError as problem:
+        if problem.name != "numpy":
+            raise
+        needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
+        raise MissingPackages(f"{needs}: {pip_install('verify')}") from None
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return Verified(str(robot), os.fsdecode(source), diagnostics=tuple(wrong))
+    return verify_recording(
+        request,
+        os.fsdecode(source),
+        modes=modes,
+        without=without,
+        pose=pose,
+        frames=frames,
+        since=since,
+        until=until,
+        namespace=namespace,
+        prefix=prefix,
+        stale=stale,
+    )
+
+
+def sweep(
+    robot: Name | Request,
+    variants: Name | Mapping[str, Any] | Iterable[Any],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    client: Client | None = None,
+    *,
+    trust: bool = False,
+) -> Iterator[Compiled]:
+    """Yield a description compiled with the arguments of each variant; nothing is written.
+
+    ``variants`` is a list as ``rosorin-compile sweep --over`` takes it (a CSV or YAML file, or a folder), arguments by
+    name, or an iterable of pairs of a name and arguments or of mappings with ``name`` among the arguments. ``robot``,
+    ``arguments``, ``packages`` and ``trust`` as in ``simulate``; the arguments of a variant override ``arguments``.
+    Each ``Compiled`` has its ``variant``; the order is that of ``variants``. With ``client``, a ``distributed.Client``,
+    they are compiled on its cluster, and OutputError is raised if that fails.
+
+    Errors in a variant are among its diagnostics; errors in the list itself are those of a single ``Compiled`` without
+    a variant.
+
+    >>> heights = {"low": {"height": 0.2}, "high": {"height": 0.5}}
+    >>> for compiled in rosorin_compile.sweep("descriptions/mast", heights):  # doctest: +SKIP
+    ...     print(compiled.variant.name, len(compiled.artifacts))
+    low 2
+    high 2
+    """
+    from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.variants.library import compile_variants
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        yield Compiled(None, (), wrong, ())
+    else:
+        yield from compile_variants(request, variants, client)
+
+
+def write_sweep(
+    robot: Name | Request,
+    variants: Name,
+    folder: Name,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, Name] | None = None,
+    *,
+    trust: bool = False,
+    jobs: int | None = None,
+    whole: str = "",
+    dask: str = "",
+    prune: bool = False,
+    report: Callable[[Diagnostic], None] = lambda _: None,
+) -> WrittenVariants:
+    """Compile a description with the arguments of each variant of a list, and write each into a folder of its own.
+
+    ``robot``, ``arguments``, ``packages`` and ``trust`` as in ``simulate``. ``variants`` is a CSV or YAML file, or a
+    folder with a file for each variant; then ``whole`` may name the argument that takes each file. ``folder`` gets a
+    folder for each variant, and ``sweep.json``. ``jobs`` is the number of processes, by default one per core; ``dask``
+    the address of a Dask scheduler. Variants that are up to date are skipped; ``prune`` removes those that are not in
+    the list any more. ``report`` receives each diagnostic as soon as it is known. Raises RequestError for invalid
+    arguments.
+
+    >>> result = rosorin_compile.write_sweep("descriptions/mast", "fleet.csv", "build")  # doctest: +SKIP
+    >>> result.made, result.unchanged, result.error  # doctest: +SKIP
+    (3, 0, 0)
+    """
+    from rosorin_compile.variants.writing import WrittenVariants, write_variants
+
+    request, wrong = Request.of(robot, arguments, packages, trust=trust)
+    if request is None:
+        return WrittenVariants(str(robot), os.fsdecode(folder), diagnostics=tuple(wrong))
+    over, output = Path(os.fsdecode(variants)), Path(os.fsdecode(folder))
+    return write_variants(request, over, output, jobs=jobs, whole=whole, dask=dask, prune=prune, report=report)

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.model.frame_tree import mode_states
 from rosorin_compile.source.console import paint
 from rosorin_compile.source.diagnostics import Heading
 from rosorin_compile.source.rule_registry import Rule
@@ -15,7 +16,6 @@ from rosorin_compile.source.world import world
 
 from .answer import give_result
 from .run import Run
-from .understanding import mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Mesh
+from rosorin_compile.model.frame_tree import mode_states
 from rosorin_compile.source.diagnostics import Console, Progress, error, pip_install
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.world import world
 
 from .answer import give_result
 from .run import Run
-from .understanding import mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.model.frame_tree import mode_states
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
@@ -15,7 +16,7 @@ from rosorin_compile.source.wording import listed
 from .answer import give_result
 from .robots import one
 from .run import Run, positions
-from .understanding import RobotCase, mode_states, understood
+from .understanding import RobotCase, understood
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:

@@ -44,9 +44,8 @@ PROJECT = {
 import os, random, shutil, signal, sys, time
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile import pipeline
+from rosorin_compile.output import pipeline
 from rosorin_compile.compare.proof import facts
-from rosorin_compile.variants import command
 
 def sweep(over, out, *words):
     return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])
@@ -90,7 +89,7 @@ print(killed)
 import os, signal, sys
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile.variants import command, compiling
+from rosorin_compile.variants import compiling, writing
 
 def dying(job, variant):
     if variant.name == "r5" or (variant.name == "r9" and not Path("died").exists()):
@@ -100,7 +99,7 @@ def dying(job, variant):
     return compiling.compile_variant(job, variant)
 
 if __name__ == "__main__":
-    command.compile_variant = dying
+    writing.compile_variant = dying
     sys.exit(main(["sweep", "mast", "--over", "a.csv", "-o", "out", "-j", "2"]))
 """,
 }

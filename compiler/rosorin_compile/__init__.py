@@ -11,7 +11,21 @@ from rosorin_compile.source.version import __version__
 TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C would end in a traceback
 
 if TYPE_CHECKING:
-    from rosorin_compile.api import Checked, Explained, Written, check, explain, schema, write
+    from rosorin_compile.api import (
+        Checked,
+        Explained,
+        Written,
+        check,
+        check_physics,
+        collisions,
+        explain,
+        schema,
+        simulate,
+        sweep,
+        verify,
+        write,
+        write_sweep,
+    )
     from rosorin_compile.cli.record import Check, Command
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.formats.facts import frame_facts
@@ -20,11 +34,16 @@ if TYPE_CHECKING:
     from rosorin_compile.language.expression.functions import function
     from rosorin_compile.model import Robot
     from rosorin_compile.model.sections import Section
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.output.diff_inputs import diff
     from rosorin_compile.output.pipeline import Compiled, Reading, Variant, compile, read  # noqa: A004 - re.compile is called so, too
+    from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.source.diagnostics import Diagnostic, RequestError
     from rosorin_compile.source.rule_registry import Rule, rule
+    from rosorin_compile.variants.writing import WrittenVariants
 
 # Each public name and the module that has it.
 _HOMES = {
@@ -32,6 +51,8 @@ _HOMES = {
     "Case": "rules.case",
     "Check": "cli.record",
     "Checked": "api",
+    "CheckedPhysics": "mujoco.physics.answers",
+    "CollisionMatrix": "mujoco.collisions.matrix",
     "Command": "cli.record",
     "Compiled": "output.pipeline",
     "Diagnostic": "source.diagnostics",
@@ -42,14 +63,20 @@ _HOMES = {
     "Format": "formats.format",
     "Opened": "formats.format",
     "Reading": "output.pipeline",
+    "RequestError": "source.diagnostics",
     "Robot": "model",
     "Rule": "source.rule_registry",
     "Section": "model.sections",
+    "Simulated": "mujoco.simulate.simulation",
     "Templates": "formats.templating",
     "Value": "formats.format",
     "Variant": "output.pipeline",
+    "Verified": "recordings.answers",
     "Written": "api",
+    "WrittenVariants": "variants.writing",
     "check": "api",
+    "check_physics": "api",
+    "collisions": "api",
     "compile": "output.pipeline",
     "diff": "output.diff_inputs",
     "explain": "api",
@@ -58,8 +85,11 @@ _HOMES = {
     "read": "output.pipeline",
     "rule": "source.rule_registry",
     "schema": "api",
+    "simulate": "api",
     "sweep": "api",
+    "verify": "api",
     "write": "api",
+    "write_sweep": "api",
 }
 
 __all__ = [
@@ -67,6 +97,8 @@ __all__ = [
     "Case",
     "Check",
     "Checked",
+    "CheckedPhysics",
+    "CollisionMatrix",
     "Command",
     "Compiled",
     "Diagnostic",
@@ -77,15 +109,21 @@ __all__ = [
     "Format",
     "Opened",
     "Reading",
+    "RequestError",
     "Robot",
     "Rule",
     "Section",
+    "Simulated",
     "Templates",
     "Value",
     "Variant",
+    "Verified",
     "Written",
+    "WrittenVariants",
     "__version__",
     "check",
+    "check_physics",
+    "collisions",
     "compile",
     "diff",
     "explain",
@@ -94,8 +132,11 @@ __all__ = [
     "read",
     "rule",
     "schema",
+    "simulate",
     "sweep",
+    "verify",
     "write",
+    "write_sweep",
 ]
 
 

@@ -207,12 +207,10 @@ class _Touching:
     def __init__(self, shown: Shown, lock: threading.Lock) -> None:
         self.shown = shown
         self.lock = lock
-        self.engine: Touching | None = None
+        self.engine = Touching(shown.case, shown.meshes)
 
     def __call__(self, state: Mapping[str, Any]) -> list[list[str]]:
         """Return pairs of links at positions by joint (rad or m), neighbours left aside. Raises Unknown."""
-        if self.engine is None:
-            self.engine = Touching(self.shown.case, self.shown.meshes)
         missing = self.engine.lacking()
         if missing:
             raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
@@ -225,8 +223,7 @@ class _Touching:
     def _found(self, state: Mapping[str, Any]) -> list[list[str]]:
         joints = self.shown.robot.joint
         positions = {name: _position(joints[name], at) for name, at in state.items() if name in joints}
-        found: list[list[str]] = self.engine.pairs(positions)
-        return found
+        return self.engine.pairs(positions)
 
 
 def _position(joint: Joint, at: object) -> float | list[float]:

@@ -23,12 +23,13 @@ from .variants import NAME, Variants, wrong_name
 
 def compile_variants(request: Request, variants: Any, client: Any = None) -> Iterator[Compiled]:
     """Yield each variant of a description, compiled. Raises OutputError if the client fails."""
-    values, listed = request.values(), iter(())  # type: ignore[var-annotated]
+    values = request.values()
+    listed: Iterable[Variant] = ()
     declared, wrong = Argument.declared(request.description.path, values, request.packages)
     wrong = [problem for problem in wrong if problem.severity == "error"]
     if isinstance(variants, (str, os.PathLike)):
-        listed = Variants(Path(os.fsdecode(variants)), [argument.name for argument in declared])  # type: ignore[assignment]
-        wrong = wrong or listed.check()  # type: ignore[attr-defined]
+        listed = file = Variants(Path(os.fsdecode(variants)), [argument.name for argument in declared])
+        wrong = wrong or file.check()
     elif isinstance(variants, Iterable):
         listed = map(_variant, variants.items() if isinstance(variants, Mapping) else variants)
     else:

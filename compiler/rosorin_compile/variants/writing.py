@@ -121,8 +121,10 @@ def write_variants(
             result = replace(result, removed=tuple(writer.removed), complete=True)
     except (LoadError, OutputError) as problem:
         tell(problem.diagnostic)
-    counts = writer.counts if writer is not None else {}
-    return replace(result, **counts, diagnostics=tuple(reported))
+    if writer is not None:
+        counts = writer.counts
+        result = replace(result, made=counts["made"], unchanged=counts["unchanged"], error=counts["error"])
+    return replace(result, diagnostics=tuple(reported))
 
 
 class _Writer:

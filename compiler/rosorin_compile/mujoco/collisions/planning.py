@@ -31,13 +31,27 @@ class Parts(Protocol):
 
 
 class Planning(Protocol):
-    """A robot as MoveIt has it of one URDF; ``said`` is what the section ``moveit`` says."""
+    """A robot as MoveIt has it of one URDF; ``said`` is the section ``moveit``."""
 
-    robot: Robot
-    urdf: Output
-    said: Any
-    links: Collection[str]
-    joints: Mapping[str, Joint]
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+
+    @property
+    def urdf(self) -> Output:
+        """The URDF that MoveIt reads."""
+
+    @property
+    def said(self) -> Any:
+        """The section ``moveit`` of the description."""
+
+    @property
+    def links(self) -> Collection[str]:
+        """The links of the URDF."""
+
+    @property
+    def joints(self) -> Mapping[str, Joint]:
+        """The joints of the URDF by name."""
 
     @property
     def solids(self) -> Mapping[str, list[Shape]]:

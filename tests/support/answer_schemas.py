@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import Any, Literal
 
 from rosorin_compile.cli.answer import name_of
-from rosorin_compile.source.answers import Said, is_in_json
+from rosorin_compile.source.answers import Said
 from support.paths import COMPILER, PACKAGES
 
 _PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number", type(None): "null"}
@@ -74,7 +74,11 @@ class Schema:
             self.definitions[name] = {}  # it may be in itself
             fields = typing.get_type_hints(kind, include_extras=True)
             if dataclasses.is_dataclass(kind):
-                fields = {one.name: fields[one.name] for one in dataclasses.fields(kind) if is_in_json(one)}
+                fields = {
+                    one.name: fields[one.name]
+                    for one in dataclasses.fields(kind)
+                    if one.repr and one.name != "diagnostics"
+                }
             needed = getattr(kind, "__required_keys__", fields)
             self.definitions[name] = {
                 "type": "object",

@@ -19,6 +19,7 @@ GENERATED = {
     DOCS / "rules.md": "rules_reference",
     DOCS / "parts-library.md": "library_reference",
     DOCS / "json.md": "json_reference",
+    DOCS / "python.md": "python_reference",
     SCHEMAS / "authoring.schema.json": "authoring",
 }
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import registry
 from rosorin_compile.cli.calling import called
 from rosorin_compile.cli.main import main, parse
 from rosorin_compile.cli.registry import checks, own_checks
@@ -129,15 +128,6 @@ def test_a_robot_is_told_from_a_parameter_file(words: str, robot: list[str], fil
     options = parse(["check", "parameters", *words.split()])
     _take_words(options)
     assert (options.words, options.parameters) == (robot, files)
-
-
-def test_the_pages_of_changes_are_drawn_by_a_package() -> None:
-    from rosorin_compile.cli.pictures import PICTURES
-    from rosorin_compile.viewer.changed import Pictures
-
-    assert registry.service(PICTURES) is Pictures
-    with pytest.raises(LookupError):
-        registry.service("nothing")
 
 
 def test_parameters_of_the_only_robot_here(home: Path, capsys: Shown) -> None:

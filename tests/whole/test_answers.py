@@ -14,7 +14,7 @@ import pytest
 from rosorin_compile import __version__
 from rosorin_compile.cli import run as running
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.schema import names
+from rosorin_compile.formats.schemas import schema_names as names
 from support.answers import hold, validator
 from support.commands import HANDY, Shown
 from support.paths import SCHEMAS

@@ -17,7 +17,7 @@ import pytest
 from rosorin_compile import __version__
 from rosorin_compile.cli.main import main, parse, parser
 from rosorin_compile.cli.registry import GROUPS, commands
-from rosorin_compile.cli.schema import names
+from rosorin_compile.formats.schemas import schema_names as names
 from rosorin_compile.language.schema import own_schema
 from support.paths import DATA, IMPORTED, ROOT, ROSORIN, SCHEMAS
 

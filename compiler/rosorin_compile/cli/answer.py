@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -81,9 +83,26 @@ def give_result(
 ) -> None:
     """Give the result of a command: a person reads it as ``text``, which ``show`` prints, a program in the envelope."""
     answer = answer_of(options)
-    answer.result = result
+    answer.result = plain(result)
     if answer.form != ENVELOPE and (shown := text()):
         show(shown)
+
+
+def plain(value: object) -> object:
+    """Return a result as plain JSON data.
+
+    A dataclass becomes an object of the fields in its ``repr``, a named tuple an object of all its fields. Diagnostics are left out: the envelope has them.
+    """
+    if is_dataclass(value) and not isinstance(value, type):
+        shown = [field.name for field in fields(value) if field.repr and field.name != "diagnostics"]
+        return {name: plain(getattr(value, name)) for name in shown}
+    if hasattr(value, "_asdict"):  # a named tuple
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner) for inner in value]
+    return str(value) if isinstance(value, Path) else value
 
 
 def begin_robot(options: argparse.Namespace, description: Description) -> None:

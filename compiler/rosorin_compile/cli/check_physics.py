@@ -7,10 +7,10 @@ from collections import Counter
 
 from rosorin_compile import api
 from rosorin_compile.mujoco.physics.checking import require
-from rosorin_compile.source.answers import to_json
 from rosorin_compile.source.diagnostics import counted, listed
 from rosorin_compile.source.project import Description
 
+from .answer import plain
 from .parser import Parser
 from .run import Run, for_each
 from .usage import FINE, PROBLEMS
@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
 def _check(run: Run, description: Description) -> int:
     result = api.check_physics(run.request(description))
     run.console.show(result.diagnostics)
-    run.tell_of_robot({"looked_at": to_json(result.looked_at)})
+    run.tell_of_robot({"looked_at": plain(result.looked_at)})
     if result.looked_at is None:
         run.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
         return PROBLEMS

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from rosorin_compile import api
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions.matrix import FILE
-from rosorin_compile.source.answers import to_json
 from rosorin_compile.source.diagnostics import Console, counted, has_errors, listed
 from rosorin_compile.source.project import Description
 
@@ -47,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     if has_errors(result.diagnostics):
         return PROBLEMS
     _show(result, run.console, description)
-    give_result(options, to_json(result), str)
+    give_result(options, result, str)
     return FINE
 
 

@@ -14,16 +14,14 @@ from rosorin_compile.source.console import Console
 
 from .answer import give_result
 from .given import named
-from .pictures import pictures
 from .robots import one, take_stdin
-from .run import Run
+from .run import Run, write_page
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.difference import Difference, Side
     from rosorin_compile.output.diff_inputs import Read
 
-    from .given import Given
     from .parser import Parser
 
 _SIDES = ("A", "B")
@@ -99,17 +97,22 @@ def run(options: argparse.Namespace) -> int:
             sys.stdout.flush()
     finally:  # also where nobody reads to the end
         if options.html is not None:
-            givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]
-            _write_page(options, list(zip(words, givens, strict=True)), found)
+            _write_page(run, words, found)
     return FINE if found.same else PROBLEMS
 
 
-def _write_page(options: argparse.Namespace, givens: Sequence[tuple[str, Given]], found: Difference) -> None:
+def _write_page(run: Run, words: Sequence[str], found: Difference) -> None:
     """Write the page that shows B with A under it. Raises WrongUsage."""
-    page = pictures(options)
-    robots = [(given, one(word, "rosorin-compile diff A B")) for word, given in givens]
-    page.take_sides(robots, found, options.prefix)
-    page.write(Console(options.format))
+    from rosorin_compile.viewer.changed import Pictures
+
+    options = run.options
+    page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
+    requests = []
+    for word, own in zip(words, (options.a_arg, options.b_arg), strict=True):
+        request = replace(run.request(one(word, "rosorin-compile diff A B")), warn=None)
+        requests.append(replace(request, arguments={**request.arguments, **named(own)}))
+    page.take_sides(requests, found, options.prefix)
+    write_page(page, Console(options.format))
 
 
 def _tolerance(text: str) -> float:

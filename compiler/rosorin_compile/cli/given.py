@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,13 +16,8 @@ from .usage import WrongUsage
 if TYPE_CHECKING:
     import argparse
 
-    from rosorin_compile.formats.mesh_files import Searched
-    from rosorin_compile.model import Output
-    from rosorin_compile.output.pipeline import Compiled, Understood
     from rosorin_compile.source.console import Console
-    from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.project import Description
-    from rosorin_compile.source.tree import Map
 
 MARK = ":="  # between name and value of an argument, as xacro has it
 
@@ -39,35 +33,6 @@ class Given(NamedTuple):
     packages: Mapping[str, Path] = MappingProxyType({})
     trust: bool = False
 
-    @classmethod
-    def of(cls, arguments: object, packages: object = None) -> tuple[Given, list[Diagnostic]]:
-        """Return what a program gives, values of Python by name and folders of packages, and what is wrong with it."""
-        from rosorin_compile.language.asked import ask
-
-        asked = ask("", arguments, packages)
-        return cls(asked.arguments, (), asked.packages), asked.diagnostics
-
-    @classmethod
-    def asked(
-        cls, path: object, arguments: object, packages: object, outputs: str | os.PathLike[str] | None = None
-    ) -> tuple[Description | None, Given, list[Diagnostic]]:
-        """Return the description that a program asks for, and what goes with it; None, and why, if there is none.
-
-        ``outputs`` is the folder that has a folder a robot, as in ``Description.find``.
-        """
-        from rosorin_compile.language.asked import ask
-        from rosorin_compile.source.diagnostics import error
-        from rosorin_compile.source.project import Description, NoDescription
-
-        asked = ask(path, arguments, packages)
-        given = cls(asked.arguments, (), asked.packages)
-        if asked.diagnostics:
-            return None, given, asked.diagnostics
-        try:
-            return Description.find([asked.name], None if outputs is None else os.fsdecode(outputs))[0], given, []
-        except NoDescription as problem:
-            return None, given, [error("file-unreadable", str(problem), None)]
-
     def values(self) -> dict[str, Any]:
         """Return all arguments by name; the command line wins over files. Raises LoadError."""
         if not self.files:
@@ -80,22 +45,6 @@ class Given(NamedTuple):
         """Return the request for a robot; warnings before code is executed are printed on the console."""
         warn = None if console is None else console.ahead
         return Request(description, self.texts, self.files, self.packages, self.trust, warn)
-
-    def compile(self, description: Description, console: Console) -> Compiled:
-        """Compile a description without searching its mesh files."""
-        return self.request(description, console).compile(meshes=False)
-
-    def compile_foreign(self, description: Description, console: Console) -> Compiled:
-        """Compile a robot in another format to what publishers read."""
-        return self.request(description, console).compile_published()
-
-    def search_meshes(self, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
-        """Search the meshes of a robot, and read those that belong to its artifacts."""
-        return self.request(description).search_meshes(tree, outputs)
-
-    def understand(self, description: Description, console: Console) -> Understood:
-        """Return the robot of a description, or of a file in another format."""
-        return self.request(description, console).understand()
 
     def as_written(self) -> dict[str, str]:
         """Return all arguments by name, as a xacro takes them: as texts. Raises WrongUsage."""

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.console import Console, give
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
-from rosorin_compile.source.world import spoil
 
 from .answer import give_result
-from .compiling import read_by
-from .given import Given, no_half_mark
+from .given import no_half_mark
 from .robots import is_robot, one
 from .run import Run
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     import argparse
 
     from rosorin_compile.model import Output
-    from rosorin_compile.output.pipeline import Compiled, Understood
+    from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.source.diagnostics import Diagnostic
 
     from .parser import Parser
@@ -74,11 +73,11 @@ def run(options: argparse.Namespace) -> int:
     """Print one artifact, or list those that there are."""
     options.quiet = not options.verbose  # what there is to say of the cache, too
     run = Run.of(options)
-    given, words, console = run.given, run.words, run.console
+    words, console = run.words, run.console
     if options.list:
-        return _list(options, given, words, console)
+        return _list(run)
     if not words:
-        raise WrongUsage(f"print what? {_CALL} [ROBOT] OUTPUT{_outputs_here(given)}")
+        raise WrongUsage(f"print what? {_CALL} [ROBOT] OUTPUT{_outputs_here(run)}")
     if "" in words:
         raise WrongUsage("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
@@ -92,11 +91,14 @@ def run(options: argparse.Namespace) -> int:
     if options.depfile is not None and target is None:
         raise WrongUsage("a depfile needs a target: write -o FILE, or --depfile-target NAME")
     description, output = _asked(run)
-    compiled = _compiled(given, description, console, output, options.lenient)
+    request = run.request(description)
+    compiled = request.compile((output,), foreign=True, lenient=options.lenient)
+    inputs = request.inputs(compiled)
+    console.tell_read(inputs)
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
-    return _put(options, console, compiled, read_by(given, compiled), target)
+    return _put(options, console, compiled, inputs, target)
 
 
 def _asked(run: Run) -> tuple[Description, str]:
@@ -119,14 +121,6 @@ def _asked(run: Run) -> tuple[Description, str]:
 
 def _meant(robot: str) -> str:
     return f"{robot} is a robot: write {_CALL} {robot} OUTPUT; --list {robot} shows its outputs"
-
-
-def _compiled(given: Given, description: Description, console: Console, output: str, lenient: bool) -> Compiled:
-    """Return what becomes of one output of a robot in any format, proven; ``lenient`` is about those in others."""
-    request = given.request(description, console)
-    compiled = request.compile((output,), foreign=True, lenient=lenient)
-    console.tell_read(request.inputs(compiled))
-    return compiled
 
 
 def _put(
@@ -179,7 +173,6 @@ def _printed(text: str, console: Console) -> bool:
     except BrokenPipeError:
         raise
     except OSError as problem:
-        spoil("nobody reads what is said")
         console.warn(f"cannot write to standard output: {problem.strerror or problem}")
         with Path(os.devnull).open("wb") as nowhere:
             os.dup2(nowhere.fileno(), sys.__stdout__.fileno() if sys.__stdout__ else 1)
@@ -199,36 +192,23 @@ def _nothing_printed(
     return USAGE if all(one.rule == UNKNOWN for one in errors) else PROBLEMS
 
 
-def _list(options: argparse.Namespace, given: Given, words: list[str], console: Console) -> int:
+def _list(run: Run) -> int:
     """List the outputs of a robot."""
+    from rosorin_compile import api
+
+    options, words, console = run.options, run.words, run.console
     if len(words) > 1 or options.output or options.depfile:
         raise WrongUsage(f"a list is of one robot: {_CALL} --list ROBOT")
     description = one("".join(words), f"{_CALL} --list ROBOT")
-    understood = _understood(given, description, console)
-    outputs = _listed(understood)
+    found = api.outputs(run.request(description))
+    outputs = found.outputs
     if outputs is None:
-        console.show([one for one in understood.diagnostics if one.severity == "error"])
+        console.show([one for one in found.diagnostics if one.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no outputs")
         return PROBLEMS
     rows = [{"name": output.name, "format": output.backend, "file": output.file} for output in outputs]
     give_result(options, rows, lambda: "\n".join(_lines(description.name, outputs)))
     return FINE
-
-
-def _understood(given: Given, description: Description, console: Console) -> Understood:
-    """Return what a robot in any format says, with the outputs that it lists."""
-    request = given.request(description, console)
-    return request.understand_outputs()
-
-
-def _listed(understood: Understood) -> tuple[Output, ...] | None:
-    """Return the outputs of a robot; None of one with errors."""
-    from rosorin_compile.source.diagnostics import has_errors
-
-    lowered = understood.lowered
-    if lowered is None or lowered.robot is None or has_errors(understood.diagnostics):
-        return None
-    return lowered.robot.outputs
 
 
 def _lines(name: str, outputs: tuple[Output, ...]) -> list[str]:
@@ -245,13 +225,15 @@ def _written() -> list[str]:
     return [format.name for format in FORMATS.values() if format.write is not None]
 
 
-def _outputs_here(given: Given) -> str:
-    """Return the outputs of the one robot here, as the end of a sentence; nothing if that cannot be said."""
+def _outputs_here(run: Run) -> str:
+    """Return the outputs of the only robot here, as the end of a sentence."""
+    from rosorin_compile import api
+
     try:
         description = one("", "")
     except WrongUsage:
         return "; --list ROBOT shows what there is"
-    outputs = _listed(_understood(given, description, Console("json")))
+    outputs = api.outputs(replace(run.request(description), warn=None)).outputs
     if not outputs:
         return "; --list ROBOT shows what there is"
     return f"; the outputs of {description.name}: {first_of([output.name for output in outputs], _MOST_NAMED)}"

@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,23 +16,22 @@ from rosorin_compile.source.console import Console
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, all_with
-from rosorin_compile.source.world import memory
+from rosorin_compile.source.wording import counted, listed
 
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
 from .robots import described, descriptions_of, no_stdin, one, take_stdin
-from .usage import FINE, WrongUsage
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     import argparse
 
-    from rosorin_compile.model import Robot
     from rosorin_compile.model.kinematics.quaternions import Position
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.output.request import Request
     from rosorin_compile.rules.case import Case
-
-_NOT_ASKED = ("words", "run", "known", "called", "answer")  # of the options
+    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.viewer.changed import Pictures
 
 
 @dataclass(frozen=True)
@@ -83,12 +82,12 @@ class Run:
         return descriptions_of(names)
 
     def compiled(self, description: Description) -> Compiled | None:
-        """Return what a robot is compiled to, its meshes found and all of it proven; None, once said, with errors."""
+        """Compile a robot with its meshes and print its diagnostics; return None with errors."""
         from rosorin_compile.source.diagnostics import has_errors
 
-        from .compiling import compile_proven, nothing_written
-
-        compiled = compile_proven(self.given, description, self.console)
+        request = self.request(description)
+        compiled = request.compile()
+        self.console.tell_read(request.inputs(compiled))
         self.console.show(compiled.diagnostics)
         if compiled.robot is not None and not has_errors(compiled.diagnostics):
             return compiled
@@ -96,14 +95,16 @@ class Run:
         return None
 
     def understood(self, description: Description, quietly: bool = False) -> Case | None:
-        """Return a robot and where it was written, also in another format; None, once said, with errors.
+        """Return a robot in any format with its positions in files; None, after printing its errors, with errors."""
+        found = replace(self.request(description), **({"warn": None} if quietly else {})).understand()
+        if found.case is None and not quietly:
+            self.console.show([one for one in found.diagnostics if one.severity == "error"])
+            self.no_robot(description)
+        return found.case
 
-        ``quietly``: what is wrong with it was said before.
-        """
-        from .understanding import understood
-
-        known = understood(self.given, description, Console("json") if quietly else self.console)
-        return None if known is None else known.case
+    def no_robot(self, description: Description) -> None:
+        """Print that a robot has errors, after its errors."""
+        self.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
 
     def positions(self, case: Case) -> dict[str, Position] | None:
         """Return the positions that --pose, --pulse and --joint set; None, after printing why, with a wrong pulse.
@@ -111,10 +112,12 @@ class Run:
         Positions beyond a limit are printed. Raises WrongUsage.
         """
         from rosorin_compile.language.sections.servos.pulses import NoPulse
-        from rosorin_compile.rules.joint_states import beyond, beyond_limit
+        from rosorin_compile.rules.joint_states import beyond, beyond_limit, positions
 
+        joints = assignments(self.options.joints, "JOINT=POSITION")
+        pulses = assignments(self.options.pulses, "JOINT=PULSE")
         try:
-            state = positions(case.robot, self.options)
+            state = positions(case.robot, self.options.pose, joints, pulses)
         except NoPulse as problem:
             self.console.warn(f"rosorin-compile: {problem}")
             return None
@@ -133,13 +136,27 @@ class Run:
             append_summary(Path(summary), self.console.summary())
 
 
-def positions(robot: Robot, options: argparse.Namespace) -> dict[str, Position]:
-    """Return the positions that --pose, --pulse and --joint set. Raises WrongUsage, NoPulse."""
-    from rosorin_compile.rules.joint_states import positions, split
+def assignments(texts: Iterable[str], example: str) -> dict[str, str]:
+    """Return NAME=VALUE texts by name. Raises WrongUsage, which shows the example."""
+    from rosorin_compile.rules.joint_states import split
 
-    joints = dict(split(text, "JOINT=POSITION") for text in options.joints)
-    pulses = dict(split(text, "JOINT=PULSE") for text in options.pulses)
-    return positions(robot, options.pose, joints, pulses)
+    return dict(split(text, example) for text in texts)
+
+
+def mode_states(texts: Iterable[str]) -> dict[str, bool]:
+    """Return the modes that --mode sets: slam, "not slam", slam=on, slam=off. Raises WrongUsage."""
+    found: dict[str, bool] = {}
+    for text in texts:
+        name, equals, state = text.partition("=")
+        words = name.split()
+        negated = len(words) == 2 and words[0] == "not"
+        name = words[-1] if negated else name.strip()
+        if (equals and state not in ("on", "off")) or (equals and negated):
+            raise WrongUsage(f'"{text}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
+        on = state == "on" if equals else not negated
+        if found.setdefault(name, on) != on:
+            raise WrongUsage(f'the mode "{name}" cannot be on and off')
+    return found
 
 
 def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int], alone: str = "") -> int:
@@ -168,33 +185,6 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     give_result(options, {"robots": answer_of(options).robots}, str)
     run.finish()
     return code
-
-
-def once(run: Run, description: Description, work: Callable[[], int]) -> int:
-    """Do with a robot what a run before has done, if that would only be the same again; return the exit code.
-
-    Where the messages are one document for a program, each run is made.
-    """
-    console = run.console
-    if not console.for_people or console.keeps:
-        return work()
-    before = console.unlisted.copy()
-    done, was_known = memory.once(
-        _key(run, description), work, [description.outputs], lambda: dict(console.unlisted - before)
-    )
-    if was_known:
-        console.repeat(done.said)
-        console.unlisted.update(done.numbers)
-    return done.code
-
-
-def _key(run: Run, description: Description) -> list[str]:
-    """Return what tells one call from another: the options, the arguments, what is seen and how it is shown."""
-    options = {name: value for name, value in vars(run.options).items() if name not in _NOT_ASKED}
-    told = [options, sorted(run.given.texts.items()), list(map(str, run.given.files))]
-    told += [[description.name, str(description.path), str(description.outputs)]]
-    told += [sorted((n, str(f)) for n, f in run.given.packages.items())]
-    return ["robot", run.options.called, *map(repr, told), *memory.surroundings()]
 
 
 def _asked_for(options: argparse.Namespace, alone: str) -> tuple[Given, list[Description]]:
@@ -256,3 +246,61 @@ def append_summary(file: Path, text: str) -> None:
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise WrongUsage(f'cannot write the summary "{file}": {reason}') from None
+
+
+def write_depfile(
+    run: Run, target: str, inputs: Sequence[Path], made: Sequence[Path] = (), newer: Sequence[Path] = ()
+) -> int:
+    """Write the requested depfile, make the files ``newer`` than it, and return the exit code.
+
+    ``inputs`` are what the target is made of, ``made`` the artifacts.
+    """
+    from rosorin_compile.output import OutputError
+    from rosorin_compile.output.one_file import touch, write_depfile
+
+    try:
+        write_depfile(Path(run.options.depfile), target, inputs, made)
+        touch(newer)
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    return FINE
+
+
+def write_page(page: Pictures, console: Console) -> None:
+    """Write a page of changes. Raises WrongUsage."""
+    from rosorin_compile.output import OutputError
+
+    try:
+        done = page.write()
+    except OutputError as problem:
+        raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
+    if not done.robots:
+        removed = "; the old one is removed" if done.removed else ""
+        console.warn(f"{done.file}: no page, because no robot compiles{removed}")
+        return
+    if done.left_out:
+        console.warn(f"{done.file}: without {done.left_out}")
+    console.say(f"{done.file}: a page with {counted(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
+
+
+def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
+    """Print how many errors keep a robot from being compiled; a robot without outputs has none."""
+    errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)
+    if not errors:
+        console.say(f"{name}: nothing to emit; say under outputs: what you want")
+        return FINE
+    console.warn(f"{name}: {counted(errors, 'error')}, nothing written")
+    return PROBLEMS
+
+
+def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
+    """Return the number of artifacts in words, and that of the meshes and textures with them."""
+    return listed([counted(len(artifacts), "artifact"), *counted_files(meshes)])
+
+
+def counted_files(names: Collection[str]) -> list[str]:
+    """Return the numbers of meshes and of textures in words, without those that are zero."""
+    textures = sum(name.lower().endswith(".png") for name in names)
+    counts = {"mesh file": len(names) - textures, "texture": textures}
+    return [counted(number, word) for word, number in counts.items() if number]

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile import api
 from rosorin_compile.mujoco.simulate.judging import LIMITS
-from rosorin_compile.source.answers import to_json
 from rosorin_compile.source.diagnostics import Console, counted, listed
 
 from .answer import give_result
@@ -89,7 +88,7 @@ def _show(result: Simulated, options: argparse.Namespace, console: Console) -> N
 
     if options.format != "text":
         console.show(result.diagnostics)
-        give_result(options, to_json(result), str)
+        give_result(options, result, str)
         return
     print(f"{result.robot}: {report.about(result)}\n")
     print(report.text(report.tables(result)))

@@ -6,7 +6,6 @@ import argparse
 from typing import TYPE_CHECKING
 
 from rosorin_compile import api
-from rosorin_compile.source.answers import to_json
 from rosorin_compile.source.diagnostics import Console, and_more, counted
 from rosorin_compile.variants.writing import MAX_FAILED
 
@@ -58,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
         raise
     if result.complete:
         _show(result, console)
-        give_result(options, to_json(result), str)
+        give_result(options, result, str)
         code = PROBLEMS if result.error else FINE
     elif not result.made + result.unchanged + result.error:
         console.warn(f"{options.over}: {counted(len(result.diagnostics), 'error')}, nothing written")

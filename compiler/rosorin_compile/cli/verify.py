@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile import api
 from rosorin_compile.output.request import is_foreign
-from rosorin_compile.source.answers import to_json
 from rosorin_compile.source.diagnostics import Console
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.world import world
 
 from .answer import give_result
-from .run import Run
+from .run import Run, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
     result = api.verify(
         run.request(description),
         source,
-        modes=options.modes,
+        modes=mode_states(options.modes),
         without=options.without,
         pose=options.pose,
         frames=tuple(options.frames) if options.frames else None,
@@ -150,7 +149,7 @@ def _show(result: Verified, verdict: Verdict, options: argparse.Namespace, name:
     if options.format != "text":
         if options.format == "json":
             console.show(verdict.findings)
-        give_result(options, to_json(result), str)
+        give_result(options, result, str)
         return
     if options.quiet:
         failing = (ERROR, WARNING) if options.strict else (ERROR,)

@@ -15,9 +15,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import and_more, counted
 
-from .compiling import compile_proven, count
 from .robots import described
-from .run import Run
+from .run import Run, count
 from .usage import FINE
 
 if TYPE_CHECKING:
@@ -90,7 +89,7 @@ class _Robot:
 
     def __init__(self, description: Description, run: Run) -> None:
         self.description = description
-        self.given, self.console = run.given, run.console
+        self.request, self.console = run.request(description), run.console
         self.inputs = Inputs(description.outputs)
         self.said = Said()
 
@@ -101,7 +100,8 @@ class _Robot:
 
     def _compile(self) -> None:
         """Compile, and write what came of it; after an error nothing."""
-        compiled = compile_proven(self.given, self.description, self.console)
+        compiled = self.request.compile()
+        self.console.tell_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         new = self.said.new(compiled.diagnostics)
         self.console.show(new)

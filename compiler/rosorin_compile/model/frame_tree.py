@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.source.diagnostics import RequestError, did_you_mean
 from rosorin_compile.source.wording import and_more
 
 from .joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
@@ -216,25 +215,3 @@ def _line(line: Line) -> str:
     indent = f"{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em"
     others = "".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in cells)
     return f'<tr><td style="{indent}">{escape(name)}</td>{others}</tr>'
-
-
-_STATES = {"on": True, "off": False}
-
-
-def mode_states(robot: Robot, texts: Sequence[str]) -> dict[str, bool]:
-    """Return the modes that texts such as slam, "not slam", slam=on and slam=off set. Raises RequestError."""
-    found: dict[str, bool] = {}
-    for text in texts:
-        name, equals, state = text.partition("=")
-        words = name.split()
-        negated = len(words) == 2 and words[0] == "not"
-        name = words[-1] if negated else name.strip()
-        if name not in robot.modes:
-            known = did_you_mean(name, robot.modes) or "it has none"
-            raise RequestError(f'{robot.name} has no mode "{name}"; {known}')
-        if (equals and state not in _STATES) or (equals and negated):
-            raise RequestError(f'"{text}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
-        on = _STATES[state] if equals else not negated
-        if found.setdefault(name, on) != on:
-            raise RequestError(f'the mode "{name}" cannot be on and off')
-    return found

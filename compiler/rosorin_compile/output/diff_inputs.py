@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.compare.diff import compare_robots
-from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
+from rosorin_compile.compare.difference import YAML, Side
 from rosorin_compile.compare.tolerance import printing_of
 from rosorin_compile.compare.wording import several
 from rosorin_compile.formats import FORMATS
@@ -18,13 +15,12 @@ from rosorin_compile.language import asked
 from rosorin_compile.model import Robot
 from rosorin_compile.source import world
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, error, has_errors
-from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import STDIN, Description, NoDescription, first_file, stdin_of
 
 from .request import is_foreign
 
 # What a person is to know before a foreign file is opened.
-_TOLD = ("xacro-runs-code",)
+EXECUTED = ("xacro-runs-code",)
 
 
 class Read(NamedTuple):
@@ -44,39 +40,7 @@ class Read(NamedTuple):
         return [f"{label}: {what}" for what in (left if each or not left else [several(left)])]
 
 
-def diff(
-    a: str | os.PathLike[str] | Robot,
-    b: str | os.PathLike[str] | Robot,
-    tolerance: float = DEFAULT_TOLERANCE,
-    prefix: str | None = None,
-    *,
-    arguments: Mapping[str, Any] | None = None,
-    a_arguments: Mapping[str, Any] | None = None,
-    b_arguments: Mapping[str, Any] | None = None,
-    packages: Mapping[str, str | os.PathLike[str]] | None = None,
-) -> Difference:
-    """Return how two robots differ by meaning: files of any format, descriptions as ``compile`` takes them, or Robots.
-
-    ``tolerance`` and ``prefix`` as in ``compare_robots``. ``arguments`` are for both sides, ``a_arguments`` and
-    ``b_arguments`` for one. A Robot counts as a description, which has a word for everything. What is wrong with the
-    input is no exception: it is in the ``diagnostics`` of the result, which then has no sides.
-    """
-    wrong = _wrong_options(tolerance, prefix)
-    reads = [_asked_side(*one, packages) for one in ((a, [arguments, a_arguments]), (b, [arguments, b_arguments]))]
-    first, second = reads
-    diagnostics = [*wrong, *first.diagnostics, *second.diagnostics]
-    if first.side is None or second.side is None or has_errors(diagnostics):
-        return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
-    try:
-        difference = compare_robots(first.side, second.side, tolerance, prefix)
-    except PluginFailed as problem:
-        diagnostics.append(problem.diagnostic)
-        return Difference(None, None, (), (), (), tolerance, tuple(diagnostics))
-    left = [line for read in (first, second) if read.side for line in read.lines(read.side.label, each=True)]
-    return replace(difference, not_compared=(*difference.not_compared, *left), diagnostics=tuple(diagnostics))
-
-
-def _wrong_options(tolerance: object, prefix: object) -> list[Diagnostic]:
+def wrong_options(tolerance: object, prefix: object) -> list[Diagnostic]:
     """Return what is wrong with the options of a comparison."""
     diagnostics = []
     if isinstance(tolerance, bool) or not (isinstance(tolerance, (int, float)) and 0 <= tolerance < math.inf):
@@ -87,7 +51,7 @@ def _wrong_options(tolerance: object, prefix: object) -> list[Diagnostic]:
     return diagnostics
 
 
-def _asked_side(robot: object, arguments: list[Mapping[str, Any] | None], packages: object) -> Read:
+def side_of(robot: object, arguments: Sequence[Mapping[str, Any] | None], packages: object, trust: bool) -> Read:
     """Return one side of a comparison that a program asks for: a Robot, or the name of one on disk."""
     if isinstance(robot, Robot):
         return Read(Side(robot.name, YAML, robot), [])
@@ -101,7 +65,7 @@ def _asked_side(robot: object, arguments: list[Mapping[str, Any] | None], packag
         if wrong:
             return Read(None, wrong)
     try:
-        read = read_side(own.name, values, own.packages)
+        read = read_side(own.name, values, own.packages, trust)
     except NoDescription as problem:
         return Read(None, [error("file-unreadable", str(problem), None)])
     if own.arguments and read.deaf:
@@ -135,7 +99,7 @@ def _description(
     errors = [diagnostic for diagnostic in diagnostics if diagnostic.severity == ERROR]
     if errors or lowered is None or lowered.robot is None:
         return Read(None, errors)
-    said = [diagnostic for diagnostic in diagnostics if diagnostic.rule in _TOLD and not trust]
+    said = [diagnostic for diagnostic in diagnostics if diagnostic.rule in EXECUTED and not trust]
     return Read(Side(word, YAML, lowered.robot, folder=path.parent), said)
 
 
@@ -146,7 +110,7 @@ def _foreign(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapp
 
     texts = {name: str(value) for name, value in arguments.items()}
     imported = read_robot(path, ReadOptions(texts, packages, lenient=True, trust=trust))
-    said = [d for d in imported.diagnostics if d.severity == ERROR or d.rule in _TOLD]
+    said = [d for d in imported.diagnostics if d.severity == ERROR or d.rule in EXECUTED]
     if imported.tree is None or has_errors(said):
         return Read(None, said)
     lowered = lower(imported.tree)

@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
-from rosorin_compile.source.answers import NOT_JSON
 from rosorin_compile.source.diagnostics import Diagnostic
-
-from .judge import Verdict
 
 
 @dataclass(frozen=True)
@@ -125,7 +122,8 @@ class Finding:
 class Verified:
     """A recording compared with a description.
 
-    Without ``verdict`` the comparison was not possible, and ``diagnostics`` has the reason.
+    ``verdict`` is the ``judge.Verdict`` with all statistics. Without it the comparison was not possible, and
+    ``diagnostics`` has the reason.
     """
 
     robot: Annotated[str, "The name of the robot."]
@@ -144,7 +142,7 @@ class Verified:
     answers: Annotated[tuple[EchoAnswer, ...], "What tf2_echo answered."] = ()
     findings: Annotated[tuple[Finding, ...], "What is not as described, the most serious first."] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
-    verdict: Verdict | None = field(default=None, repr=False, compare=False, metadata=NOT_JSON)
+    verdict: Any = field(default=None, repr=False, compare=False)
 
 
 ANSWERS: dict[str, Any] = {"verify": Verified}

@@ -6,13 +6,14 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from types import MappingProxyType
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.frame_tree import mode_states
 from rosorin_compile.output.foreign import emit_published
 from rosorin_compile.output.pipeline import emitted
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.conditions import check_modes
 from rosorin_compile.source.diagnostics import (
     Diagnostic,
     Heading,
@@ -42,11 +43,14 @@ RULES = (
 )
 
 
+NO_MODES: Mapping[str, bool] = MappingProxyType({})
+
+
 def verify_recording(
     request: Request,
     source: str,
     *,
-    modes: Sequence[str] | Mapping[str, bool] = (),
+    modes: Mapping[str, bool] = NO_MODES,
     without: Sequence[str] = (),
     pose: str = "",
     frames: tuple[str, str] | None = None,
@@ -78,7 +82,7 @@ def verify_recording(
     if since is not None and until is not None and since >= until:
         raise RequestError("since is not before until")
     options = Options(
-        _modes(robot, modes),
+        dict(check_modes(robot, modes)),
         _nodes(robot, without),
         _positions(robot, pose),
         frames,
@@ -94,12 +98,6 @@ def verify_recording(
     except Unreadable as problem:
         return Verified(name, source, diagnostics=(error("recording-unreadable", str(problem), None, problem.help),))
     return as_result(replace(verdict, findings=_placed(verdict, case)), source)
-
-
-def _modes(robot: Robot, modes: Sequence[str] | Mapping[str, bool]) -> dict[str, bool]:
-    if isinstance(modes, Mapping):
-        modes = [f"{name}={'on' if state else 'off'}" for name, state in modes.items()]
-    return mode_states(robot, modes)
 
 
 def _nodes(robot: Robot, names: Sequence[str]) -> frozenset[str]:

@@ -48,7 +48,7 @@ def _variant(entry: Any) -> Variant:
         name, arguments = entry.get(NAME, ""), {key: value for key, value in entry.items() if key != NAME}
     else:
         name, arguments = entry if isinstance(entry, (tuple, list)) and len(entry) == 2 else ("", entry)
-    values, wrong = from_python(arguments)
+    values, wrong = from_python({} if arguments is None else arguments)
     tree = Map(Source("variants", "").start())
     tree.update(values)
     variant = Variant(name if isinstance(name, str) else "", tree)

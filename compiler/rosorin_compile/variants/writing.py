@@ -82,7 +82,7 @@ def write_variants(
     whole: str = "",
     dask: str = "",
     prune: bool = False,
-    report: Callable[[Diagnostic], None] = lambda _: None,
+    report: Callable[[Diagnostic], None] | None = None,
 ) -> WrittenVariants:
     """Compile a description with the arguments of each variant of a list, each into a folder in ``folder``.
 
@@ -97,7 +97,8 @@ def write_variants(
 
     def tell(diagnostic: Diagnostic) -> None:
         reported.append(diagnostic)
-        report(diagnostic)
+        if report is not None:
+            report(diagnostic)
 
     result, writer = WrittenVariants(str(description.path), str(folder)), None
     try:

@@ -1,6 +1,6 @@
 """The command and the check of the package."""
 
-from rosorin_compile import Check, Command
+from rosorin_compile.extend import Check, Command
 
 BALLS = Command(
     name="balls",

@@ -12,11 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.main import main, parser
-from rosorin_compile.cli.understanding import understood
+from rosorin_compile.output.request import Request
 from rosorin_compile.ros.check_parameters.checking import asked, look
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
@@ -39,9 +37,9 @@ def options(case: Path) -> argparse.Namespace:
 
 
 def looked_at(case: Path) -> list[Diagnostic]:
-    known = understood(Given({}, ()), Description("robot", Path("robot.yaml"), Path("outputs")), Console("json"))
+    known = Request(Description("robot", Path("robot.yaml"), Path("outputs"))).understand().case
     assert known is not None
-    return look(known.case, asked(options(case))).diagnostics
+    return look(known, asked(options(case))).diagnostics
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.parent.name}-{case.stem}")

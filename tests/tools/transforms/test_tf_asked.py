@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.tf import _no_way
 from rosorin_compile.model.kinematics import NoWay
 from rosorin_compile.rules.joint_states import free_joint, position, sweep_of
+from rosorin_compile.rules.transform import _no_way
 from rosorin_compile.source.diagnostics import RequestError
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.paths import ROOT

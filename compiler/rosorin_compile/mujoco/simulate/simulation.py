@@ -11,7 +11,6 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.answers import NOT_JSON
 from rosorin_compile.source.diagnostics import (
     Diagnostic,
     Heading,
@@ -72,7 +71,7 @@ class Simulated:
     energy: Swung | None = None
     timing: Annotated[Timing | None, "null with `--no-timing`"] = None
     diagnostics: tuple[Diagnostic, ...] = ()
-    inputs: tuple[Path, ...] = field(default=(), repr=False, metadata=NOT_JSON)
+    inputs: tuple[Path, ...] = field(default=(), repr=False)
 
     def page(self) -> str:
         """Return a page of HTML with tables and plots. It refers to no other file."""

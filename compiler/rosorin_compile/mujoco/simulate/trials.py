@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Drive, Joint, Robot, Twist
-from rosorin_compile.source.answers import NOT_JSON
 from rosorin_compile.source.progress import Progress
 
 from .world import FREE, POSITION, Broken, Touch, World, moving
@@ -79,7 +78,7 @@ class PoseTrial:
     stands_on: list[str] = field(default_factory=list)
     above: dict[str, float] = field(default_factory=dict)
     broken: Stop | None = None
-    curves: list[Curve] = field(default_factory=list, repr=False, metadata=NOT_JSON)
+    curves: list[Curve] = field(default_factory=list, repr=False)
 
     @property
     def worst(self) -> tuple[str, float] | None:
@@ -105,7 +104,7 @@ class Driven:
     scale: float = 1.0
     touches: list[Touch] = field(default_factory=list)
     broken: Stop | None = None
-    curves: list[Curve] = field(default_factory=list, repr=False, metadata=NOT_JSON)
+    curves: list[Curve] = field(default_factory=list, repr=False)
 
 
 class End(NamedTuple):
@@ -128,7 +127,7 @@ class Swept:
     joint: str
     ends: list[End] = field(default_factory=list)
     broken: Stop | None = None
-    curves: list[Curve] = field(default_factory=list, repr=False, metadata=NOT_JSON)
+    curves: list[Curve] = field(default_factory=list, repr=False)
 
 
 @dataclass
@@ -143,7 +142,7 @@ class Swung:
     kinetic: float = 0.0
     lightest: str = ""
     broken: Stop | None = None
-    curves: list[Curve] = field(default_factory=list, repr=False, metadata=NOT_JSON)
+    curves: list[Curve] = field(default_factory=list, repr=False)
 
 
 def poses_of(world: World) -> list[tuple[str, Mapping[str, float]]]:

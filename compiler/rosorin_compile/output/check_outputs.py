@@ -1,4 +1,4 @@
-"""What was compiled, held against what is committed: artifacts by meaning, meshes by bytes, and by engines."""
+"""Compare compiled artifacts with the committed files: artifacts by meaning, meshes by bytes, and with engines."""
 
 from __future__ import annotations
 
@@ -6,21 +6,41 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.source.console import Console
-from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.project import Description
+from rosorin_compile.compare.committed import Comparison, compare, lines
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.model import Mesh
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
+from rosorin_compile.source.rule_registry import WRITING, Rule
+from rosorin_compile.source.tree import locate
 
-from .given import Given
-from .understanding import understood
+from . import OutputError, read_set
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.committed import Comparison
     from rosorin_compile.formats import Artifact
     from rosorin_compile.formats.format import Refusal
-    from rosorin_compile.output.pipeline import Compiled
+
+    from .pipeline import Compiled
+    from .request import Request
 
 
-class Checked(NamedTuple):
+RULES = (
+    Rule(
+        "outputs-differ",
+        "The committed artifacts are not those of the description (in the forms for programs).",
+        "`rosorin-compile all`, if that is what you meant.",
+        WRITING,
+    ),
+    Rule(
+        "engine-refuses",
+        "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` asks MuJoCo, "
+        "where it is installed; of one that is too old, it is a warning.",
+        "As the message says; a mesh is looked for from the folder of the artifact.",
+        WRITING,
+    ),
+)
+
+
+class Committed(NamedTuple):
     """How committed files differ from what was compiled, and what engines have against them.
 
     ``comparison`` is None where the folder cannot be read: ``diagnostics`` say why. ``meshes`` are the files beside the
@@ -44,29 +64,24 @@ class Checked(NamedTuple):
 
     def lines(self, full: bool = False) -> list[str]:
         """Return in lines how files differ; texts are shortened unless ``full``."""
-        from rosorin_compile.compare.committed import lines
-
         said = lines(self.comparison, full) if self.comparison is not None else []
         return said + [f"{name}: {what}" for name, what in self.meshes]
 
 
-def compared(given: Given, description: Description, compiled: Compiled) -> Checked:
-    """Hold a robot without errors against its outputs folder. Raises ValueError for one with errors."""
-    from rosorin_compile.compare.committed import compare
-    from rosorin_compile.output import OutputError, read_set
-
+def compare_committed(request: Request, compiled: Compiled) -> Committed:
+    """Compare a compiled robot with the files in its outputs folder. Raises ValueError for one with errors."""
     if compiled.robot is None:
         raise ValueError("a robot with errors has no artifacts")
     try:
-        committed = read_set(description.outputs)
+        committed = read_set(request.description.outputs)
     except OutputError as problem:
-        return Checked(None, {}, (), [problem.diagnostic])
+        return Committed(None, {}, (), [problem.diagnostic])
     meshes = compiled.mesh_files
     written = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
-    refusals = refused(given, description, written)
+    refusals = refused(request, written)
     comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
     changed = [(name, what) for name, data in meshes.items() if (what := _mesh(data, committed.get(name)))]
-    return Checked(comparison, committed, tuple(changed), refusals)
+    return Committed(comparison, committed, tuple(changed), refusals)
 
 
 def _mesh(compiled: bytes, committed: bytes | None) -> str:
@@ -77,40 +92,34 @@ def _mesh(compiled: bytes, committed: bytes | None) -> str:
     return f"{what}; rosorin-compile all writes it"
 
 
-def refused(given: Given, description: Description, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
+def refused(request: Request, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """Return an error for each artifact that its engine does not load, or for each mesh that keeps it from that.
 
     An engine that is too old is a warning. Asked are those of which there is a file, with all that stands beside it.
 
     MuJoCo takes 0.3 s to be imported, and some milliseconds a robot; with meshes 0.5 s, in a process of its own.
     """
-    from rosorin_compile.formats import FORMATS
-
     told = []
     for artifact in artifacts:
         ask = FORMATS[artifact.backend].proving.refusal
-        found = ask(artifact.text, (description.outputs / artifact.file).parent) if ask else None
+        found = ask(artifact.text, (request.description.outputs / artifact.file).parent) if ask else None
         if found is not None and found.reason:
-            told += _refusal(given, description, artifact, found)
+            told += _refusal(request, artifact, found)
     return told
 
 
-def _refusal(given: Given, description: Description, artifact: Artifact, found: Refusal) -> list[Diagnostic]:
+def _refusal(request: Request, artifact: Artifact, found: Refusal) -> list[Diagnostic]:
     """Return why an engine does not load an artifact, at the meshes that it names, or else at the output."""
-    from rosorin_compile.model import Mesh
-    from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
-    from rosorin_compile.source.tree import locate
-
     message = f"MuJoCo cannot load {artifact.file}: {found.reason}"
     if found.outdated:  # which says nothing of the artifact
         return [Diagnostic("engine-refuses", WARNING, message)]
-    known = understood(given, description, Console("json"))  # a second time, for the places; said is nothing
-    if known is None:
+    case = request.understand().case
+    if case is None:
         return [error("engine-refuses", message, None)]
-    case, help = known.case, "correct the file, or name another one; it is looked for from the folder of the artifact"
+    help = "correct the file, or name another one; it is looked for from the folder of the artifact"
     at_meshes = [
         case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
-        for link in known.robot.links
+        for link in case.robot.links
         for purpose in ("collision", "visual")
         for index, shape in enumerate(getattr(link, purpose))
         if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason

@@ -836,8 +836,8 @@ def verify(
 
     Args:
         robot: As in ``simulate``.
-        source: A rosbag2 folder, a .mcap or .db3 file, a file with text of ``tf2_echo`` or ``view_frames``, or ``-`` for
-            such text on standard input.
+        source: A rosbag2 folder, a .mcap or .db3 file, a file with the output of ``tf2_echo`` or ``view_frames``, or
+            ``-`` for such text on standard input.
         arguments: As in ``compile``.
         packages: As in ``compile``.
         modes: Modes that were on or off; the others are detected.

@@ -91,7 +91,8 @@ def give_result(
 def plain(value: object) -> object:
     """Return a result as plain JSON data.
 
-    A dataclass becomes an object of the fields in its ``repr``, a named tuple an object of all its fields. Diagnostics are left out: the envelope has them.
+    A dataclass becomes an object of the fields in its ``repr``, a named tuple an object of all its fields. Diagnostics
+    are left out: the envelope has them.
     """
     if is_dataclass(value) and not isinstance(value, type):
         shown = [field.name for field in fields(value) if field.repr and field.name != "diagnostics"]

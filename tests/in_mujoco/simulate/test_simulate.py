@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.mujoco.simulate.simulation import simulate_robot
+from rosorin_compile.mujoco.simulate import simulation
 from rosorin_compile.output.request import Request
-from rosorin_compile.source import world
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.project import Description
@@ -31,7 +30,7 @@ CASES = sorted((DATA / "simulation").glob("*.yaml"))
 
 def simulated(path: Path) -> list[Diagnostic]:
     """Return what simulate says of a description."""
-    return list(simulate_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
+    return list(simulation.simulate_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
@@ -159,7 +158,7 @@ def test_what_mujoco_refuses_is_told(home: Path, capsys: Shown) -> None:
 
 
 def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
-    monkeypatch.setattr(world, "package", lambda name: () if name == "mujoco" else (name,))
+    monkeypatch.setattr(simulation, "is_installed", lambda name: name != "mujoco")
     assert main(["simulate", str(ARM)]) == 2
     said = f"rosorin-compile: simulate needs what is not installed (mujoco): {pip_install('simulate')}\n"
     assert capsys.readouterr().err == said

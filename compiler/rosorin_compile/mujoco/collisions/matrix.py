@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,6 @@ from rosorin_compile.output.placing import Holding
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, Heading, RequestError, Rule, counted, error
-from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..physics.checking import require
@@ -84,7 +84,7 @@ def compute_matrix(
         planning = planning_of(case.robot)
         if planning is None:
             raise _Refused(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
-        if world.stands(path) and world.kind(path) != world.FILE:
+        if os.path.lexists(path) and not path.is_file():
             raise RequestError(f"{path} cannot be written: it is no regular file")
         if not _is_ours(path):
             help = "name another file with -o, or remove it"
@@ -108,7 +108,7 @@ def _matrix(request: Request, planning: Planning, case: Case, path: Path, force:
     """Return the matrix, written unless it is up to date. Raises _Refused, OutputError, MissingPackages."""
     description, files = request.description, dict[str, Path]()
     if planning.meshes:
-        places = Places(description.path, description.outputs, request.packages, world.environment())
+        places = Places(description.path, description.outputs, request.packages, os.environ)
         files = dict(places.meshes(case.tree, case.robot.outputs))
     meshes, matrix = planning.digests(files), planning.said.matrix
     name, urdf, seed = planning.robot.name, planning.urdf.file, planning.said.search.seed

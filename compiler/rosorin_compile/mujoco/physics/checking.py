@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.output.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import MissingPackages, Progress, arrange
-from rosorin_compile.source.world import world
+from rosorin_compile.source.installing import is_installed
 
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
@@ -23,7 +24,7 @@ _NAMES = {"collada": "pycollada", "mujoco": "'mujoco>=4'"}
 
 def lacking() -> str:
     """Return the packages to install, as arguments of pip; empty if nothing is missing."""
-    return " ".join(_NAMES.get(name, name) for name in NEEDED if not world.package(name))
+    return " ".join(_NAMES.get(name, name) for name in NEEDED if not is_installed(name))
 
 
 def require(command: str) -> None:
@@ -62,7 +63,7 @@ def _check(name: str, file: str, case: Case, request: Request) -> CheckedPhysics
         Progress.step("checking the physics", done, total)
 
     description = request.description
-    places = Places(description.path, description.outputs, request.packages, world.environment())
+    places = Places(description.path, description.outputs, request.packages, os.environ)
     meshes = Meshes(case, places.meshes(case.tree, case.robot.outputs))
     for one in named:
         meshes.read(one)

@@ -24,7 +24,7 @@ from rosorin_compile.source.diagnostics import (
     listed,
     pip_install,
 )
-from rosorin_compile.source.world import world as files
+from rosorin_compile.source.installing import is_installed
 
 from .judging import LIMITS, Judge, Limit, limits_with
 from .trials import Driven, PoseTrial, Swept, Swung, all_trials
@@ -82,7 +82,7 @@ class Simulated:
 
 def _require_mujoco() -> None:
     """Raise MissingPackages unless MuJoCo and numpy are installed."""
-    missing = [name for name in ("mujoco", "numpy") if not files.package(name)]
+    missing = [name for name in ("mujoco", "numpy") if not is_installed(name)]
     if missing:
         text = f"simulate needs what is not installed ({listed(missing)}): {pip_install('simulate')}"
         raise MissingPackages(text)

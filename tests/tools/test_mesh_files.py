@@ -14,6 +14,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.cli.run import Run
 from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.project import Description
+from support.commands import parse
 
 ROBOT = """robot: r
 links:

@@ -15,11 +15,11 @@ from typing import Any
 import pytest
 
 from rosorin_compile import Variant
-from rosorin_compile.cli import sweep as command
 from rosorin_compile.cli.main import main
 from rosorin_compile.language.expand import files as reading
 from rosorin_compile.source.memo import forget
 from rosorin_compile.source.world import now
+from rosorin_compile.variants import writing as command
 from rosorin_compile.variants.compiling import Job, Result
 from rosorin_compile.variants.folder import VariantsFolder
 from support.commands import Shown, edit

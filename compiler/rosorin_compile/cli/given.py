@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.output.request import Request
+from rosorin_compile.source.files import is_file, is_folder
 from rosorin_compile.source.project import no_file
-from rosorin_compile.source.world import FILE, FOLDER, kind, stands
 
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.source.console import Console
     from rosorin_compile.source.project import Description
+
+    from .command import Options
 
 MARK = ":="  # between name and value of an argument, as xacro has it
 
@@ -57,7 +58,7 @@ class Given(NamedTuple):
             raise WrongUsage(problem.diagnostic.message) from None
 
 
-def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Given, list[str]]:
+def given_arguments(options: Options, words: list[str]) -> tuple[Given, list[str]]:
     """Return what the command line gives, and the words that set no argument. Raises WrongUsage.
 
     A command without ``-a`` takes no arguments: all its words are others.
@@ -67,7 +68,7 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     texts = named([*(word for word in words if MARK in word), *options.arg])
     files = tuple(map(Path, options.args_files))
     for file in files:
-        if kind(file) != FILE:
+        if not is_file(file):
             raise WrongUsage(no_file(file, "arguments"))
     given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
     return given, [word for word in words if MARK not in word]
@@ -79,7 +80,7 @@ def no_half_mark(words: Iterable[str]) -> None:
         name, mark, value = word.partition("=")
         if not mark:
             name, mark, value = word.partition(":")
-        if mark and name.isidentifier() and not stands(word):
+        if mark and name.isidentifier() and not os.path.lexists(word):
             raise WrongUsage(f'"{word}" sets no argument: write {name}{MARK}{value}')
 
 
@@ -95,14 +96,14 @@ def named(texts: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def packages_of(options: argparse.Namespace) -> dict[str, Path]:
+def packages_of(options: Options) -> dict[str, Path]:
     """Return the folders of packages that the command line names. Raises WrongUsage."""
     found: dict[str, Path] = {}
     for word in getattr(options, "packages", ()):
         name, equals, path = word.partition("=")
         if not equals or not name or not path:
             raise WrongUsage(f'"{word}" is not NAME=PATH')
-        if kind(path) != FOLDER:
+        if not is_folder(path):
             raise WrongUsage(f'there is no folder "{path}" for the package {name}')
         found[name] = Path(path)
     return found

@@ -5,13 +5,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source import world
+from rosorin_compile.cli.robots import warn_of_no_robots
+from rosorin_compile.source import files
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
@@ -24,8 +26,6 @@ from .robots import described, descriptions_of, no_stdin, one, take_stdin
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.model.kinematics.quaternions import Position
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.output.request import Request
@@ -33,12 +33,14 @@ if TYPE_CHECKING:
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.viewer.changed import Pictures
 
+    from .command import Options
+
 
 @dataclass(frozen=True)
 class Run:
     """One run of a command: its options, where it prints, what the descriptions are given, and the other words."""
 
-    options: argparse.Namespace
+    options: Options
     console: Console
     given: Given
     words: list[str] = field(default_factory=list)
@@ -54,13 +56,13 @@ class Run:
         no_stdin(words, help)
 
     @classmethod
-    def of(cls, options: argparse.Namespace) -> Run:
+    def of(cls, options: Options) -> Run:
         """Return the run that options ask for; its words are those that set no argument. Raises WrongUsage."""
         given, words = given_arguments(options, options.words)
         return cls(options, console_of(options), given, words)
 
     @classmethod
-    def alone(cls, options: argparse.Namespace, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
+    def alone(cls, options: Options, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
         """Return the run of a command about one robot, and that robot: the one that is named, or the only one here.
 
         ``several`` says why it is one, ``how`` how it is named; ``stdin`` is the way out where none is taken from
@@ -159,7 +161,7 @@ def mode_states(texts: Iterable[str]) -> dict[str, bool]:
     return found
 
 
-def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int], alone: str = "") -> int:
+def for_each(options: Options, work: Callable[[Run, Description], int], alone: str = "") -> int:
     """Do something with each description that is asked for; return the worst exit code.
 
     Where no robot is named, all there are; or, if ``alone`` says how to name one, the only one. Raises WrongUsage.
@@ -167,6 +169,8 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     hook = getattr(options, "hook", False)
     given, found = _of_changed(options) if hook and options.words else _asked_for(options, alone)
     run = Run(options, console_of(options), given)
+    if not options.words and not alone:
+        warn_of_no_robots(run.console)
     plugin = getattr(options, "plugin", None)
     code = FINE
     if not found:
@@ -187,17 +191,17 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     return code
 
 
-def _asked_for(options: argparse.Namespace, alone: str) -> tuple[Given, list[Description]]:
+def _asked_for(options: Options, alone: str) -> tuple[Given, list[Description]]:
     """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
     given, names = given_arguments(options, options.words)
     names = names or ([str(one("", alone).path)] if alone else [])
     return given, described(options, names)
 
 
-def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
+def _of_changed(options: Options) -> tuple[Given, list[Description]]:
     """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
     # What is a file sets no argument, whatever its name.
-    files = [word for word in options.words if world.stands(word)]
+    files = [word for word in options.words if os.path.lexists(word)]
     given, names = given_arguments(options, [word for word in options.words if word not in files])
     if names:
         raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
@@ -205,15 +209,14 @@ def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
     return given, described(options, paths) if paths else []
 
 
-def console_of(options: argparse.Namespace) -> Console:
+def console_of(options: Options) -> Console:
     """Return where a command prints what it has to say, in the form that the options choose. Raises WrongUsage."""
     summary = getattr(options, "summary", None)
     if summary is not None:
         check_summary(Path(summary))
-    diagnostics = answer_of(options).diagnostics
-    form, verbose = getattr(options, "format", "text"), getattr(options, "verbose", False)
-    console = Console(form, options.quiet, verbose, summary is not None, diagnostics)
-    if hasattr(options, "notes") and not options.notes:
+    verbose = getattr(options, "verbose", False)
+    console = answer_of(options).console(options.quiet, verbose, summary is not None)
+    if hasattr(options, "notes") and not options.notes and not verbose:
         console.counts, console.listing = True, "--notes lists them"
     return console
 
@@ -226,10 +229,10 @@ def check_summary(file: Path) -> None:
     from rosorin_compile.source.markdown import HEAD
 
     try:
-        whose = world.variable(_SUMMARY)
-        if world.kind(file) != world.FILE or (whose and world.is_same(file, whose)):
+        whose = os.environ.get(_SUMMARY, "")
+        if not files.is_file(file) or (whose and files.same_file(file, whose)):
             return
-        begins = world.head(file, len(HEAD.encode())).decode("utf-8", "replace")
+        begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     except (OSError, ValueError):
         return  # writing says why not
     if begins.strip() and begins != HEAD:
@@ -239,7 +242,6 @@ def check_summary(file: Path) -> None:
 def append_summary(file: Path, text: str) -> None:
     """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
     check_summary(file)
-    world.spoil(f"{file} is written")
     try:
         with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
             opened.write(text)

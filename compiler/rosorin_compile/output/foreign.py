@@ -12,11 +12,13 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expand import Expanded
 from rosorin_compile.language.lower import lower
 from rosorin_compile.output.pipeline import Compiled, Search, Understood, emitted, judged
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Span, arrange, has_errors
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.world import text as text_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .request import Request
 
 
@@ -33,14 +35,18 @@ def understand_foreign(request: Request) -> Understood:
 
 def compile_foreign(request: Request) -> Compiled:
     """Compile a robot in another format to its URDF only. Raises LoadError."""
-    path = request.description.path
-    expanded, lowered, diagnostics, _ = understand_foreign(request)
+    return emit_published(understand_foreign(request), request.description.path)
+
+
+def emit_published(understood: Understood, path: Path) -> Compiled:
+    """Return the URDF of a robot that was read with ``understand_foreign``."""
+    expanded, lowered, diagnostics, _ = understood
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     format, (output,) = FORMATS.published(), lowered.robot.outputs
     text, remarks = format.written(lowered.robot, output, Templates(path.parent))
     if path.suffix.lower() in format.endings:
-        text = text_of(path, errors="replace")  # what robot_state_publisher was given
+        text = files.read_text(path, errors="replace")  # what robot_state_publisher was given
     artifact = Artifact(output.file, text, format.name, output.name)
     return Compiled(lowered.robot, (artifact,), arrange([*diagnostics, *remarks]), expanded.files)
 

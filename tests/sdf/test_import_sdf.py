@@ -17,7 +17,6 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.model.sections import NO_SECTIONS
 from rosorin_compile.sdf.bodies import bodies_of
 from rosorin_compile.source.diagnostics import ERROR, has_errors
 from support.cases import as_xml_comment, check, read

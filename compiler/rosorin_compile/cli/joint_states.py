@@ -9,9 +9,9 @@ from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
-from rosorin_compile.language.sections.servos.pulses import NoPulse, NoServo, to_radians
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
+from rosorin_compile.model.servos import NoPulse, NoServo, to_radians
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.rule_registry import ASKING, Rule

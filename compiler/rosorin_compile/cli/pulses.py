@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f'the robot "{known.robot.name}" has no servos')
     if options.model is not None:
         return _same_model(known.robot, options, console)
-    from rosorin_compile.language.sections.servos.pulses import NoPulse, NoServo
+    from rosorin_compile.model.servos import NoPulse, NoServo
 
     from .joint_states import NoState
 
@@ -117,7 +117,7 @@ def _rows(robot: Robot, options: argparse.Namespace, values: list[str]) -> list[
 
 
 def _of_text(robot: Robot, name: str, text: str, options: argparse.Namespace) -> Row:
-    from rosorin_compile.language.sections.servos.pulses import servo_of
+    from rosorin_compile.model.servos import servo_of
 
     from .joint_states import position, whole
 
@@ -141,14 +141,14 @@ def _is_number(text: str) -> bool:
 
 
 def _of_pulse(robot: Robot, name: str, pulse: int) -> Row:
-    from rosorin_compile.language.sections.servos.pulses import position_of, servo_of
+    from rosorin_compile.model.servos import position_of, servo_of
 
     group = servo_of(robot, name)
     return Row(robot.joint[name], group, pulse, position_of(group, pulse, name))
 
 
 def _of(robot: Robot, name: str, asked: float) -> Row:
-    from rosorin_compile.language.sections.servos.pulses import nearest, servo_of
+    from rosorin_compile.model.servos import nearest, servo_of
 
     group = servo_of(robot, name)
     found = nearest(group, asked, name)
@@ -195,14 +195,13 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def _servos(robot: Robot) -> tuple[ServoGroup, ...]:
-    from rosorin_compile.language.sections.servos import SERVOS
 
-    return robot.sections[SERVOS]
+    return robot.servos
 
 
 def _calibration(robot: Robot) -> list[str]:
     """Return the servo groups: the formula of each, and what every joint can be sent."""
-    from rosorin_compile.language.sections.servos.pulses import travel, within
+    from rosorin_compile.model.servos import travel, within
     from rosorin_compile.source.numbers import exact
 
     lines, rows = [], []
@@ -243,7 +242,7 @@ def _table(heads: tuple[str, ...], rows: Any) -> list[str]:
 
 
 def _object(row: Row) -> dict[str, Any]:
-    from rosorin_compile.language.sections.servos.pulses import within
+    from rosorin_compile.model.servos import within
 
     slides = row.joint.type == "prismatic"
     return {
@@ -272,7 +271,7 @@ def _servo_object(group: ServoGroup) -> dict[str, Any]:
 
 def _same_model(robot: Robot, options: argparse.Namespace, console: Console) -> int:
     """Say whether the driver's model gives the positions that the description gives, pulse by pulse."""
-    from rosorin_compile.language.sections.servos.pulses import NoModel, against_model
+    from rosorin_compile.model.servos import NoModel, against_model
 
     name = options.model
     path = Path(name)

@@ -57,7 +57,7 @@ def every() -> dict[str, Rule]:
 def _of_plugins() -> tuple[dict[str, Rule], tuple[Diagnostic, ...]]:
     """Return the rules of plug-ins by id, and what is wrong with plug-ins."""
     from rosorin_compile.formats import plugged_diagnostics
-    from rosorin_compile.rules import plugged
+    from rosorin_compile.rules.check import plugged
 
     diagnostics = (*plugged().diagnostics, *plugged_diagnostics())
     return dict(OF_PLUGINS), diagnostics

@@ -113,9 +113,10 @@ def _simulate(run: Run, case: Case, description: Description, limits: dict[str, 
     """Go through the trials, and tell what came of them."""
     from rosorin_compile.mujoco.simulate.trials import all_trials
     from rosorin_compile.mujoco.simulate.world import FIXED, FREE, Refused, quiet
+    from rosorin_compile.rules.check import settled
 
     options, console = run.options, run.console
-    base = options.base or (FREE if case.robot.sections["drive"] else FIXED)
+    base = options.base or (FREE if case.robot.drive else FIXED)
     with quiet() as mujoco:
         try:
             world = _world(mujoco, case, description, run.given, base)
@@ -124,7 +125,7 @@ def _simulate(run: Run, case: Case, description: Description, limits: dict[str, 
             console.show([*problem.diagnostics, error("simulation-refused", message, None, "check names the place")])
             return PROBLEMS
         trials = all_trials(world, options.seconds, lambda done, total: Progress.step("simulating", done, total))
-        found = arrange(case.settled(Judge(case, world, limits).all(trials), "simulation"))
+        found = arrange(settled(case, Judge(case, world, limits).all(trials), "simulation"))
     _tell(world, trials, found, limits, options, console)
     if options.html is not None and not _written(world, trials, found, Path(options.html), case, console):
         return PROBLEMS

@@ -114,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
     known = understood(run.given, _robot("".join(robot)), console)
     if known is None:
         return PROBLEMS
-    from rosorin_compile.language.sections.servos.pulses import NoPulse
+    from rosorin_compile.model.servos import NoPulse
 
     try:
         asked = _asked(known, options)
@@ -135,7 +135,7 @@ def _robot(name: str) -> Description:
 
 def _asked(known: RobotCase, options: argparse.Namespace) -> Asked:
     """Return the states that the options ask for. Raises WrongUsage, NoPulse."""
-    from rosorin_compile.language.sections.servos.pulses import NoServo
+    from rosorin_compile.model.servos import NoServo
 
     from .joint_states import NoState, given, states, sweep_of
 

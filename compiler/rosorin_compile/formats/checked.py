@@ -11,7 +11,7 @@ from dataclasses import replace
 from rosorin_compile.language.accepting import settled
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
-from rosorin_compile.rules import acceptable, check
+from rosorin_compile.rules.check import acceptable, check
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Seq

@@ -9,10 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.language.annotations import sections
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
 from rosorin_compile.model.joint import UNPUBLISHED
-from rosorin_compile.model.sections import own_sections
 from rosorin_compile.rules.publishing import in_words, publishing
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, off_by_short, off_by_six, six, vector
@@ -170,8 +168,7 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     """Return what only holds the place of a value, as the reason and the things that it holds for."""
     by_reason: dict[str, list[str]] = {}
     kinds: dict[str, Sequence[Any]] = {"robot": [robot], "link": robot.links, "joint": robot.joints}
-    own = {one.name: robot.sections[one] for one in own_sections().values() if sections()[one.name].sourced}
-    kinds |= {"sensor": robot.sensors, **own, "pose": robot.poses, "transform": robot.edges}
+    kinds |= {"sensor": robot.sensors, "servos": robot.servos, "pose": robot.poses, "transform": robot.edges}
     for kind, things in kinds.items():
         for thing in things:
             if thing.source.status == "stand_in":

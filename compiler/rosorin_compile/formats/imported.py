@@ -157,7 +157,7 @@ class Imported(NamedTuple):
         wrong = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
         if wrong or not rules:
             return wrong
-        from rosorin_compile.rules import check
+        from rosorin_compile.rules.check import check
 
         lowered = self.lowered()
         told = list(lowered.diagnostics)

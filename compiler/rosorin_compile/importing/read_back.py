@@ -13,8 +13,6 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.model import Robot
 from rosorin_compile.source.tree import Map
 
-from .words.taking import CONTROL
-
 
 def read_back(stage: Path, said: Mapping[str, str], tree: Map, beside: Sequence[Format] = ()) -> Imported:
     """Return the robot that compiled texts say (by the names of their formats), which are written into a folder.
@@ -52,5 +50,6 @@ def without_words(robot: Robot, source: Robot) -> Robot:
         edges=source.edges,
         publishers=source.publishers,
         modes=source.modes,
-        sections=robot.sections.taking((CONTROL, "drive"), source.sections),
+        control=source.control,
+        drive=source.drive,
     )

@@ -25,8 +25,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rosorin_compile.language.sections.drive import DRIVE
-
 from .drive import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
 from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
 from .robot import Robot, of_robot
@@ -190,7 +188,7 @@ def driving_of(robot: Robot) -> Driving:
 
     The rules about drives have told what is wrong with one before.
     """
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')
     base = drive.frame or robot.root

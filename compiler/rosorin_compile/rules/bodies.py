@@ -19,8 +19,6 @@ from . import shared_values
 from .case import Case, number
 from .sizes import all_ways, longest
 
-AFTER = "inertia"
-
 # kg/m^3. Osmium, at 20 degrees (CRC Handbook of Chemistry and Physics, "Density of the elements").
 DENSEST = 22_590.0
 # Air has 1.2, aerogels that one can hold more than 3: nothing solid is lighter than this.

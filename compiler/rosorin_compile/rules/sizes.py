@@ -31,8 +31,6 @@ from rosorin_compile.source.units import has_unit
 from . import shared_values
 from .case import Case, number
 
-AFTER = "bodies"
-
 # Meshes are in metres, millimetres (0.001) or inches (0.0254), seldom in units of their own; no unit of length that
 # drawings have is 100 m or a hundredth of a millimetre.
 LARGEST_SCALE, SMALLEST_SCALE = 100.0, 1e-5

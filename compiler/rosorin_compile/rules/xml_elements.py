@@ -28,8 +28,6 @@ from .simulated_names import kept as in_mjcf
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-AFTER = "materials"
-
 # What has none of these words names no link and no joint.
 _WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material", "<gazebo ")
 _MAX_RELATED = 3

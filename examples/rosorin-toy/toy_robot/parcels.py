@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from rosorin_compile.cli.usage import FINE, PROBLEMS
-from rosorin_compile.source.project import Description
+from rosorin_compile.cli.answer import give_result
 from rosorin_compile.cli.parser import Parser
 from rosorin_compile.cli.run import Run, for_each
-from rosorin_compile.cli.answer import give_result
+from rosorin_compile.cli.usage import FINE, PROBLEMS
+from rosorin_compile.source.project import Description
 
 from .toy import ball
 

@@ -18,6 +18,7 @@ from rosorin_compile.cli.understanding import RobotCase, understood
 from rosorin_compile.mujoco.simulate.judging import LIMITS, Judge
 from rosorin_compile.mujoco.simulate.trials import all_trials
 from rosorin_compile.mujoco.simulate.world import FIXED, FREE, quiet
+from rosorin_compile.rules.check import settled
 from rosorin_compile.source import world
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import Diagnostic, arrange
@@ -49,7 +50,7 @@ def simulated(path: Path) -> list[Diagnostic]:
         world = command._world(mujoco, found.case, description, Given({}, ()), base)
         trials = all_trials(world, 2.0, lambda _done, _total: None)
         limits = {name: one.value for name, one in LIMITS.items()}
-        return arrange(found.case.settled(Judge(found.case, world, limits).all(trials), "simulation"))
+        return arrange(settled(found.case, Judge(found.case, world, limits).all(trials), "simulation"))
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.model.sections import sections_in_urdf
 
 from ..distributions import DISTRIBUTIONS
 from ..format import (
@@ -53,13 +54,12 @@ def _syntax(text: str) -> object:
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     from . import damping, masses
-    from .sections import sections_in
 
     yield from masses.check(case, output)
     yield from damping.check(case, output)
-    for section in sections_in(output):
-        if section.checks_urdf:
-            yield from section.function(section.checks_urdf)(case, output)
+    for section in sections_in_urdf(output):
+        if section.check_urdf is not None:
+            yield from section.check_urdf(case, output)
 
 
 def _for_simulators(output: Output) -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.rules import acceptable
+from rosorin_compile.rules.check import acceptable
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq, Text

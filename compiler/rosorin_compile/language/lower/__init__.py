@@ -47,6 +47,7 @@ from ..accepting import accepted, names_at
 from ..expand.scope import Scope
 from ..expand.tracing import problem_at
 from ..schema import backend_of
+from .drive import drive_of
 from .entries import (
     Problem,
     actuator_of,
@@ -58,7 +59,6 @@ from .entries import (
     material_of,
     mimic_of,
     node_of,
-    pose_of_joints,
     safety_of,
     source_of,
     texts_of,
@@ -66,7 +66,8 @@ from .entries import (
 )
 from .plainly import pose_of_entry, vector_of
 from .sdf import Frames, lower_gazebo
-from .sections import lower_sections, with_sections
+from .sections import lower_own_sections, lower_sections, with_sections
+from .servos import pose_of_joints, servos_of
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import marked_of, root_of
@@ -186,11 +187,13 @@ class _Lowering:
             sensors.append(sensor)
             joints += mounts
         links += self.frames_of_sensors(sensors)
-        sections = lower_sections(tree, self.problem, self.broken)
+        servos = servos_of(tree, self.problem)
+        drive = drive_of(tree, self.problem) if tree.get("drive") is not None else None
+        own = lower_own_sections(tree, self.problem)
         source = source_of(tree.get("source"))
         # Simulators begin at the first one.
         entries = self.section("poses").items() if source.status == "imported" else entries_of(tree, "poses")
-        poses = [pose_of_joints(name, entry, sections, tree, self.problem) for name, entry in entries]
+        poses = [pose_of_joints(name, entry, servos, tree, self.problem) for name, entry in entries]
         return Robot(
             name=tree["robot"],
             links=tuple(links),
@@ -205,7 +208,14 @@ class _Lowering:
             materials=tuple(material_of(name, entry) for name, entry in entries_of(tree, "materials")),
             urdf_elements=self.top_elements(),
             root_in_world=root_of(tree.get("root") or {}),
-            sections=sections,
+            servos=servos,
+            drive=drive,
+            disabled_contacts=tuple(
+                (pair["links"][0], pair["links"][1]) for pair in tree.get("disabled_contacts") or ()
+            ),
+            mjcf_elements=tuple(tree.get("mjcf_elements") or ()),
+            sections=lower_sections(tree, self.broken),
+            **own,
         )
 
     def top_elements(self) -> tuple[str, ...]:

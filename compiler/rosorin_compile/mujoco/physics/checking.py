@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import Diagnostic, Progress, arrange
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.world import world
@@ -74,7 +75,7 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
     found += sweeps.diagnose_sweeps(case, scene, swept.meetings)
     found += rest.diagnose_rest(case, starts, tick)
     at = LookedAt(len(poses) - 1, len(joints), len({one.mesh.file for one in named}))
-    return Looked(arrange(case.settled(found, "physics")), at)
+    return Looked(arrange(settled(case, found, "physics")), at)
 
 
 def _legal(scene: Scene) -> State:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Joint, Mesh
 from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.check import accepts
 from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
@@ -266,7 +267,7 @@ def at_most(case: Case, found: Sequence[Diagnostic], others: str = "of this kind
 
     Those that the description accepts do not count.
     """
-    taken = [one for one in found if case.accepts(one)]
+    taken = [one for one in found if accepts(case, one)]
     found = [one for one in found if one not in taken]
     if len(found) <= MOST_TOLD:
         return [*found, *taken]

@@ -201,7 +201,7 @@ class Judge:
     def _cause(self, driven: Driven, home: PoseTrial) -> tuple[list[str], str]:
         """Return what keeps a robot from driving as it is told, as far as that is seen, and the way out."""
         robot = self.case.robot
-        drive: Drive | None = robot.sections["drive"]
+        drive: Drive | None = robot.drive
         names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ())) if drive else ()
         wheels = set().union(*(robot.below(robot.joint[name].child) for name in names))
         others = [name for name in home.stands_on if name not in wheels]

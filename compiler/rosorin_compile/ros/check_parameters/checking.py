@@ -103,7 +103,7 @@ def look(case: Case, asked: Asked) -> Looked:
         remaps += more
         told += said
     distribution = asked.distribution or _distribution(case)
-    nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.sections["controllers"]))
+    nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.controllers))
     told += said
     if asked.controllers and not any(node.type for node in nodes) and not has_errors(told):
         told.append(_none(sections, asked.controllers[0]))

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.driving import driving_of
 from rosorin_compile.rules.case import Case
@@ -180,7 +179,7 @@ def _uses(robot: Robot, name: str, kind: str, one: Mapping[str, Any], base: str)
         )
     if "uses" not in one and not usual(robot, kind, base):
         message = f'nobody says what of "{name}" is used'
-        message += ", and the robot has no drive" if robot.sections[DRIVE] is None and kind != "pose" else ""
+        message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
         usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
         yield Found("filter-input", message, path, f"such as uses: [{usually}]", key=True)
 
@@ -191,7 +190,7 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
     Wheels give velocities. A base that cannot go sideways has a speed of 0 there, which is worth as much as one that
     was measured; but at the axle alone: where the frame ``base`` is elsewhere, it goes sideways as the base turns.
     """
-    drive = robot.sections[DRIVE]
+    drive = robot.drive
     if drive is None or kind == "pose":
         return ()
     if kind == "imu":
@@ -249,7 +248,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 def _values(robot: Robot, output: Output, frames: Frames, own: Filter) -> Iterator[tuple[str, Any]]:
     if "frequency" in output.options:
         yield "frequency", output.options["frequency"]
-    if "two_d_mode" in output.options or robot.sections[DRIVE] is not None:
+    if "two_d_mode" in output.options or robot.drive is not None:
         yield "two_d_mode", output.options.get("two_d_mode", True)
     yield "publish_tf", bool(own.child)
     if frames.map:

@@ -25,8 +25,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.tree import Path, at
 
-from ..sections.moveit import MOVEIT
-from ..sections.moveit.rules import state_path
+from ..sections.moveit import state_path
 from .planning import URDF, Planning, planning_of
 
 RULES = (
@@ -123,7 +122,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 def _no_urdf(case: Case, output: Output) -> Diagnostic:
     urdfs = [one.name for one in case.robot.outputs if one.backend == URDF]
-    said = case.robot.sections[MOVEIT]
+    said = case.robot.moveit
     if said is not None and said.urdf:
         message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
         help = did_you_mean(said.urdf, urdfs, "name an output that is a URDF")

@@ -13,14 +13,10 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.urdf.masses import joints_of, links_of
-from rosorin_compile.language.sections.disabled_contacts import DISABLED_CONTACTS
-from rosorin_compile.language.sections.drive import DRIVE
 from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
 from rosorin_compile.model.drive import SLIDING
 from rosorin_compile.model.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.model.robot import JointPose, of_robot
-
-from ..sections.moveit import MOVEIT
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,7 +30,7 @@ ODOM, WORLD = "odom", "world"
 def urdf_of(robot: Robot) -> Output | None:
     """Return the URDF that the SRDF of a robot belongs to; None if it has none, or none of that name."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
-    said = robot.sections[MOVEIT]
+    said = robot.moveit
     if said is not None and said.urdf:
         return next((output for output in urdfs if output.name == said.urdf), None)
     published = (output for output in urdfs if output.options.get("frames", "published") == "published")
@@ -54,7 +50,7 @@ class Planning:
     def __init__(self, robot: Robot, urdf: Output) -> None:
         self.robot = robot
         self.urdf = urdf
-        self.said = robot.sections[MOVEIT] or Moveit()
+        self.said = robot.moveit or Moveit()
         self.links = links_of(robot, urdf)
         self.joints: Mapping[str, Joint] = {joint.name: joint for joint in joints_of(robot, urdf)}
         self.joint_to: Mapping[str, Joint] = {joint.child: joint for joint in self.joints.values()}
@@ -159,7 +155,7 @@ class Planning:
         if said is None:
             return None
         edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
-        drives = self.robot.sections[DRIVE] is not None
+        drives = self.robot.drive is not None
         base = PLANAR if drives else FLOATING if edge is not None or self._floats() else FIXED
         parent = ODOM if base == PLANAR else WORLD
         return VirtualJoint(said.type or base, said.parent or (edge.parent if edge else parent), said.name)
@@ -172,7 +168,7 @@ class Planning:
     @property
     def turns_to_go_sideways(self) -> bool:
         """Whether the base moves on a plane, and not sideways."""
-        drive = self.robot.sections[DRIVE]
+        drive = self.robot.drive
         return (
             self.virtual is not None and self.virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING
         )
@@ -200,7 +196,7 @@ class Planning:
         checked = {ordered(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
         matrix = self.said.matrix.pairs if current and self.said.matrix is not None else ()
-        own = (DisabledCollision(pair) for pair in self.robot.sections[DISABLED_CONTACTS])
+        own = (DisabledCollision(pair) for pair in self.robot.disabled_contacts)
         for one in (*matrix, *self.said.disabled, *own):
             pair = ordered(one.links)
             if pair not in checked and self.links.issuperset(pair):

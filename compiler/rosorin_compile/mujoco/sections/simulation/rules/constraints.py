@@ -10,8 +10,6 @@ from rosorin_compile.source.diagnostics import Diagnostic, Heading
 from rosorin_compile.source.rule_registry import rule
 from rosorin_compile.source.tree import Path
 
-AFTER = "tendons"
-
 
 @rule(
     "constraint-ends",

@@ -11,8 +11,6 @@ from rosorin_compile.source.diagnostics import Diagnostic, Heading, listed
 from rosorin_compile.source.rule_registry import rule
 from rosorin_compile.source.tree import Path
 
-AFTER = "constraints"
-
 
 @rule(
     "sensor-measures",

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.compare.tables import blocks
 from rosorin_compile.ros.package import naming
 from rosorin_compile.ros.package.carrying import described
 from rosorin_compile.ros.package.checking import Checked, check
@@ -93,7 +94,8 @@ def _said(run: Run, description: Description, checked: Checked, folder: Path) ->
         help = "rosorin-compile deploy writes them anew"
         told = error("deployed-differs", "\n".join(checked.lines), None, help)
         compared, others = checked.compared()
-        run.console.differ("not as deployed", checked.lines, told, lambda: compared.blocks(others))
+        table = blocks(compared.changes, compared.texts, others)
+        run.console.differ("not as deployed", checked.lines, told, lambda: table)
     run.console.show(checked.diagnostics)
     total = len(checked.same) + len(checked.differing)
     run.console.say(f"{description.name}: {len(checked.same)} of {total} copies in {folder} as compiled")

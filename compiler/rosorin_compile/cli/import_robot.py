@@ -92,7 +92,8 @@ def _companions() -> list[Format]:
 
 def run(options: argparse.Namespace) -> int:
     """Read the source, check the description that is made of it, and write it."""
-    from rosorin_compile.formats.imported import Imported, ReadOptions
+    from rosorin_compile.formats.imported import ReadOptions
+    from rosorin_compile.formats.reading import join, read_robot
 
     run = Run.of(options)
     source, arguments = _source(run)
@@ -107,7 +108,7 @@ def run(options: argparse.Namespace) -> int:
     console = run.console
     console.begin(source.name)
     how = ReadOptions(arguments, packages, options.lenient, tell=console.ahead, trust=options.trust)
-    imported = Imported.read(source, how)
+    imported = read_robot(source, how)
     if arguments and not imported.takes_arguments and imported.tree is not None:
         raise WrongUsage(f"{source} takes no arguments: only a xacro does")
     for format in _companions():
@@ -117,7 +118,7 @@ def run(options: argparse.Namespace) -> int:
                 raise WrongUsage(
                     f"{beside} is {'a folder' if _kind(Path(beside)) else 'not there'}{_alike(Path(beside))}"
                 )
-            imported = imported.joined(format.name, Path(beside), how)
+            imported = join(imported, format.name, Path(beside), how)
     if options.strict:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
     console.tell_read(imported.files)

@@ -20,8 +20,8 @@ from .format import NUMBER_FORMAT, Asked, Facts, Format, Importing, InRos, Provi
 from .static_tf import describe
 
 if TYPE_CHECKING:
-    from .expectation import Deviations, Expectation
-    from .facts import Sheet
+    from .expectation import Expectation
+    from .facts import Deviations, Sheet
     from .templating import Templates
 
 _FRAME_HEADERS = (

@@ -18,7 +18,7 @@ from rosorin_compile.cli.registry import service
 from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.output.placing import holding
 from rosorin_compile.source.diagnostics import Diagnostic, Heading, Rule, error, listed
-from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.world import world
@@ -202,7 +202,7 @@ def _in_package(value: ast.expr) -> ast.expr:
 def _note(root: Path) -> str | None:
     """Return what a description says that it is from."""
     try:
-        source = Map.load(root, root.name).get("source")
+        source = load_mapping(root, root.name).get("source")
     except LoadError:
         return None
     note = source.get("note") if isinstance(source, Map) else None
@@ -212,7 +212,7 @@ def _note(root: Path) -> str | None:
 def _arguments(root: Path) -> frozenset[str]:
     """Return the names of the arguments that a description declares."""
     try:
-        declared = Map.load(root, root.name).get("args")
+        declared = load_mapping(root, root.name).get("args")
     except LoadError:
         return frozenset()
     return frozenset(declared) if isinstance(declared, Map) else frozenset()

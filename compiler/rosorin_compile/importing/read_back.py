@@ -10,6 +10,7 @@ from rosorin_compile.compare.proof import Proof
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model import Robot
 from rosorin_compile.source.tree import Map
 
@@ -21,9 +22,9 @@ def read_back(stage: Path, said: Mapping[str, str], tree: Map, beside: Sequence[
     what it may break, its copy may.
     """
     how = ReadOptions(lenient=True, checked=False)
-    back = Imported.read(_saved(stage, FORMATS.published(), said), how)
+    back = read_robot(_saved(stage, FORMATS.published(), said), how)
     for companion in beside:
-        back = back.joined(companion.name, _saved(stage, companion, said), how)
+        back = join(back, companion.name, _saved(stage, companion, said), how)
     if back.tree is not None and "accept" in tree:
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     return back

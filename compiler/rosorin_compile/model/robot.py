@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cached_property, update_wrapper
+from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, NoReturn, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
 
+from .cached import of_robot
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source
@@ -19,7 +20,6 @@ from .simulated import GazeboSensor, Simulated
 from .simulation import AT_ORIGIN, Root, Values
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from .control import Block
@@ -33,23 +33,7 @@ if TYPE_CHECKING:
     from .simulation import Actuator
     from .simulator import ContactPair, Entry, Tendon
 
-    Given = ParamSpec("Given")
     Named = TypeVar("Named")
-    Made = TypeVar("Made")
-
-
-def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
-    """Make a function one that is worked out once for a robot: what came of it stays with the robot."""
-
-    def cached(robot: Robot, /, *given: Given.args, **named: Given.kwargs) -> Made:
-        key = (work.__module__, work.__qualname__, given, *named.items())
-        if key not in robot.worked_out:
-            robot.worked_out[key] = work(robot, *given, **named)
-        made: Made = robot.worked_out[key]
-        return made
-
-    update_wrapper(cached, work)
-    return cached
 
 
 class ByName(dict[str, "Named"]):

@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile.compare.committed import compare
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact, Value
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 from rosorin_compile.model.kinematics import NoWay
@@ -288,7 +289,7 @@ def _span(lower: float, upper: float) -> str:
 
 def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
     """Yield how the URDF that ran differs from the compiled one."""
-    compiled = next((one for one in artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
+    compiled = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if not recording.descriptions or compiled is None:
         return
     topic = "/robot_description"

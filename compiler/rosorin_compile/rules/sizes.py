@@ -22,7 +22,7 @@ from rosorin_compile.model import (
     Vector,
 )
 from rosorin_compile.model.bounds import Bounds, ball_of, bounds_of
-from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Path, Seq, at, exists

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from . import report
 from .lazily import lazily
 from .letters import difference, look
 from .wording import and_more, counted, first_of, listed, masked, printable, quoted
@@ -177,15 +178,11 @@ class Diagnostic:
 
     def as_text(self) -> str:
         """Return it as a person reads it, in lines: place, message, the line of the file, the way out."""
-        from .report import text
-
-        return text([self])
+        return report.text([self])
 
     def as_object(self) -> dict[str, object]:
         """Return it as JSON has it."""
-        from .report import as_object
-
-        return as_object(self)
+        return report.as_object(self)
 
 
 def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:

@@ -206,8 +206,10 @@ def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
             return sensor.frame
         if plain in robot.link:
             return plain
-        groups = (*robot.servos, *robot.controllers)
-        joints = next((group.joints for group in groups if group.name == name), ())
+        groups = [(one.name, one.joints) for one in robot.servos] + [
+            (one.name, one.joints) for one in robot.controllers
+        ]
+        joints = next((joints for group, joints in groups if group == name), ())
         if joints and joints[0] in robot.joint:
             return robot.joint[joints[0]].child
     return ""

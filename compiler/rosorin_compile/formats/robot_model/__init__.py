@@ -23,8 +23,8 @@ from rosorin_compile.source.rule_registry import FORMATS, Rule
 from ..format import Facts, Format, Importing, InRos, Opened, Proving, Value, Writing
 
 if TYPE_CHECKING:
-    from ..expectation import Block, Deviations, Expectation
-    from ..facts import Sheet
+    from ..expectation import Expectation
+    from ..facts import Block, Deviations, Sheet
     from ..imported import Imported
     from ..templating import Templates
 

@@ -26,8 +26,10 @@ from ..format import (
     Opened,
     Proving,
     Writing,
-    by_name,
 )
+from . import damping, facts, masses
+from .solids import solids
+from .write import brought, write
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -53,8 +55,6 @@ def _syntax(text: str) -> object:
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from . import damping, masses
-
     yield from masses.check(case, output)
     yield from damping.check(case, output)
     for section in sections_in_urdf(output):
@@ -69,9 +69,8 @@ def _for_simulators(output: Output) -> bool:
 def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
     if _for_simulators(output):
         from ..templating import attributes
-        from .masses import joints_of
 
-        for joint in joints_of(robot, output):
+        for joint in masses.joints_of(robot, output):
             if f"<child{attributes(link=joint.child)}/>" not in text:
                 yield f"it does not carry the frame {joint.child}, which it should"
 
@@ -100,8 +99,6 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     entry = {"file": f"{name}.urdf", **wishes, **({"version": "1.2"} if version == "1.2" or capsules else {})}
     return Asked(entry, _CAPSULES if capsules else "")
 
-
-_here = by_name(__name__)
 
 FORMAT = Format(
     name="urdf",
@@ -147,9 +144,9 @@ FORMAT = Format(
     endings=(".urdf",),
     roots=("robot",),
     check=_check,
-    write=_here("write:write"),
+    write=write,
     read=_read,
-    facts=_here("facts:read"),
+    facts=facts.read,
     reading=Importing(
         asked=_asked,
     ),
@@ -173,18 +170,18 @@ FORMAT = Format(
             )
         ),
         says=("control", "controllers"),  # it has no controllers: neither has what is read of one
-        links=_here("masses:links_of"),
+        links=masses.links_of,
         leaves_out=_leaves_out,
-        brings=_here("write:brought"),
+        brings=brought,
         why="a URDF has only what robot_state_publisher publishes",
         meshes=True,
     ),
     proving=Proving(
-        against=_here("facts:against"),
+        against=facts.against,
         syntax=_syntax,
         frames=lambda robot: [joint.child for joint in robot.in_urdf()],
-        solids=_here("solids:solids"),
-        inertials=_here("masses:inertials"),
+        solids=solids,
+        inertials=masses.inertials,
         disagreements=_disagreements,
         all_solids=True,
         cannot_say=_cannot_say,

@@ -19,7 +19,8 @@ from rosorin_compile.source.wording import plural, quoted
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.markup import INSTRUCTION, TEXT, Element
 
-from ..imported import LeftOut, ReadOptions, cannot_carry
+from ..format import cannot_carry
+from ..imported import LeftOut, ReadOptions
 from .grammar import CHILDREN, NUMBERS, TEXTS, attributes
 from .magnitudes import Magnitudes
 

@@ -26,9 +26,9 @@ from functools import cache, cached_property, partial
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Link, Mesh, Robot, Transform, Vector
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.motion import motion, plane_axes
-from rosorin_compile.model.robot import of_robot
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.touching import NEAR, Solid, Touching, around
 

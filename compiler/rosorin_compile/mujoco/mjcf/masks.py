@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import Robot, Shape
-from rosorin_compile.model.robot import of_robot
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.simulation import SHARED_LAYER
 
 if TYPE_CHECKING:

@@ -12,7 +12,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import LeftOut, cannot_carry
+from rosorin_compile.formats.format import cannot_carry
+from rosorin_compile.formats.imported import LeftOut
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import IDENTITY, Rows
 from rosorin_compile.model.geometry import unit as normalized

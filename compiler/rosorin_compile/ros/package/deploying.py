@@ -157,7 +157,7 @@ def plan(
 
 def _is_main(artifact: Artifact) -> bool:
     """Say whether an artifact is what robot_state_publisher reads."""
-    return artifact.feeds(ROBOT_STATE_PUBLISHER)
+    return FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER)
 
 
 def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
@@ -184,7 +184,7 @@ def _others(robot: Robot, artifact: Artifact, folder: Path, place: str) -> Itera
 
 def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
     """Return a URDF whose meshes are in the package, if they are there; else say what is missing."""
-    if not artifact.names_meshes:
+    if not FORMATS.names_meshes(artifact):
         return artifact
     settled = settle(artifact.text, package, (), folder)
     diagnostics += settled.diagnostics
@@ -294,7 +294,7 @@ def _undeclared(plan: Plan, root: Path, name: str) -> Iterator[Diagnostic]:
 def _stale(robot: Robot, plan: Plan, names: Sequence[str], share: Path, package: str) -> Iterator[Diagnostic]:
     """Yield which files of an install space are not those that the sources hold now."""
     stale = []
-    urdfs = [copy.place for copy in plan.copies if copy.artifact.names_meshes]
+    urdfs = [copy.place for copy in plan.copies if FORMATS.names_meshes(copy.artifact)]
     for copy, name in zip(plan.copies, names, strict=True):
         path = share / name
         texts = [form.text.encode() for form in forms(robot, copy.artifact, copy.place, urdfs, package)]

@@ -11,8 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rosorin_compile.source.diagnostics import Heading, Rule, error
-from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 
@@ -71,7 +70,7 @@ def read(folder: Path, robot: str) -> dict[str, str]:
     path = folder / FILE
     if world.kind(path) != world.FILE:
         return {}
-    robots = Map.load(path, str(path)).get("robots")
+    robots = load_mapping(path, str(path)).get("robots")
     mapping = robots.get(robot) if isinstance(robots, dict) else None
     if (
         robots is None
@@ -89,7 +88,7 @@ def text(folder: Path, robot: str, places: Mapping[str, str]) -> str:
     Raises LoadError for a file that is damaged.
     """
     path = folder / FILE
-    robots = dict(Map.load(path, str(path)).get("robots") or {}) if world.kind(path) == world.FILE else {}
+    robots = dict(load_mapping(path, str(path)).get("robots") or {}) if world.kind(path) == world.FILE else {}
     robots[robot] = dict(places)
     lines = [f"# Where rosorin-compile deploy puts artifacts in this folder ({NOWHERE}: not here).", "robots:"]
     for name in sorted(robots):

@@ -88,7 +88,7 @@ def make(
     ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
     package will stand, which may hold such files already.
     """
-    main = next((one for one in artifacts if one.feeds(ROBOT_STATE_PUBLISHER)), None)
+    main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         help = f"add an output with the backend {FORMATS.published().name}"
         return Package(
@@ -106,7 +106,7 @@ def make(
     lost = frozenset[str]() if searched is None else searched.missing
     for place, artifact in placed.items():
         beside = FORMATS[artifact.backend].writing.beside
-        if artifact.names_meshes:
+        if FORMATS.names_meshes(artifact):
             settled = meshes.settle(artifact.text, options.name, sources, target, found, lost)
             artifact = dataclasses.replace(artifact, text=settled.text)
             needs.update(settled.packages)

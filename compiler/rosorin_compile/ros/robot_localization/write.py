@@ -29,7 +29,6 @@ from rosorin_compile.source.rule_registry import Rule
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from ..parameters.files import Node, asked, text
-from . import STATES
 
 RULES = (
     Rule(
@@ -52,6 +51,12 @@ RULES = (
         "As the message says.",
         Heading.NAVIGATION,
     ),
+)
+
+# What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
+STATES = (
+    *("x", "y", "z", "roll", "pitch", "yaw"),
+    *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"),
 )
 
 _PACKAGE = "robot_localization"

@@ -19,8 +19,11 @@ from rosorin_compile.formats.format import (
     InRos,
     Proving,
     Writing,
-    by_name,
 )
+
+from .checks import check
+from .reading import join
+from .write import write
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -120,8 +123,6 @@ def _virtual_joint_facts(sheet: FactSheet, element: Element) -> None:
 
 _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
 
-_here = by_name(__name__)
-
 FORMAT = Format(
     name="srdf",
     word="SRDF",
@@ -131,11 +132,11 @@ FORMAT = Format(
     options={"number_format": NUMBER_FORMAT},
     file="{}.srdf",
     endings=(".srdf",),
-    check=_here("checks:check"),
-    write=_here("write:write"),
+    check=check,
+    write=write,
     facts=_facts,
     reading=Importing(
-        join=_here("reading:join"),
+        join=join,
         joins=("moveit",),
         is_other=_is_other,
         asked=_asked,

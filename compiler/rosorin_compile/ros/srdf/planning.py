@@ -14,14 +14,16 @@ from typing import TYPE_CHECKING
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.urdf.masses import joints_of, links_of
 from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
+from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
 from rosorin_compile.model.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
-from rosorin_compile.model.robot import JointPose, of_robot
+from rosorin_compile.model.robot import JointPose
+
+from . import matrix
+from .matrix import ordered
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from .matrix import Parts
 
 URDF = "urdf"
 ODOM, WORLD = "odom", "world"
@@ -59,34 +61,24 @@ class Planning:
     @cached_property
     def digest(self) -> str:
         """What tells it from any other (see ``matrix``)."""
-        from .matrix import digest
-
-        return digest(self)
+        return matrix.digest(self)
 
     @property
     def meshes(self) -> list[str]:
         """The names of the mesh files that collide, each once, sorted."""
-        from .matrix import meshes_of
-
-        return meshes_of(self)
+        return matrix.meshes_of(self)
 
     def digests(self, files: Mapping[str, Path]) -> dict[str, str]:
         """Return the digests of those of its mesh files that were found and can be read, by name."""
-        from .matrix import digests
+        return matrix.digests(self.meshes, files)
 
-        return digests(self.meshes, files)
-
-    def parts(self, meshes: Mapping[str, str]) -> Parts:
+    def parts(self, meshes: Mapping[str, str]) -> matrix.Parts:
         """Return the digests of what decides on single pairs; ``meshes`` are those of mesh files, by name."""
-        from .matrix import parts
+        return matrix.parts(self, meshes)
 
-        return parts(self, meshes)
-
-    def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
+    def same_pairs(self, now: matrix.Parts) -> dict[Pair, DisabledCollision | None]:
         """Return the pairs of its matrix that are the same as then; None for one to be checked."""
-        from .matrix import same_pairs
-
-        return same_pairs(self, now)
+        return matrix.same_pairs(self, now)
 
     @cached_property
     def root(self) -> str:
@@ -206,9 +198,3 @@ class Planning:
 
 def _is_free(joint: Joint) -> bool:
     return joint.moves and joint.mimic is None
-
-
-def ordered(pair: Pair) -> Pair:
-    """Return two names in their order."""
-    one, other = sorted(pair)
-    return (one, other)

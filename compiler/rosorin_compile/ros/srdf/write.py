@@ -17,8 +17,8 @@ from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.xml.escaping import Markup
 
-from .matrix import changed_meshes
-from .planning import Planning, ordered, planning_of
+from .matrix import changed_meshes, ordered
+from .planning import Planning, planning_of
 
 RULES = (
     Rule(

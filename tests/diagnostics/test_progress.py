@@ -17,7 +17,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.source import progress
-from rosorin_compile.source.diagnostics import Progress
+from rosorin_compile.source.progress import Progress
 from support.commands import of_a_person
 
 CHAIN = """robot: chain

@@ -12,10 +12,10 @@ from rosorin_compile.ros.package import naming
 from rosorin_compile.ros.package.carrying import described
 from rosorin_compile.ros.package.checking import Checked, check
 from rosorin_compile.ros.package.finding import files_below
-from rosorin_compile.source.diagnostics import Heading, error, has_errors
+from rosorin_compile.source.diagnostics import error, has_errors
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from .run import Run, for_each

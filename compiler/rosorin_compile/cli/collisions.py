@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions.planning import Pair, Parts, Planning, ordered, planning_of
 from rosorin_compile.output.placing import Holding
-from rosorin_compile.source.diagnostics import Console, Heading, Progress, Rule, counted, error, listed
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import counted, error, listed
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source.diagnostics import Console, Heading, Rule
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from .answer import give_result

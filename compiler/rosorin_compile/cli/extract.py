@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.output.placing import Holding
-from rosorin_compile.source.diagnostics import Console, masked
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import masked
 
 from .answer import give_result
 from .run import Run

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source.diagnostics import Console
+from rosorin_compile.source.console import Console
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 

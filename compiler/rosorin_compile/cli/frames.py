@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.source.console import paint
-from rosorin_compile.source.diagnostics import Heading
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from .answer import give_result
@@ -21,7 +20,7 @@ from .usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.model.frame_tree import Row
-    from rosorin_compile.source.diagnostics import Console
+    from rosorin_compile.source.console import Console
     from rosorin_compile.viewer.drawing.situations import Situation
     from rosorin_compile.viewer.drawing.terminal import Look
 

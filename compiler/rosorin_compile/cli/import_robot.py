@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.output.placing import Holding
-from rosorin_compile.source.diagnostics import Console, counted
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import counted
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.world import world
 

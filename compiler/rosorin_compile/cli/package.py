@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.ros.package.naming import CONTROL, MOVEIT, NAV2, STARTS
-from rosorin_compile.source.diagnostics import Console
+from rosorin_compile.source.console import Console
 
 from .answer import give_result
 from .run import Run

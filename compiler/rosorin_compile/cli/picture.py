@@ -10,7 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.model import Mesh
-from rosorin_compile.source.diagnostics import Console, Progress, error, pip_install
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import error
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.world import world
 

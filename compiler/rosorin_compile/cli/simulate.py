@@ -9,20 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.mujoco.simulate.judging import LIMITS, Judge
-from rosorin_compile.source.diagnostics import (
-    Console,
-    Diagnostic,
-    Heading,
-    Progress,
-    Rule,
-    arrange,
-    counted,
-    error,
-    has_errors,
-    listed,
-    pip_install,
-)
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic, arrange, counted, error, has_errors, listed
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from .answer import give_result

@@ -15,17 +15,11 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.language.arguments import Argument
 from rosorin_compile.output import OutputError
 from rosorin_compile.output.pipeline import Variant
-from rosorin_compile.source.diagnostics import (
-    Console,
-    Diagnostic,
-    Heading,
-    Progress,
-    Rule,
-    and_more,
-    counted,
-    did_you_mean,
-)
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic, and_more, counted, did_you_mean
 from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.version import __version__
 from rosorin_compile.variants.compiling import (
     Job,

@@ -10,8 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source.diagnostics import Console, Heading, Progress, Rule, pip_install
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from .answer import give_result

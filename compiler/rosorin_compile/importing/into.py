@@ -17,9 +17,10 @@ from typing import NamedTuple
 from rosorin_compile.cli.registry import service
 from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.output.placing import holding
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Rule, error, listed
+from rosorin_compile.source.diagnostics import Diagnostic, error, listed
 from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.world import world
 

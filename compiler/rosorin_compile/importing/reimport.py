@@ -20,20 +20,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.cli.usage import WrongUsage
-from rosorin_compile.source.diagnostics import (
-    WARNING,
-    Diagnostic,
-    Heading,
-    Rule,
-    Source,
-    Span,
-    counted,
-    error,
-    listed,
-    printable,
-)
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, counted, error, listed, printable
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 RULES = (

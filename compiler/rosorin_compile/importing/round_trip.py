@@ -20,10 +20,7 @@ from rosorin_compile.output.pipeline import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import (
     ERROR,
     Diagnostic,
-    Heading,
-    Progress,
     Related,
-    Rule,
     Source,
     Span,
     and_more,
@@ -32,7 +29,9 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.world import world
 

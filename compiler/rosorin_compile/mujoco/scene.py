@@ -21,9 +21,9 @@ from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 from rosorin_compile.model import Link, Mesh, Output, Pose, Robot, Vector
 from rosorin_compile.model.geometry import unit
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, error, listed
+from rosorin_compile.source.diagnostics import Diagnostic, error, listed
 from rosorin_compile.source.numbers import six, vector
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 if TYPE_CHECKING:

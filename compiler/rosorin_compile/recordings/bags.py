@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Heading, Rule, pip_install
+from rosorin_compile.source.diagnostics import NOTE, WARNING
+from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from .arrays import SECOND, Times

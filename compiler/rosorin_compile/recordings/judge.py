@@ -22,14 +22,13 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
-    Heading,
-    Progress,
-    Rule,
     and_more,
     counted,
     did_you_mean,
     first_of,
 )
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
 from .expected import Description

@@ -17,28 +17,18 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import report
-from .lazily import lazily
 from .letters import difference, look
 from .wording import and_more, counted, first_of, listed, masked, printable, quoted
 
 if TYPE_CHECKING:
     import ast
 
-    from .console import Console
-    from .installing import pip_install
-    from .progress import Progress
-    from .rule_registry import Heading, Rule
-
 __all__ = [
     "ERROR",
     "NOTE",
     "WARNING",
-    "Console",
     "Diagnostic",
-    "Heading",
-    "Progress",
     "Related",
-    "Rule",
     "Source",
     "Span",
     "and_more",
@@ -51,7 +41,6 @@ __all__ = [
     "listed",
     "masked",
     "nearest",
-    "pip_install",
     "printable",
     "quoted",
 ]
@@ -388,19 +377,3 @@ def or_else(guess: str, otherwise: str) -> str:
     if guess.startswith("did"):
         return guess
     return f"{otherwise} ({guess})" if guess else otherwise
-
-
-# Public names that stand in modules which import this one.
-_HOMES = {
-    "Console": "source.console",
-    "Rule": "source.rule_registry",
-    "Heading": "source.rule_registry",
-    "pip_install": "source.installing",
-    "Progress": "source.progress",
-}
-
-__getattr__ = lazily(__name__, _HOMES, globals())
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -167,11 +167,9 @@ def importing(plugin: Plugin) -> Iterator[None]:
         yield
     took = time.monotonic() - began
     if took > SLOW:
-        from .console import Console
-
         note = Diagnostic("plugin-slow", NOTE, f"{plugin} takes {took:.1f} s to be imported")
         with otherwise(ERR, ""):  # what is remembered takes no time
-            Console("text").show([note])
+            sys.stderr.write(note.as_text())
 
 
 def diagnostic_of(value: object) -> Diagnostic:

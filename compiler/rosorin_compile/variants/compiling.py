@@ -18,7 +18,8 @@ from rosorin_compile.cli.given import Given
 from rosorin_compile.output import OutputError
 from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
 from rosorin_compile.output.placing import Holding
-from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, has_errors
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.usage import WrongUsage
 from rosorin_compile.model import Robot
-from rosorin_compile.source.diagnostics import Console, counted
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import counted
 from rosorin_compile.source.world import world
 
 from .page import MAX_MEGABYTES, Embedding, data_of, html, left_out

@@ -12,7 +12,9 @@ from rosorin_compile.cli.given import Given
 from rosorin_compile.cli.robots import is_foreign
 from rosorin_compile.cli.verbs import Explained
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.source.diagnostics import WARNING, Console, Diagnostic, Progress, Span, printable
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, printable
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.world import world
 

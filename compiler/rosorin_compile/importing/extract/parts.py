@@ -13,9 +13,10 @@ from rosorin_compile.model import Mesh as MeshShape
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
 from rosorin_compile.output.pipeline import read
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Span, did_you_mean
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, did_you_mean
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.world import world
 

@@ -14,8 +14,8 @@ from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError
 from rosorin_compile.output.placing import Holding
-from rosorin_compile.source.diagnostics import Heading, Rule
 from rosorin_compile.source.numbers import exact
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 

@@ -22,8 +22,9 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.model import Robot
 from rosorin_compile.output.pipeline import compile_robot
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Progress, Span
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Span
 from rosorin_compile.source.load import LoadError, parse_yaml
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.world import world

@@ -26,7 +26,7 @@ from random import Random
 from typing import Any
 
 from rosorin_compile.model import DisabledCollision, Joint
-from rosorin_compile.source.diagnostics import Progress
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.world import world
 
 from ..physics.files import Meshes

@@ -9,8 +9,8 @@ import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Span, error
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Diagnostic, Span, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 from rosorin_compile.source.xml.markup import Attribute, Element
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from rosorin_compile.model import HeightMap, Mesh, Output, Robot, Shape
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .bodies import body_name, weld_groups
 from .contacts import Contacts, contacts

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Refusal
-from rosorin_compile.source.diagnostics import pip_install
+from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.world import world
 
 SECONDS = 60  # of calculating, which the child counts itself

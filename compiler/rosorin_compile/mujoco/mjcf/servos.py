@@ -10,8 +10,8 @@ from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.simulated import Attribute
 from rosorin_compile.model.simulation import GENERAL, MOTOR, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, did_you_mean
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.elements import found_in
 
 from .omissions import position_range

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
-from rosorin_compile.source.diagnostics import Diagnostic, Progress, arrange
+from rosorin_compile.source.diagnostics import Diagnostic, arrange
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.world import world
 

@@ -18,15 +18,14 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
-    Heading,
     Related,
-    Rule,
     and_more,
     counted,
     first_of,
     listed,
     quoted,
 )
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path
 
 from .accepted import apart

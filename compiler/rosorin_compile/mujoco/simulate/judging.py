@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Drive, Joint
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, Rule, and_more, counted
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, counted
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path
 
 from .moved import first_to_go, moved

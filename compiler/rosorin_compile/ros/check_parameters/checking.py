@@ -16,9 +16,7 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
-    Heading,
     Related,
-    Rule,
     Source,
     Span,
     arrange,
@@ -27,6 +25,7 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from ..controllers.checking import against_robot, missing

@@ -11,8 +11,8 @@ from typing import Any
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.control import JOINT_WORDS, POSITION, VELOCITY
-from rosorin_compile.source.diagnostics import WARNING, Heading, did_you_mean, listed, nearest, quoted
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import WARNING, did_you_mean, listed, nearest, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind

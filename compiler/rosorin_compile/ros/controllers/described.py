@@ -11,8 +11,8 @@ from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.model.control import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.tf_tree import is_tree
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, first_of, quoted
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, Seq, at, exists
 
 from ..parameters.checking import Finding, against_kind, unwritable

@@ -13,8 +13,8 @@ from rosorin_compile.formats.distributions import described_by as known_distribu
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Output, Robot
 from rosorin_compile.model.controllers import flat
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters import files
 from ..parameters.files import Node, asked

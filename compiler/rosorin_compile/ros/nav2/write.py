@@ -17,8 +17,8 @@ from rosorin_compile.model.footprint import outside as reaching_out
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.model.tucked import left_out
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, did_you_mean, error, listed
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, did_you_mean, error, listed
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.derived import owned
 from ..controllers.topics import Driver, drivers

@@ -16,8 +16,10 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.launching import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.diagnostics import Console, Diagnostic, Heading, Rule, Source, Span, error, first_of
+from rosorin_compile.source.console import Console
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error, first_of
 from rosorin_compile.source.project import Description, tool_folders
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from .meshes import named

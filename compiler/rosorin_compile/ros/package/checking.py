@@ -10,7 +10,8 @@ from rosorin_compile.compare.committed import Comparison
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 from . import launch_files as static_check

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError
 

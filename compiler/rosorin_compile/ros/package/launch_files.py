@@ -25,7 +25,8 @@ from rosorin_compile.model import (
     Robot,
     Transform,
 )
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Heading, Rule, Source, Span
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Document
 
 from .plain_values import Unknown, constants, value

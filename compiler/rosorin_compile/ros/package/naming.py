@@ -10,8 +10,9 @@ import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
 
-from rosorin_compile.source.diagnostics import Heading, Rule, error
+from rosorin_compile.source.diagnostics import error
 from rosorin_compile.source.load import LoadError, load_mapping
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 

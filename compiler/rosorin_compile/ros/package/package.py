@@ -12,8 +12,9 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, Rule, error
+from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 from rosorin_compile.source.yaml_text import Scalar
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.output.placing import Holding
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading, Rule
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.world import world
 
 if TYPE_CHECKING:

@@ -13,18 +13,8 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.driving import driving_of
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Heading,
-    did_you_mean,
-    error,
-    listed,
-    quoted,
-    swaps,
-)
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error, listed, quoted, swaps
+from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic

@@ -12,17 +12,8 @@ from rosorin_compile.model import Joint, Output
 from rosorin_compile.model.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.tf_tree import is_tree
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Heading,
-    counted,
-    did_you_mean,
-    first_of,
-    quoted,
-)
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, did_you_mean, first_of, quoted
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 
 from ..sections.moveit import state_path

@@ -25,8 +25,8 @@ from rosorin_compile.model.control import (
     Words,
 )
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Heading, counted, nearest, quoted, swaps
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, nearest, quoted, swaps
+from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 

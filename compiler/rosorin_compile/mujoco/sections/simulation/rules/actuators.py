@@ -9,8 +9,8 @@ from rosorin_compile.model import Joint
 from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.simulated_names import BALL, several
-from rosorin_compile.source.diagnostics import Diagnostic, Heading, listed
-from rosorin_compile.source.rule_registry import rule
+from rosorin_compile.source.diagnostics import Diagnostic, listed
+from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
 from ..lowering import TARGETS

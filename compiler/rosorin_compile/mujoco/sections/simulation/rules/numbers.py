@@ -7,8 +7,8 @@ from typing import Any
 
 from rosorin_compile.model.simulation import SHARED_LAYER
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Heading, counted, did_you_mean
-from rosorin_compile.source.rule_registry import Check, rule
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, did_you_mean
+from rosorin_compile.source.rule_registry import Check, Heading, rule
 from rosorin_compile.source.tree import Path, at
 
 from .actuators import drivers

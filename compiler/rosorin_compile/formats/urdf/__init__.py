@@ -27,9 +27,7 @@ from ..format import (
     Proving,
     Writing,
 )
-from . import damping, facts, masses
-from .solids import solids
-from .write import brought, write
+from . import damping, facts, masses, solids, write
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -144,7 +142,7 @@ FORMAT = Format(
     endings=(".urdf",),
     roots=("robot",),
     check=_check,
-    write=write,
+    write=write.write,
     read=_read,
     facts=facts.read,
     reading=Importing(
@@ -172,7 +170,7 @@ FORMAT = Format(
         says=("control", "controllers"),  # it has no controllers: neither has what is read of one
         links=masses.links_of,
         leaves_out=_leaves_out,
-        brings=brought,
+        brings=write.brought,
         why="a URDF has only what robot_state_publisher publishes",
         meshes=True,
     ),
@@ -180,7 +178,7 @@ FORMAT = Format(
         against=facts.against,
         syntax=_syntax,
         frames=lambda robot: [joint.child for joint in robot.in_urdf()],
-        solids=solids,
+        solids=solids.solids,
         inertials=masses.inertials,
         disagreements=_disagreements,
         all_solids=True,

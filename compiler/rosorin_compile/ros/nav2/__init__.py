@@ -11,7 +11,7 @@ from typing import Any
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 
 from ..parameters import DISTRIBUTION, facts, syntax
-from .write import check, disagreements, write
+from . import write
 
 __all__ = ["FORMAT"]
 
@@ -98,8 +98,8 @@ FORMAT = Format(
         },
     },
     file="nav2.yaml",
-    check=check,
-    write=write,
+    check=write.check,
+    write=write.write,
     facts=facts,
     writing=Writing(
         measures=True,
@@ -107,7 +107,7 @@ FORMAT = Format(
     ),
     proving=Proving(
         syntax=syntax,
-        disagreements=disagreements,
+        disagreements=write.disagreements,
     ),
     ros=InRos(
         folder="config",

@@ -9,7 +9,7 @@ from __future__ import annotations
 from rosorin_compile.formats.format import Format, InRos, Proving, Writing
 
 from ..parameters import DISTRIBUTION, facts, syntax
-from .write import STATES, check, write
+from . import write
 
 __all__ = ["FORMAT"]
 
@@ -61,7 +61,7 @@ FORMAT = Format(
                     },
                     "uses": {
                         "type": "array",
-                        "items": {"enum": list(STATES)},
+                        "items": {"enum": list(write.STATES)},
                         "description": "What of it the filter uses; default with a drive: vx, vy and vyaw of odomN and"
                         " twistN, vyaw of imuN.",
                     },
@@ -78,8 +78,8 @@ FORMAT = Format(
         },
     },
     file="ekf.yaml",
-    check=check,
-    write=write,
+    check=write.check,
+    write=write.write,
     facts=facts,
     writing=Writing(
         names_robot=False,

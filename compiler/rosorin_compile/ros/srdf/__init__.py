@@ -21,9 +21,7 @@ from rosorin_compile.formats.format import (
     Writing,
 )
 
-from .checks import check
-from .reading import join
-from .write import write
+from . import checks, reading, write
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -132,11 +130,11 @@ FORMAT = Format(
     options={"number_format": NUMBER_FORMAT},
     file="{}.srdf",
     endings=(".srdf",),
-    check=check,
-    write=write,
+    check=checks.check,
+    write=write.write,
     facts=_facts,
     reading=Importing(
-        join=join,
+        join=reading.join,
         joins=("moveit",),
         is_other=_is_other,
         asked=_asked,

@@ -62,9 +62,9 @@ class Argument(click.Argument):
         super().__init__(*words, **settings)
         self.help = help
 
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:
         """Return the name and the help of this argument."""
-        return (self.metavar or self.human_readable_name, self.help) if self.help else None
+        return self.metavar or self.human_readable_name, self.help or ""
 
 
 option = partial(click.option, cls=Option)

@@ -16,7 +16,7 @@ from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
 
-def _source() -> Any:
+def _source() -> Decorator[Any]:
     """Return the argument for the source, with the endings of files that can be imported."""
     from rosorin_compile.formats import FORMATS
 
@@ -24,7 +24,7 @@ def _source() -> Any:
     return words_argument("SOURCE", f"a {', '.join(others)} or {last} file", required=True, offers=("file", "argument"))
 
 
-def _companion_options() -> Any:
+def _companion_options() -> Decorator[Any]:
     """Return an option for each format whose files add to the robot of another file."""
     from rosorin_compile.importing.import_robot import companions
 

@@ -18,7 +18,7 @@ from .usage import FINE, PROBLEMS, WrongUsage
 _HOW = "rosorin-compile package ROBOT -o FOLDER"
 
 
-def _launch(name: str, started: str) -> Any:
+def _launch(name: str, started: str) -> Decorator[Any]:
     """Return an option that adds a launch file."""
     text = f"add a launch file that starts {started} with the parameters of the robot"
     return option(f"--{name}/--no-{name}", default=None, help=text)

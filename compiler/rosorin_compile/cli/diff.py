@@ -16,7 +16,7 @@ from rosorin_compile.source.console import Console
 from .answer import give_result
 from .command import Options, command, option
 from .given import named
-from .options import page_options, robot_options, words_argument
+from .options import Decorator, page_options, robot_options, words_argument
 from .robots import one, take_stdin
 from .run import Run, write_page
 from .usage import FINE, PROBLEMS, WrongUsage

@@ -11,7 +11,7 @@ from rosorin_compile.source.project import Description
 
 from .answer import give_result
 from .command import Options, combined, command, option
-from .options import PATH, robot_options, words_argument
+from .options import PATH, Decorator, robot_options, words_argument
 from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 

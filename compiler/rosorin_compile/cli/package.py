@@ -11,7 +11,7 @@ from rosorin_compile.source.diagnostics import has_errors
 
 from .answer import give_result
 from .command import Options, command, option
-from .options import PATH, robot_argument, robot_options
+from .options import PATH, Decorator, robot_argument, robot_options
 from .run import Run, nothing_written
 from .usage import FINE, PROBLEMS, WrongUsage
 

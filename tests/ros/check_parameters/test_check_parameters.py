@@ -30,7 +30,9 @@ def options(case: Path) -> Options:
     lines = case.read_text("utf-8").splitlines()
     words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
     if words[:1] == ["--controllers"]:
-        return parse(["check", "parameters", "robot.yaml", "--controllers", case.name, *words[1:]])
+        made = parse(["check", "parameters", "robot.yaml", "--controllers", case.name, *words[1:]])
+        made.parameters = []
+        return made
     made = parse(["check", "parameters", "robot.yaml", *words])
     made.parameters = [case.name]
     return made

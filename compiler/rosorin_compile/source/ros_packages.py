@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from .files import exists, is_file, is_folder, read_text, resolve
 from .python_values import Unknown, constants, value
-from .world import world
 
 MAX_FILES = 50_000
 _SKIPPED = {"__pycache__", "node_modules"}
@@ -26,10 +26,10 @@ _WALKS = ("rglob", "os.walk", "iterdir", "listdir")
 
 def package_of(folder: Path) -> tuple[Path, str] | None:
     """Return the folder of the package that a folder is in, and the name of the package; None if it is in none."""
-    for place in _upwards(world.real(folder)):
+    for place in _upwards(resolve(folder)):
         path = place / "package.xml"
-        if world.kind(path) == world.FILE:
-            match = re.search(r"<name>\s*([^<\s]+)\s*</name>", world.text(path, errors="replace"))
+        if is_file(path):
+            match = re.search(r"<name>\s*([^<\s]+)\s*</name>", read_text(path, errors="replace"))
             return (place, match[1]) if match else None
     return None
 
@@ -48,7 +48,7 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
     names: list[str] = []
     seen: set[Path] = set()
     for place, folders, files in _walk(folder, follow=not skip_built):
-        real = world.real(place)
+        real = resolve(place)
         if real in seen:
             folders.clear()
             continue
@@ -69,9 +69,9 @@ def _walk(folder: Path, follow: bool) -> Iterator[tuple[Path, list[str], list[st
     links: list[Path] = []
     for place, folders, files in _below(folder, follow=False):
         yield place, folders, files
-        links += [place / name for name in folders if follow and world.link(place / name)]
+        links += [place / name for name in folders if follow and (place / name).is_symlink()]
     for link in links:
-        if world.real(folder).is_relative_to(world.real(link)):
+        if resolve(folder).is_relative_to(resolve(link)):
             continue
         yield from _below(link, follow=True)
 
@@ -81,16 +81,16 @@ def _below(top: Path, follow: bool) -> Iterator[tuple[Path, list[str], list[str]
     waiting = [top]
     while waiting:
         place = waiting.pop()
-        inside = world.names(place)
-        folders, files = ([name for name, one in inside.items() if one == kind] for kind in (world.FOLDER, world.FILE))
+        inside = sorted(place.iterdir())
+        folders, files = ([path.name for path in inside if test(path)] for test in (is_folder, is_file))
         yield place, folders, files
-        waiting += [place / name for name in reversed(folders) if follow or not world.link(place / name)]
+        waiting += [place / name for name in reversed(folders) if follow or not (place / name).is_symlink()]
 
 
 def _is_wanted(folder: Path, skip_built: bool) -> bool:
     if folder.name.startswith(".") or folder.name in _SKIPPED:
         return False
-    made = folder.name in BUILT and bool(world.kind(folder / "COLCON_IGNORE"))
+    made = folder.name in BUILT and exists(folder / "COLCON_IGNORE")
     return not (made and (skip_built or folder.name != "install"))
 
 
@@ -112,17 +112,17 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
     Where a package has both, its build type says which of them counts.
     """
     setup, cmake = package / "setup.py", package / "CMakeLists.txt"
-    in_python = world.kind(setup) == world.FILE and "<build_type>ament_python<" in _text(package / "package.xml")
-    if world.kind(cmake) == world.FILE and not in_python:
-        text = re.sub(r"#[^\n]*", "", world.text(cmake, errors="replace"))
+    in_python = is_file(setup) and "<build_type>ament_python<" in _text(package / "package.xml")
+    if is_file(cmake) and not in_python:
+        text = re.sub(r"#[^\n]*", "", read_text(cmake, errors="replace"))
         for file in files:
             folder = file.rpartition("/")[0]
             if not _cmake_installs(text, file):
                 line = f"install(DIRECTORY {folder} DESTINATION share/${{PROJECT_NAME}})"
                 whole = f"install(FILES {file} DESTINATION share/${{PROJECT_NAME}})"
                 yield file, Missing("CMakeLists.txt", line if folder else whole)
-    elif world.kind(setup) == world.FILE:
-        text = world.text(setup, errors="replace")
+    elif is_file(setup):
+        text = read_text(setup, errors="replace")
         for file in files:
             if not _setup_installs(text, file):
                 folder = file.rpartition("/")[0]
@@ -131,7 +131,7 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
 
 
 def _text(path: Path) -> str:
-    return world.text(path, errors="replace") if world.kind(path) == world.FILE else ""
+    return read_text(path, errors="replace") if is_file(path) else ""
 
 
 def _cmake_installs(text: str, file: str) -> bool:
@@ -183,9 +183,9 @@ def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
 
 def install_space(package: Path, name: str) -> Path | None:
     """Return share/NAME of the install space beside the sources, as colcon makes it; None if there is none."""
-    for parent in list(world.real(package).parents)[:4]:
+    for parent in list(resolve(package).parents)[:4]:
         for share in (parent / "install" / name / "share" / name, parent / "install" / "share" / name):
-            if world.kind(share) == world.FOLDER:
+            if is_folder(share):
                 return share
     return None
 
@@ -193,6 +193,6 @@ def install_space(package: Path, name: str) -> Path | None:
 def share_folder(install: Path, name: str) -> Path | None:
     """Return share/NAME of a folder that is an install space, the prefix of a package, or share/NAME itself."""
     for share in (install / name / "share" / name, install / "share" / name, install):
-        if world.kind(share / "package.xml") == world.FILE:
+        if is_file(share / "package.xml"):
             return share
     return None

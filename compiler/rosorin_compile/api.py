@@ -425,7 +425,7 @@ def frames(
         >>> import rosorin_compile
         >>> found = rosorin_compile.frames("rosorin", frame="laser")
         >>> [(edge.parent, edge.child, edge.publisher) for edge in found.situations[0].edges][-1:]
-        [('base_link', 'laser', 'robot_state_publisher')]
+        [('base_link', 'laser', 'tf_base_laser')]
 
     """
     case, diagnostics, request = _case(robot, arguments, packages, trust)
@@ -473,7 +473,7 @@ def pulses(
         >>> import rosorin_compile
         >>> (joint,) = rosorin_compile.pulses("rosorin", {"joint1": "30deg"}).joints
         >>> joint.pulse, round(joint.degrees, 2)
-        (625, 30.0)
+        (375, 30.0)
 
     """
     case, diagnostics, request = _case(robot, arguments, packages, trust)
@@ -626,7 +626,7 @@ def arguments(
         >>> import rosorin_compile
         >>> found = rosorin_compile.arguments("examples/unitree_a1")
         >>> [(one.name, one.allowed, one.default) for one in found.arguments if one.name == "base"]
-        [('base', ('free', 'fixed'), 'free')]
+        [('base', ('fixed', 'free'), 'free')]
 
     """
     request, wrong = Request.of(robot, arguments, packages)
@@ -648,7 +648,7 @@ def outputs(
     Example:
         >>> import rosorin_compile
         >>> [output.file for output in rosorin_compile.outputs("rosorin").outputs][:2]
-        ['rosorin.urdf', 'rosorin.xml']
+        ['controllers.yaml', 'frames.md']
 
     """
     request, wrong = Request.of(robot, arguments, packages)
@@ -669,7 +669,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     Example:
         >>> import rosorin_compile
         >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
-        'Give the direction of the axis.'
+        'Name one, such as `[0, 0, 1]`.'
 
     """
     diagnostics = (*plugged().diagnostics, *plugged_diagnostics())

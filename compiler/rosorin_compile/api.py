@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,10 +25,16 @@ from rosorin_compile.language import asked
 from rosorin_compile.language.explain.answer import explain as explain_names
 from rosorin_compile.language.sections.servos.pulses import against_model
 from rosorin_compile.model import Robot
+from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix, compute_matrix
+from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+from rosorin_compile.mujoco.physics.checking import check_robot
+from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate_robot
 from rosorin_compile.output import OutputError, diff_inputs, new_robot, pipeline, write_outputs
 from rosorin_compile.output.check_outputs import compare_committed
 from rosorin_compile.output.pipeline import Compiled, Reading
 from rosorin_compile.output.request import Request
+from rosorin_compile.recordings.answers import Verified
+from rosorin_compile.ros.srdf.planning import planning_of
 from rosorin_compile.rules import conditions, joint_states, plugged
 from rosorin_compile.rules import pulses as servo_pulses
 from rosorin_compile.rules import transform as frame_transforms
@@ -37,15 +43,19 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
+    MissingPackages,
     RequestError,
     UnknownName,
     did_you_mean,
     has_errors,
+    pip_install,
 )
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
+from rosorin_compile.variants.library import compile_variants
+from rosorin_compile.variants.writing import WrittenVariants, write_variants
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page
@@ -698,22 +708,205 @@ def schema(name: str = "authoring") -> dict[str, Any]:
     return found
 
 
+def simulate(
+    robot: FilePath | Request,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    base: str | None = None,
+    seconds: float = 2.0,
+    limits: Mapping[str, float] | None = None,
+    timing: bool = True,
+    trust: bool = False,
+) -> Simulated:
+    """Simulate a robot in MuJoCo: at rest, in its poses, driving, and along the ranges of its joints.
+
+    Args:
+        robot: As in ``compile``, or a file in another format.
+        arguments: As in ``compile``.
+        packages: As in ``compile``.
+        base: ``fixed`` to the world, or ``free`` on a floor; by default a robot with a drive is free.
+        seconds: How long each pose is held, 0.5 to 600 s.
+        limits: Limits by name, as in ``simulate --limit``, in m, rad, m/s and rad/s.
+        timing: Measure the speed of the simulation, which differs between runs.
+        trust: As in ``compile``.
+
+    Returns:
+        The behaviour; each result beyond a limit is among its ``diagnostics``. Without ``poses`` the robot could not be
+        simulated.
+
+    Raises:
+        RequestError: A value is invalid, or MuJoCo is not installed.
+
+    Example:
+        >>> import rosorin_compile  # doctest: +SKIP
+        >>> result = rosorin_compile.simulate("rosorin", limits={"hold": 0.02})  # doctest: +SKIP
+        >>> result.poses[0].worst  # doctest: +SKIP
+
+    """
+    request, wrong = Request.of(robot, arguments, packages, None, trust)
+    if request is None:
+        return Simulated(str(robot), diagnostics=tuple(wrong))
+    return simulate_robot(request, base=base, seconds=seconds, limits=limits, timing=timing)
+
+
+def check_physics(
+    robot: FilePath | Request,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    trust: bool = False,
+) -> CheckedPhysics:
+    """Find links that collide at rest or while joints move, and masses that do not fit the meshes, with MuJoCo.
+
+    Args:
+        robot: As in ``simulate``.
+        arguments: As in ``compile``.
+        packages: As in ``compile``.
+        trust: As in ``compile``.
+
+    Raises:
+        RequestError: MuJoCo or a library for meshes is not installed.
+
+    Example:
+        >>> import rosorin_compile  # doctest: +SKIP
+        >>> result = rosorin_compile.check_physics("rosorin")  # doctest: +SKIP
+        >>> result.fine, [one.message for one in result.diagnostics]  # doctest: +SKIP
+
+    """
+    request, wrong = Request.of(robot, arguments, packages, None, trust)
+    return CheckedPhysics.of(str(robot), "", None, wrong) if request is None else check_robot(request)
+
+
+def collisions(
+    robot: FilePath | Request,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    output: FilePath | None = None,
+    force: bool = False,
+    trust: bool = False,
+) -> CollisionMatrix:
+    """Compute the pairs of links that MoveIt does not need to check, and write them to a file.
+
+    Args:
+        robot: As in ``simulate``.
+        arguments: As in ``compile``.
+        packages: As in ``compile``.
+        output: The file; by default ``collisions.yaml`` next to the description, which includes it.
+        force: Compute the pairs again, even if the file is up to date.
+        trust: As in ``compile``.
+
+    Returns:
+        The pairs, with distances in m.
+
+    Raises:
+        RequestError: MuJoCo or a library for meshes is not installed, or ``output`` is not a regular file.
+
+    Example:
+        >>> import rosorin_compile  # doctest: +SKIP
+        >>> result = rosorin_compile.collisions("rosorin", output="collisions.yaml")  # doctest: +SKIP
+        >>> [pair.links for pair in result.pairs if pair.reason == "Never"]  # doctest: +SKIP
+
+    """
+    request, wrong = Request.of(robot, arguments, packages, None, trust)
+    if request is None:
+        return CollisionMatrix(str(robot), "", diagnostics=tuple(wrong))
+    return compute_matrix(request, planning_of, output=None if output is None else Path(output), force=force)
+
+
+def verify(
+    robot: FilePath | Request,
+    source: FilePath,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    modes: Mapping[str, bool] | None = None,
+    without: Sequence[str] = (),
+    pose: str = "",
+    frames: tuple[str, str] | None = None,
+    since: float | None = None,
+    until: float | None = None,
+    stale: float = 1.0,
+    namespace: str = "",
+    prefix: str = "",
+    trust: bool = False,
+) -> Verified:
+    """Compare a recording of the running robot with its description.
+
+    Args:
+        robot: As in ``simulate``.
+        source: A rosbag2 folder, a .mcap or .db3 file, a file with the output of ``tf2_echo`` or ``view_frames``, or
+            ``-`` for such text on standard input.
+        arguments: As in ``compile``.
+        packages: As in ``compile``.
+        modes: Modes that were on or off; the others are detected.
+        without: Nodes that were not running.
+        pose: The named pose of the joints while ``tf2_echo`` ran.
+        frames: The source and the target frame of the output of ``tf2_echo``.
+        since: Start this many seconds after the start of the recording.
+        until: Stop this many seconds after the start of the recording.
+        stale: The maximum age of a transform in s.
+        namespace: The namespace of the topics, such as ``robot1``.
+        prefix: The prefix of the recorded frames, such as ``robot1/``.
+        trust: As in ``compile``.
+
+    Returns:
+        The comparison; its ``findings`` are what is not as described.
+
+    Raises:
+        RequestError: The robot has no such mode, node or pose, a time is invalid, or numpy is not installed.
+
+    Example:
+        >>> import rosorin_compile  # doctest: +SKIP
+        >>> result = rosorin_compile.verify("rosorin", "recordings/drive")  # doctest: +SKIP
+        >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
+
+    """
+    try:
+        from rosorin_compile.recordings.verification import verify_recording
+    except ModuleNotFoundError as problem:
+        if problem.name != "numpy":
+            raise
+        needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
+        raise MissingPackages(f"{needs}: {pip_install('verify')}") from None
+    request, wrong = Request.of(robot, arguments, packages, None, trust)
+    if request is None:
+        return Verified(str(robot), os.fsdecode(source), diagnostics=tuple(wrong))
+    return verify_recording(
+        request,
+        os.fsdecode(source),
+        modes=modes or {},
+        without=without,
+        pose=pose,
+        frames=frames,
+        since=since,
+        until=until,
+        stale=stale,
+        namespace=namespace,
+        prefix=prefix,
+    )
+
+
 def sweep(
-    path: FilePath,
+    robot: FilePath | Request,
     variants: FilePath | Mapping[str, Any] | Iterable[Any],
     arguments: Mapping[str, Any] | None = None,
     packages: Packages | None = None,
     client: Client | None = None,
+    *,
+    trust: bool = False,
 ) -> Iterator[Compiled]:
     """Compile a description with the arguments of each variant; nothing is written.
 
     Args:
-        path: As in ``compile``.
+        robot: As in ``compile``.
         variants: A CSV or YAML file or a folder as in ``sweep --over``, arguments by name, or an iterable of pairs of a
             name and arguments or of tables with ``name`` among the arguments.
         arguments: Arguments of all variants, which those of a variant override.
         packages: As in ``compile``.
         client: A ``distributed.Client`` on whose cluster the variants are compiled.
+        trust: As in ``compile``.
 
     Yields:
         A ``Compiled`` for each variant, in order; errors in the list itself are one ``Compiled`` without a variant.
@@ -730,9 +923,62 @@ def sweep(
         wrong None
 
     """
-    from rosorin_compile.variants.library import sweep as compile_variants
+    request, wrong = Request.of(robot, arguments, packages, None, trust)
+    if request is None:
+        yield Compiled(None, (), wrong, ())
+    else:
+        yield from compile_variants(request, variants, client)
 
-    return compile_variants(path, variants, arguments, packages, client)
+
+def write_sweep(
+    robot: FilePath | Request,
+    variants: FilePath,
+    folder: FilePath,
+    arguments: Mapping[str, Any] | None = None,
+    packages: Packages | None = None,
+    *,
+    jobs: int | None = None,
+    whole: str = "",
+    dask: str = "",
+    prune: bool = False,
+    report: Callable[[Diagnostic], None] | None = None,
+    trust: bool = False,
+) -> WrittenVariants:
+    r"""Compile a description with the arguments of each variant, and write each variant into a folder of its own.
+
+    Args:
+        robot: As in ``compile``.
+        variants: A CSV or YAML file, or a folder with a file of arguments for each variant.
+        folder: The folder that gets a folder for each variant, and ``sweep.json``.
+        arguments: Arguments of all variants, which those of a variant override.
+        packages: As in ``compile``.
+        jobs: The number of processes; by default one per core.
+        whole: The argument that takes each file of the folder ``variants``.
+        dask: The address of a Dask scheduler.
+        prune: Remove variants that are not in the list any more.
+        report: Receives each diagnostic as soon as it is known.
+        trust: As in ``compile``.
+
+    Returns:
+        The number of variants by their status. Variants that are up to date are not compiled again.
+
+    Raises:
+        RequestError: An argument is invalid.
+
+    Example:
+        >>> import rosorin_compile, tempfile
+        >>> with open(tempfile.mkdtemp() + "/variants.csv", "w") as file:
+        ...     _ = file.write("name,base\\nlow,fixed\\n")
+        >>> result = rosorin_compile.write_sweep("examples/unitree_a1", file.name, tempfile.mkdtemp(), jobs=1)
+        >>> result.made, result.error, result.complete
+        (1, 0, True)
+
+    """
+    request, wrong = Request.of(robot, arguments, packages, None, trust)
+    if request is None:
+        return WrittenVariants(str(robot), os.fsdecode(folder), diagnostics=tuple(wrong))
+    over, output = Path(os.fsdecode(variants)), Path(os.fsdecode(folder))
+    return write_variants(request, over, output, jobs=jobs, whole=whole, dask=dask, prune=prune, report=report)
 
 
 def _case(

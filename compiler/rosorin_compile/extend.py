@@ -6,8 +6,8 @@ They are public beside those of ``rosorin_compile`` and ``rosorin_compile.model`
 from __future__ import annotations
 
 from rosorin_compile.cli.answer import give_result
-from rosorin_compile.cli.parser import Parser
-from rosorin_compile.cli.record import Check, Command
+from rosorin_compile.cli.command import Check, Command, Options, argument, check, command, option
+from rosorin_compile.cli.options import check_options, robot_argument, robot_options, robots_argument
 from rosorin_compile.cli.run import Run, for_each
 from rosorin_compile.cli.usage import FINE, PROBLEMS
 from rosorin_compile.formats.facts import frame_facts
@@ -65,7 +65,7 @@ __all__ = [
     "Importing",
     "InRos",
     "Opened",
-    "Parser",
+    "Options",
     "Proving",
     "Refusal",
     "Related",
@@ -79,11 +79,19 @@ __all__ = [
     "Templates",
     "Value",
     "Writing",
+    "argument",
+    "check",
+    "check_options",
+    "command",
     "did_you_mean",
     "error",
     "for_each",
     "frame_facts",
     "function",
     "give_result",
+    "option",
+    "robot_argument",
+    "robot_options",
+    "robots_argument",
     "rule",
 ]

@@ -16,12 +16,17 @@ from rosorin_compile.language.arguments import Argument
 from rosorin_compile.language.explain.explanation import Answer, Explanation
 from rosorin_compile.language.explain.text import lines
 from rosorin_compile.model import Output, Robot
+from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+from rosorin_compile.mujoco.simulate.simulation import Simulated
 from rosorin_compile.output.new_robot import NewRobot
 from rosorin_compile.output.pipeline import Compiled, Reading, Variant
+from rosorin_compile.recordings.answers import Verified
 from rosorin_compile.rules.pulses import JointPulse, Servos
 from rosorin_compile.rules.transform import FrameTransform, TransformPublisher, TransformStep
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, has_errors
 from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.variants.writing import WrittenVariants
 from rosorin_compile.viewer.frames import FrameEdge, Frames, FrameSituation
 from rosorin_compile.viewer.page.write import Page
 from rosorin_compile.viewer.picture.draw import Picture
@@ -34,6 +39,8 @@ __all__ = [
     "Arguments",
     "Artifact",
     "Checked",
+    "CheckedPhysics",
+    "CollisionMatrix",
     "Compiled",
     "Diagnostic",
     "Difference",
@@ -55,12 +62,15 @@ __all__ = [
     "Robot",
     "Rules",
     "Servos",
+    "Simulated",
     "TransformPublisher",
     "TransformStep",
     "Transforms",
     "UnknownName",
     "Variant",
+    "Verified",
     "Written",
+    "WrittenVariants",
 ]
 
 

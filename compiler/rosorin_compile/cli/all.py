@@ -11,41 +11,43 @@ from rosorin_compile.language.wanted import UNKNOWN
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import Description
 
+from . import complete
+from .command import Options, command, option
+from .options import (
+    PATH,
+    depfile_options,
+    fail_on_option,
+    hook_option,
+    notes_option,
+    output_folder_option,
+    robots_argument,
+)
 from .robots import check_depfile, no_stdin
 from .run import Run, count, counted_files, for_each, nothing_written, write_depfile
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.results import Written
 
-    from .parser import Parser
 
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robots()
-    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; print what would change")
-    command.add_argument(
-        "--prune", action="store_true", help="delete files in the output folder that are not artifacts"
-    )
-    command.add_hook("; exit with 1 if a file was written")
-    command.add_argument(
-        "--only",
-        action="append",
-        default=[],
-        type="path",
-        metavar="OUTPUT",
-        help="write only this output and its meshes; repeatable",
-    )
-    command.add_output()
-    command.add_depfile("default: the first artifact, or that of the first --only")
-    command.add_notes()
-    command.add_messages()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("all", exits="0 written or unchanged, 1 a robot has errors or, with --dry-run, an artifact would change")
+@robots_argument()
+@option("-n", "--dry-run", is_flag=True, help="write nothing; print what would change")
+@option("--prune", is_flag=True, help="delete files in the output folder that are not artifacts")
+@hook_option("; exit with 1 if a file was written")
+@option(
+    "--only",
+    multiple=True,
+    type=PATH,
+    metavar="OUTPUT",
+    help="write only this output and its meshes; repeatable",
+    shell_complete=complete.of("output"),
+)
+@output_folder_option
+@depfile_options("default: the first artifact, or that of the first --only")
+@notes_option
+@fail_on_option
+def run(options: Options) -> int:
     """Compile each robot and write its artifacts."""
     _check_options(options)
     each = _write_one
@@ -54,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
     return for_each(options, each)
 
 
-def _check_options(options: argparse.Namespace) -> None:
+def _check_options(options: Options) -> None:
     """Raise WrongUsage for options that do not go together."""
     no_stdin(options.words, "name a file, or print one artifact: rosorin-compile print - OUTPUT")
     if options.only and (options.prune or options.dry_run):

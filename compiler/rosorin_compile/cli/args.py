@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .answer import give_result
+from .command import Options, command
+from .options import robots_argument
 from .robots import descriptions
 from .run import Run
 from .usage import FINE, PROBLEMS
@@ -15,18 +16,13 @@ if TYPE_CHECKING:
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.source.diagnostics import Span
 
-    from .parser import Parser
 
 _HEADS = ("name", "type", "allowed", "default", "set to", "where")
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robots()
-    command.add_result()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("args", exits="0 listed, 1 an invalid argument")
+@robots_argument()
+def run(options: Options) -> int:
     """List the arguments of each robot; those that are set are shown, and checked."""
     from rosorin_compile import api
 

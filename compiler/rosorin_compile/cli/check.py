@@ -6,7 +6,6 @@ there is to check, ``check NAME``, comes from other packages by their records.
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
@@ -24,6 +23,8 @@ from rosorin_compile.source.project import ON_STDIN, Description
 from rosorin_compile.source.wording import counted
 from rosorin_compile.viewer.changed import Pictures
 
+from .command import Options, command, option
+from .options import check_options, depfile_options, hook_option, notes_option, page_options
 from .registry import checks
 from .robots import check_depfile
 from .run import Run, console_of, count, for_each, nothing_written, write_depfile, write_page
@@ -33,33 +34,25 @@ if TYPE_CHECKING:
     from rosorin_compile.output.check_outputs import Committed
     from rosorin_compile.source.markdown import Block
 
-    from .parser import Parser
+
+def _checks() -> dict[str, list[tuple[str, str]]]:
+    """Return the checks for the help."""
+    return {"Checks (see check CHECK --help)": [(one.name, one.help) for one in checks().values()]}
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_check_options(hook=True)
-    command.add_notes()
-    command.listed, command.formatter_class = _listed, argparse.RawDescriptionHelpFormatter
-    command.add_argument(
-        "--every-argument",
-        action="store_true",
-        help="compile with all combinations of arguments that have a list of values; do not compare",
-    )
-    command.add_argument("--full", action="store_true", help="print differences of texts in full")
-    command.add_page("write a page that shows the robots, as committed and as compiled, and the changes")
-    command.add_depfile("required with --depfile")
-
-
-def _listed() -> str:
-    """Return the checks as the help lists them."""
-    every = checks().values()
-    width = max(len(one.name) for one in every)
-    lines = "".join(f"\n  {one.name:<{width}}  {one.help}" for one in every)
-    return f"\nother checks (run rosorin-compile check CHECK --help for their options):{lines}"
-
-
-def run(options: argparse.Namespace) -> int:
+@command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
+@check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
+@hook_option()
+@notes_option
+@option(
+    "--every-argument",
+    is_flag=True,
+    help="compile with all combinations of arguments that have a list of values; do not compare",
+)
+@option("--full", is_flag=True, help="print differences of texts in full")
+@page_options("write a page that shows the robots, as committed and as compiled, and the changes")
+@depfile_options("required with --depfile")
+def run(options: Options) -> int:
     """Compile each robot and compare with what is committed."""
     _check_options(options)
     if options.every_argument:
@@ -80,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
     return code
 
 
-def _check_options(options: argparse.Namespace) -> None:
+def _check_options(options: Options) -> None:
     """Raise WrongUsage for options that do not go together, and for a depfile that cannot be."""
     if options.every_argument and options.html is not None:
         raise WrongUsage("--html shows a comparison with what is committed; it does not go with this option")

@@ -2,36 +2,27 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import TYPE_CHECKING
-
 from rosorin_compile.source.diagnostics import UnknownName
 from rosorin_compile.source.project import Description, NoDescription, all_here
 
 from .answer import give_result
+from .command import Options, command
+from .options import pose_option, robot_options, words_argument
 from .robots import one, take_stdin
 from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
-if TYPE_CHECKING:
-    from .parser import Parser
 
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_argument(
-        "words",
-        nargs="+",
-        metavar="[ROBOT] NAME",
-        completes="[ROBOT] THING ...",
-        help="the robot, and names of frames, links, joints, sensors, parts or their values (z, mass)",
-    )
-    command.add_argument("--pose", default="", metavar="POSE", help="also print the frames in a named pose")
-    command.add_result()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("explain", exits="0 printed, 1 the description has errors")
+@words_argument(
+    "[ROBOT] NAME ...",
+    "the robot, and names of frames, links, joints, sensors, parts or their values (z, mass)",
+    required=True,
+    offers=("robot", "thing"),
+)
+@pose_option("also print the frames in a named pose")
+@robot_options
+def run(options: Options) -> int:
     """Explain frames of one robot."""
     from rosorin_compile import api
     from rosorin_compile.language.explain.explanation import as_json

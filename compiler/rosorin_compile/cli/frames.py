@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from typing import TYPE_CHECKING
@@ -10,7 +9,10 @@ from typing import TYPE_CHECKING
 from rosorin_compile.source.console import paint
 from rosorin_compile.source.diagnostics import has_errors
 
+from . import complete
 from .answer import give_result
+from .command import Options, command, option
+from .options import PATH, mode_option, robot_argument, robot_options
 from .run import Run, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
 
@@ -20,34 +22,32 @@ if TYPE_CHECKING:
     from rosorin_compile.viewer.drawing.situations import Situation
     from rosorin_compile.viewer.drawing.terminal import Look
 
-    from .parser import Parser
 
 _HOW = "rosorin-compile frames ROBOT"
 _LINES = "└├│─╌"
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robot()
-    command.add_argument("--frame", metavar="FRAME", help="show only the path from the root to a frame")
-    command.add_argument(
-        "--publisher", metavar="NODE", help='show only the edges of a publisher; "nobody": edges without one'
-    )
-    command.add_modes("one tree each for on and off")
-    command.add_argument(
-        "-o",
-        "--output",
-        type="path",
-        metavar="FILE",
-        help="write a drawing: .svg, .dot or .gv (Graphviz), .mmd or .md (Mermaid); FOLDER/: one SVG per tree",
-    )
-    command.add_argument("--force", action="store_true", help="replace a file that this command did not write")
-    command.add_argument("--ascii", action="store_true", help="draw the tree with ASCII characters")
-    command.add_result()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("frames", exits="0 shown or written, 1 the robot has errors")
+@robot_argument
+@option(
+    "--frame",
+    metavar="FRAME",
+    help="show only the path from the root to a frame",
+    shell_complete=complete.of("frame"),
+)
+@option("--publisher", metavar="NODE", help='show only the edges of a publisher; "nobody": edges without one')
+@mode_option("one tree each for on and off")
+@option(
+    "-o",
+    "--output",
+    type=PATH,
+    metavar="FILE",
+    help="write a drawing: .svg, .dot or .gv (Graphviz), .mmd or .md (Mermaid); FOLDER/: one SVG per tree",
+)
+@option("--force", is_flag=True, help="replace a file that this command did not write")
+@option("--ascii", is_flag=True, help="draw the tree with ASCII characters")
+@robot_options
+def run(options: Options) -> int:
     """Show the tree of frames of one robot."""
     from rosorin_compile import api
 
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
     return FINE
 
 
-def _text(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace) -> str:
+def _text(robot: Robot, shown: tuple[Situation, ...], options: Options) -> str:
     from rosorin_compile.model.frame_tree import publishers, rows
     from rosorin_compile.viewer.drawing.terminal import look, table
 

@@ -14,10 +14,10 @@ from rosorin_compile.source.world import FILE, FOLDER, kind, stands
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.source.console import Console
     from rosorin_compile.source.project import Description
+
+    from .command import Options
 
 MARK = ":="  # between name and value of an argument, as xacro has it
 
@@ -57,7 +57,7 @@ class Given(NamedTuple):
             raise WrongUsage(problem.diagnostic.message) from None
 
 
-def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Given, list[str]]:
+def given_arguments(options: Options, words: list[str]) -> tuple[Given, list[str]]:
     """Return what the command line gives, and the words that set no argument. Raises WrongUsage.
 
     A command without ``-a`` takes no arguments: all its words are others.
@@ -95,7 +95,7 @@ def named(texts: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def packages_of(options: argparse.Namespace) -> dict[str, Path]:
+def packages_of(options: Options) -> dict[str, Path]:
     """Return the folders of packages that the command line names. Raises WrongUsage."""
     found: dict[str, Path] = {}
     for word in getattr(options, "packages", ()):

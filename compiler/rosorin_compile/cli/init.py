@@ -2,46 +2,36 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
 from rosorin_compile.output.new_robot import DEFAULT, TEMPLATES, check_free
 from rosorin_compile.source.diagnostics import error
 
 from .answer import answer_of, give_result
+from .command import Options, argument, command, option
+from .options import PATH
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.output.new_robot import NewRobot
 
-    from .parser import Parser
 
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_argument("name", metavar="NAME", help="name of the robot: letters, digits and underscores")
-    command.add_argument(
-        "template",
-        nargs="?",
-        choices=tuple(TEMPLATES),
-        metavar="TEMPLATE",
-        help=f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}",
-    )
-    command.add_result_form()
-    command.add_argument(
-        "-o",
-        "--output",
-        default=".",
-        type="path",
-        metavar="FOLDER",
-        help="folder of the project; default: .",
-    )
-
-
-def run(options: argparse.Namespace) -> int:
+@command("init", exits="0 written, 1 the folder cannot be written")
+@argument("name", metavar="NAME", help="name of the robot: letters, digits and underscores")
+@argument(
+    "template",
+    required=False,
+    type=click.Choice([*TEMPLATES]),
+    metavar="[TEMPLATE]",
+    help=f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}",
+)
+@option("-o", "--output", default=".", type=PATH, metavar="FOLDER", help="folder of the project; default: .")
+def run(options: Options) -> int:
     """Write a new description, and print the next step."""
     from rosorin_compile import api
 
@@ -61,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
     return FINE
 
 
-def _lines(options: argparse.Namespace, new: NewRobot) -> Iterator[str]:
+def _lines(options: Options, new: NewRobot) -> Iterator[str]:
     """Yield what was written, and the next step, as lines."""
     yield f"{new.description} written: {TEMPLATES[new.template].what}"
     if new.schema_written:

@@ -2,68 +2,70 @@
 
 from __future__ import annotations
 
-import argparse
 import re
-from typing import TYPE_CHECKING
 
+import click
+
+from . import complete
 from .answer import give_result
+from .command import Options, command, option
+from .options import PATH, mode_option, position_options, robot_argument, robot_options
 from .run import Run, assignments, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
-
-if TYPE_CHECKING:
-    from .parser import Parser
 
 _USAGE = "rosorin-compile picture ROBOT -o FILE"
 _SIZE = re.compile(r"([0-9]{1,5})[xX]([0-9]{1,5})")
 
 
-def options(command: Parser) -> None:
-    """Add the options of this command."""
-    command.add_robot()
-    command.add_argument(
-        "-o", "--output", type="path", required=True, metavar="FILE", help="picture to write: FILE.png"
-    )
-    command.add_argument("--force", action="store_true", help="replace a file that this command did not write")
-    state = command.add_argument_group("joint positions (default: zero)")
-    state.add_argument("--pose", default="", metavar="POSE", help="named pose of the description")
-    for option, dest, form, help in (
-        ("--joint", "joints", "JOINT=VALUE", "position, such as 30deg, 5cm or 1,2,30deg; overrides --pose"),
-        ("--pulse", "pulses", "JOINT=PULSE", "pulse sent to the servo; overrides --pose"),
-    ):
-        state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
-    look = command.add_argument_group("appearance")
-    look.add_argument(
-        "--from",
-        dest="view",
-        default="iso",
-        metavar="VIEW",
-        help="camera: iso, front, side, top or AZIMUTH,ELEVATION (30deg,20deg); default: iso",
-    )
-    look.add_argument("--size", default="1280x800", metavar="WxH", help="size in pixels; default: 1280x800")
-    look.add_argument(
-        "--collision", action="store_true", help="show collision shapes of all links; default: of links without visuals"
-    )
-    look.add_argument("--frames", action="store_true", help="show published frames with their names")
-    look.add_argument(
-        "--frame",
-        action="append",
-        default=[],
-        metavar="FRAME",
-        dest="chosen",
-        help="show a frame; repeatable",
-    )
-    command.add_modes("on", look)
-    look.add_argument(
-        "--theme", choices=("light", "dark"), default="light", help="colours of background and floor; default: light"
-    )
-    look.add_argument(
-        "--transparent", action="store_true", help="draw only the robot and its shadow, on a transparent background"
-    )
-    command.add_result()
-    command.add_given()
+_APPEARANCE = "Appearance"
 
 
-def run(options: argparse.Namespace) -> int:
+@command("picture", exits="0 drawn, 1 errors or a missing extra")
+@robot_argument
+@option("-o", "--output", type=PATH, required=True, metavar="FILE", help="picture to write: FILE.png")
+@option("--force", is_flag=True, help="replace a file that this command did not write")
+@position_options()
+@option(
+    "--from",
+    "view",
+    default="iso",
+    metavar="VIEW",
+    help="camera: iso, front, side, top or AZIMUTH,ELEVATION (30deg,20deg); default: iso",
+    section=_APPEARANCE,
+)
+@option("--size", default="1280x800", metavar="WxH", help="size in pixels; default: 1280x800", section=_APPEARANCE)
+@option(
+    "--collision",
+    is_flag=True,
+    help="show collision shapes of all links; default: of links without visuals",
+    section=_APPEARANCE,
+)
+@option("--frames", is_flag=True, help="show published frames with their names", section=_APPEARANCE)
+@option(
+    "--frame",
+    "chosen",
+    multiple=True,
+    metavar="FRAME",
+    help="show a frame; repeatable",
+    section=_APPEARANCE,
+    shell_complete=complete.of("frame"),
+)
+@mode_option("on", section=_APPEARANCE)
+@option(
+    "--theme",
+    type=click.Choice(("light", "dark")),
+    default="light",
+    help="colours of background and floor; default: light",
+    section=_APPEARANCE,
+)
+@option(
+    "--transparent",
+    is_flag=True,
+    help="draw only the robot and its shadow, on a transparent background",
+    section=_APPEARANCE,
+)
+@robot_options
+def run(options: Options) -> int:
     """Write a picture of a robot."""
     from rosorin_compile import api
     from rosorin_compile.language.sections.servos.pulses import NoPulse

@@ -17,59 +17,38 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
 
 from .answer import give_result
+from .command import Options, command, option
 from .given import no_half_mark
+from .options import PATH, depfile_options, robot_options, words_argument
 from .robots import is_robot, one
 from .run import Run
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.model import Output
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.source.diagnostics import Diagnostic
 
-    from .parser import Parser
 
 _CALL = "rosorin-compile print"
 _MOST_NAMED = 20
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_argument(
-        "words",
-        nargs="*",
-        metavar="[ROBOT] OUTPUT",
-        completes="[ROBOT] ARTIFACT",
-        help="the robot (name, folder or file; also a URDF, xacro, SDF or MJCF), required if there are several, and "
-        "the name of an output or a format such as urdf",
-    )
-    command.add_argument(
-        "-o", "--output", type="path", metavar="FILE", help="write to a file instead of standard output"
-    )
-    command.add_argument("--list", action="store_true", completes="[ROBOT]", help="list the outputs of the robot")
-    command.add_result_form()
-    command.add_depfile("default: FILE of -o")
-    # A launch file takes whatever stands on standard error for a failure.
-    command.set_defaults(in_logs=False)
-    how_much = command.add_mutually_exclusive_group()
-    how_much.add_argument("-q", "--quiet", action="store_true", help="print only errors (default)")
-    how_much.add_argument(
-        "-v",
-        "--verbose",
-        action="store_true",
-        help="also print warnings, notes and the files that were read to standard error",
-    )
-    command.add_argument(
-        "--lenient",
-        action="store_true",
-        help="accept a URDF, xacro, SDF or MJCF that violates its specification, where possible",
-    )
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("print", exits="0 printed, 1 the robot has errors")
+@words_argument(
+    "[ROBOT] OUTPUT",
+    "the robot (name, folder or file; also a URDF, xacro, SDF or MJCF), required if there are several, and the name of "
+    "an output or a format such as urdf",
+    offers=("robot", "output", "format", "argument"),
+)
+@option("-o", "--output", type=PATH, metavar="FILE", help="write to a file instead of standard output")
+@option("--list", is_flag=True, help="list the outputs of the robot")
+@depfile_options("default: FILE of -o")
+@option(
+    "--lenient", is_flag=True, help="accept a URDF, xacro, SDF or MJCF that violates its specification, where possible"
+)
+@robot_options
+def run(options: Options) -> int:
     """Print one artifact, or list those that there are."""
     options.quiet = not options.verbose  # what there is to say of the cache, too
     run = Run.of(options)
@@ -123,9 +102,7 @@ def _meant(robot: str) -> str:
     return f"{robot} is a robot: write {_CALL} {robot} OUTPUT; --list {robot} shows its outputs"
 
 
-def _put(
-    options: argparse.Namespace, console: Console, compiled: Compiled, inputs: list[Path], target: str | None
-) -> int:
+def _put(options: Options, console: Console, compiled: Compiled, inputs: list[Path], target: str | None) -> int:
     """Print an artifact, or write it into the file that is named; then the depfile."""
     (artifact,) = compiled.artifacts
     # What writes files is not imported for nothing: most of what is printed is text that UTF-8 has.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,8 @@ from rosorin_compile.source.numbers import exact, fixed
 from rosorin_compile.source.project import Description
 
 from .answer import give_result
+from .command import Options, command, option
+from .options import pose_option, robot_options, words_argument
 from .robots import one
 from .run import Run, assignments
 from .usage import FINE, PROBLEMS, WrongUsage
@@ -20,35 +21,25 @@ if TYPE_CHECKING:
     from rosorin_compile.results import JointPulse, ModelComparison, Pulses
     from rosorin_compile.source.console import Console
 
-    from .parser import Parser
 
 _HOW = "rosorin-compile pulses ROBOT ..."
 _HEADS = ("joint", "pulse", "position", "degrees", "asked for", "off by")
 _SERVO_HEADS = ("joint", "servos", "pulses", "positions", "degrees", "limits", "pulses within limits")
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_argument(
-        "words",
-        nargs="*",
-        metavar="[ROBOT] JOINT=VALUE",
-        completes="[ROBOT] SERVO=VALUE ...",
-        help="pulse as an integer, or position with a unit (30deg); default: print the calibration",
-    )
-    plain = command.add_mutually_exclusive_group()
-    plain.add_argument("--radians", action="store_true", help="read numbers without a unit as radians or metres")
-    plain.add_argument("--degrees", action="store_true", help="read numbers without a unit as degrees or metres")
-    command.add_argument("--pose", default="", metavar="POSE", help="convert all joints of a named pose")
-    command.add_argument("--strict", action="store_true", help="treat positions beyond a limit as errors")
-    command.add_argument(
-        "--model", metavar="FILE", help="check that a robot_model.json gives the same positions for every pulse"
-    )
-    command.add_result()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("pulses", exits="0 printed, 1 errors, no such pulse or, with --strict, a position beyond a limit")
+@words_argument(
+    "[ROBOT] [JOINT=VALUE ...]",
+    "pulse as an integer, or position with a unit (30deg); default: print the calibration",
+    offers=("robot", "joint="),
+)
+@option("--radians", is_flag=True, help="read numbers without a unit as radians or metres")
+@option("--degrees", is_flag=True, help="read numbers without a unit as degrees or metres", excludes=("radians",))
+@pose_option("convert all joints of a named pose")
+@option("--strict", is_flag=True, help="treat positions beyond a limit as errors")
+@option("--model", metavar="FILE", help="check that a robot_model.json gives the same positions for every pulse")
+@robot_options
+def run(options: Options) -> int:
     """Print pulses and the positions that they set."""
     from rosorin_compile import api
     from rosorin_compile.language.sections.servos.pulses import NoModel, NoPulse
@@ -153,7 +144,7 @@ def _table(heads: tuple[str, ...], rows: Any) -> list[str]:
     return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells]
 
 
-def _compared(model: ModelComparison, found: Pulses, options: argparse.Namespace, console: Console) -> int:
+def _compared(model: ModelComparison, found: Pulses, options: Options, console: Console) -> int:
     """Print the differences of a driver's model."""
     for line in model.differences:
         console.warn(f"{model.file}: {line}")

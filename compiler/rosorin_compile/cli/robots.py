@@ -24,7 +24,7 @@ from .given import given_arguments, no_half_mark
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
+    from .command import Options
 
 _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
 _taken: list[Any] = []  # standard input, once it was read
@@ -95,7 +95,7 @@ def one(name: str, how: str) -> Description:
     return found[0]
 
 
-def described(options: argparse.Namespace, names: list[str]) -> list[Description]:
+def described(options: Options, names: list[str]) -> list[Description]:
     """Return the descriptions that are asked for, with the folders of their artifacts where -o says. Raises WrongUsage.
 
     That is the folder of one robot itself; several get a folder each in it, as all robots of a project with --hook.
@@ -107,7 +107,7 @@ def described(options: argparse.Namespace, names: list[str]) -> list[Description
     return found
 
 
-def check_depfile(options: argparse.Namespace) -> None:
+def check_depfile(options: Options) -> None:
     """Raise WrongUsage for a depfile of several robots, and for a target without one."""
     if options.depfile_target is not None and options.depfile is None:
         raise WrongUsage("--depfile-target goes with --depfile FILE")

@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 from rosorin_compile.language.accepting import STAYS
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
 from .answer import answer_of, give_result
+from .command import Options, command
+from .options import words_argument
 from .usage import FINE, PROBLEMS
-
-if TYPE_CHECKING:
-    from .parser import Parser
-
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100
 _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import --lenient writes that entry.", "": ""}
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    what = "id in the brackets of a message, such as axis-zero; default: list all rules"
-    command.add_argument("words", nargs="*", metavar="ID", help=what)
-    command.add_result_form()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("rule", exits="0 printed, 1 a plug-in is broken")
+@words_argument(
+    "[ID ...]",
+    "id in the brackets of a message, such as axis-zero; default: list all rules",
+    offers=("rule",),
+)
+def run(options: Options) -> int:
     """Print the entries of rules."""
     from rosorin_compile import api
 

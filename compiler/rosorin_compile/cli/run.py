@@ -24,8 +24,6 @@ from .robots import described, descriptions_of, no_stdin, one, take_stdin
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    import argparse
-
     from rosorin_compile.model.kinematics.quaternions import Position
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.output.request import Request
@@ -33,12 +31,14 @@ if TYPE_CHECKING:
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.viewer.changed import Pictures
 
+    from .command import Options
+
 
 @dataclass(frozen=True)
 class Run:
     """One run of a command: its options, where it prints, what the descriptions are given, and the other words."""
 
-    options: argparse.Namespace
+    options: Options
     console: Console
     given: Given
     words: list[str] = field(default_factory=list)
@@ -54,13 +54,13 @@ class Run:
         no_stdin(words, help)
 
     @classmethod
-    def of(cls, options: argparse.Namespace) -> Run:
+    def of(cls, options: Options) -> Run:
         """Return the run that options ask for; its words are those that set no argument. Raises WrongUsage."""
         given, words = given_arguments(options, options.words)
         return cls(options, console_of(options), given, words)
 
     @classmethod
-    def alone(cls, options: argparse.Namespace, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
+    def alone(cls, options: Options, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
         """Return the run of a command about one robot, and that robot: the one that is named, or the only one here.
 
         ``several`` says why it is one, ``how`` how it is named; ``stdin`` is the way out where none is taken from
@@ -159,7 +159,7 @@ def mode_states(texts: Iterable[str]) -> dict[str, bool]:
     return found
 
 
-def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int], alone: str = "") -> int:
+def for_each(options: Options, work: Callable[[Run, Description], int], alone: str = "") -> int:
     """Do something with each description that is asked for; return the worst exit code.
 
     Where no robot is named, all there are; or, if ``alone`` says how to name one, the only one. Raises WrongUsage.
@@ -187,14 +187,14 @@ def for_each(options: argparse.Namespace, work: Callable[[Run, Description], int
     return code
 
 
-def _asked_for(options: argparse.Namespace, alone: str) -> tuple[Given, list[Description]]:
+def _asked_for(options: Options, alone: str) -> tuple[Given, list[Description]]:
     """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
     given, names = given_arguments(options, options.words)
     names = names or ([str(one("", alone).path)] if alone else [])
     return given, described(options, names)
 
 
-def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
+def _of_changed(options: Options) -> tuple[Given, list[Description]]:
     """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
     # What is a file sets no argument, whatever its name.
     files = [word for word in options.words if world.stands(word)]
@@ -205,15 +205,14 @@ def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
     return given, described(options, paths) if paths else []
 
 
-def console_of(options: argparse.Namespace) -> Console:
+def console_of(options: Options) -> Console:
     """Return where a command prints what it has to say, in the form that the options choose. Raises WrongUsage."""
     summary = getattr(options, "summary", None)
     if summary is not None:
         check_summary(Path(summary))
-    diagnostics = answer_of(options).diagnostics
-    form, verbose = getattr(options, "format", "text"), getattr(options, "verbose", False)
-    console = Console(form, options.quiet, verbose, summary is not None, diagnostics)
-    if hasattr(options, "notes") and not options.notes:
+    verbose = getattr(options, "verbose", False)
+    console = answer_of(options).console(options.quiet, verbose, summary is not None)
+    if hasattr(options, "notes") and not options.notes and not verbose:
         console.counts, console.listing = True, "--notes lists them"
     return console
 

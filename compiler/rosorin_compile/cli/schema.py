@@ -2,39 +2,26 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import TYPE_CHECKING
-
 from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.source.console import give
 from rosorin_compile.source.diagnostics import did_you_mean
 
+from . import complete
 from .answer import give_result
+from .command import Options, argument, command, option
 from .usage import FINE, WrongUsage
 
-if TYPE_CHECKING:
-    from .parser import Parser
 
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    known = schema_names()
-    width = max(map(len, known))
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = "schemas:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in known.items())
-    command.add_argument(
-        "name",
-        nargs="?",
-        default="authoring",
-        metavar="NAME",
-        completes="SCHEMA",
-        help="name of a schema, see below; default: authoring",
-    )
-    command.add_argument("--list", action="store_true", help="list the schemas")
-    command.add_result_form()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("schema", exits="0 printed", sections=lambda: {"Schemas": [*schema_names().items()]})
+@argument(
+    "name",
+    default="authoring",
+    metavar="[NAME]",
+    help="name of a schema, see below; default: authoring",
+    shell_complete=complete.of("schema"),
+)
+@option("--list", is_flag=True, help="list the schemas")
+def run(options: Options) -> int:
     """Print a schema to the letter, or list them."""
     known = schema_names()
     if options.list:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
+
+import click
 
 from rosorin_compile.source.project import Description
 
 from .answer import give_result
+from .command import Options, command, option
+from .options import POSITIONS, mode_option, position_options, robot_options, words_argument
 from .robots import one
 from .run import Run, assignments, mode_states
 from .usage import FINE, PROBLEMS, WrongUsage
@@ -16,7 +19,6 @@ from .usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from rosorin_compile.results import FrameTransform, Transforms
 
-    from .parser import Parser
 
 DIGITS = 3  # std::cout.precision(3), std::ios::fixed
 _WIDTH = 6  # std::setw(6)
@@ -24,47 +26,33 @@ _ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo p
 _COLUMNS = ("x", "y", "z", "roll", "pitch", "yaw")
 _HOW = "rosorin-compile tf ROBOT SOURCE TARGET"
 _MOST_DIGITS = 17
-# Options that may come several times: option, destination, form, help.
-_STATE = (
-    ("--pulse", "pulses", "JOINT=PULSE", "pulse sent to the servo; overrides --pose"),
-    ("--joint", "joints", "JOINT=VALUE", "position, such as 30deg, 5cm or 1,2,30deg; overrides --pose and --pulse"),
-    ("--sweep", "sweeps", "JOINT=FROM:TO:COUNT", "use COUNT positions in turn; repeatable: all combinations"),
+
+
+@command("tf", exits="0 printed, 1 errors, no transform or, with --strict, a position beyond a limit")
+@words_argument(
+    "[ROBOT] SOURCE TARGET",
+    "the robot, required if there are several, and the frames: prints the pose of TARGET in SOURCE",
+    offers=("robot", "frame"),
 )
-
-
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_argument(
-        "words",
-        nargs="*",
-        metavar="[ROBOT] SOURCE TARGET",
-        completes="[ROBOT] FRAME FRAME",
-        help="the robot, required if there are several, and the frames: prints the pose of TARGET in SOURCE",
-    )
-    state = command.add_argument_group("joint positions (default: zero)")
-    state.add_argument("--pose", default="", metavar="POSE", help="named pose of the description")
-    for option, dest, form, help in _STATE:
-        state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
-    state.add_argument("--strict", action="store_true", help="treat positions beyond a limit as errors")
-    command.add_modes("off; without --mode all are on")
-    answer = command.add_mutually_exclusive_group()
-    command.add_result_form(answer)
-    answer.add_argument(
-        "--table", action="store_true", help="print one line per state: x y z in m, roll pitch yaw in degrees"
-    )
-    answer.add_argument("--csv", action="store_true", help="print one line per state: all digits, in m and rad")
-    command.add_argument(
-        "--distro",
-        choices=("humble", "jazzy"),
-        default="humble",
-        help="ROS distribution whose tf2_echo format is used; default: humble",
-    )
-    command.add_argument("--digits", type=int, metavar="N", help="decimals; default: 3")
-    command.add_quiet()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@position_options(sweep=True)
+@option("--strict", is_flag=True, help="treat positions beyond a limit as errors", section=POSITIONS)
+@mode_option("off; without --mode all are on")
+@option(
+    "--table",
+    is_flag=True,
+    help="print one line per state: x y z in m, roll pitch yaw in degrees",
+    excludes=("format", "csv"),
+)
+@option("--csv", is_flag=True, help="print one line per state: all digits, in m and rad", excludes=("format",))
+@option(
+    "--distro",
+    type=click.Choice(("humble", "jazzy")),
+    default="humble",
+    help="ROS distribution whose tf2_echo format is used; default: humble",
+)
+@option("--digits", type=int, metavar="N", help="decimals; default: 3")
+@robot_options
+def run(options: Options) -> int:
     """Print the pose of a frame in another."""
     from rosorin_compile import api
     from rosorin_compile.language.sections.servos.pulses import NoPulse
@@ -115,7 +103,7 @@ def _robot(name: str) -> Description:
         raise WrongUsage(f"{problem}; {_HOW}" if name else str(problem)) from None
 
 
-def _text(found: Transforms, options: argparse.Namespace) -> str:
+def _text(found: Transforms, options: Options) -> str:
     """Return the transforms in the requested form."""
     digits = DIGITS if options.digits is None else options.digits
     if options.csv:

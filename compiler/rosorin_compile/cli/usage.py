@@ -18,6 +18,12 @@ RULES = (
         WRITING,
     ),
     Rule(
+        "run-stopped",
+        "The run ended before its result: a file or folder cannot be used, memory ran out, or the input is too large.",
+        "As the message says.",
+        WRITING,
+    ),
+    Rule(
         "cache-not-private",
         "A note: somebody else could change what is in the folder of the cache, so there is no cache.",
         "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import errno
 import secrets
 import sys
@@ -24,13 +23,13 @@ from rosorin_compile.viewer.server import LOOPBACK, Data, Page, Server, Unknown,
 from rosorin_compile.viewer.showing import Shown, look, served
 
 from .answer import give_result
+from .command import Options, command, option
+from .options import page_options, robot_argument, robot_options
 from .run import Run
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.output.request import Request
-
-    from .parser import Parser
 
 
 _LOOK = 0.15  # seconds between two looks at the files
@@ -38,25 +37,19 @@ _HOW = "rosorin-compile view ROBOT"
 _LAST_PORT = 65535
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robot()
-    command.add_page("write the page to a file instead of serving it")
-    command.add_argument("--no-open", action="store_true", help="do not open a browser")
-    command.add_argument(
-        "--port", type=int, metavar="NUMBER", help="port of the server; default: 8642, or another one if it is in use"
-    )
-    command.add_argument(
-        "--host",
-        default=LOOPBACK,
-        metavar="ADDRESS",
-        help="address of the server, to make the page accessible from other machines; default: this machine only",
-    )
-    command.add_result()
-    command.add_given()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("view", exits="0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)")
+@robot_argument
+@page_options("write the page to a file instead of serving it")
+@option("--no-open", is_flag=True, help="do not open a browser")
+@option("--port", type=int, metavar="NUMBER", help="port of the server; default: 8642, or another one if it is in use")
+@option(
+    "--host",
+    default=LOOPBACK,
+    metavar="ADDRESS",
+    help="address of the server, to make the page accessible from other machines; default: this machine only",
+)
+@robot_options
+def run(options: Options) -> int:
     """Show a robot."""
     run, description = Run.alone(options, "a page shows one robot", _HOW)
     if options.html is None and options.format != "text":
@@ -98,7 +91,7 @@ class _Followed:
         self.numbers: dict[Path, str] = {}  # of mesh files: a page that is older than a save finds its own ones
         self.compiled = threading.Lock()  # explanations and contacts are made of one robot at a time
 
-    def serve(self, options: argparse.Namespace) -> int:
+    def serve(self, options: Options) -> int:
         """Serve the page until Ctrl-C or SIGTERM; one with errors is waited for."""
         import gc
         import signal
@@ -117,7 +110,7 @@ class _Followed:
             server.socket.close()
         return FINE
 
-    def _tell(self, server: Server, options: argparse.Namespace) -> None:
+    def _tell(self, server: Server, options: Options) -> None:
         """Say where the page is, and to whom; open it."""
         address = _address(server)
         print(f"{self.description.name}: {address}  (Ctrl-C ends it)")
@@ -220,7 +213,7 @@ def _position(joint: Joint, at: object) -> float | list[float]:
     return numbers if isinstance(at, list) else numbers[0]
 
 
-def _bound(page: Page, options: argparse.Namespace) -> Server:
+def _bound(page: Page, options: Options) -> Server:
     """Return the server at the address and the port that are asked for. Raises WrongUsage."""
     port, host = options.port, options.host
     if port is not None and not 0 <= port <= _LAST_PORT:

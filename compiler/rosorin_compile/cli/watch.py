@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import signal
 import sys
 import time
@@ -15,6 +14,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import and_more, counted
 
+from .command import Options, command
+from .options import output_folder_option, robots_argument
 from .robots import described
 from .run import Run, count
 from .usage import FINE
@@ -23,19 +24,14 @@ if TYPE_CHECKING:
     from rosorin_compile.compare.committed import Comparison
     from rosorin_compile.output.pipeline import Compiled
 
-    from .parser import Parser
 
 MAX_SHOWN = 20  # changes of one run, one line each
 
 
-def options(command: Parser) -> None:
-    """Add what this command takes."""
-    command.add_robots()
-    command.add_output()
-    command.add_quiet()
-
-
-def run(options: argparse.Namespace) -> int:
+@command("watch", exits="0 stopped with Ctrl-C or SIGTERM")
+@robots_argument()
+@output_folder_option
+def run(options: Options) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
     import gc
 

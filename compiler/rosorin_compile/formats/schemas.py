@@ -17,22 +17,14 @@ _NAMES = {
     "description": "a description after includes, arguments and expressions are evaluated",
     "robot_diff": "the result of diff --format json",
     "recording": "the result of verify --format json",
+    "envelope": "the output of any command with --format json",
 }
 
 
 def schema_names() -> dict[str, str]:
     """Return the names of the schemas, each with its subject."""
     formats = {one.proving.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.proving.schema}
-    return {**_NAMES, **formats, **_of_answers()}
-
-
-def _of_answers() -> dict[str, str]:
-    """Return the schemas of the results of commands."""
-    names = sorted(
-        file.name.removesuffix(".schema.json") for file in data_folder("schemas").glob("answer*.schema.json")
-    )
-    commands = {name: " ".join(name.split("_")[1:]) for name in names}
-    return {name: f"the result of {words or 'any command'} --format json" for name, words in commands.items()}
+    return {**_NAMES, **formats}
 
 
 def schema_text(name: str) -> str:

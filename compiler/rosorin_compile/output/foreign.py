@@ -17,6 +17,8 @@ from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.world import text as text_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .request import Request
 
 
@@ -33,8 +35,12 @@ def understand_foreign(request: Request) -> Understood:
 
 def compile_foreign(request: Request) -> Compiled:
     """Compile a robot in another format to its URDF only. Raises LoadError."""
-    path = request.description.path
-    expanded, lowered, diagnostics, _ = understand_foreign(request)
+    return emit_published(understand_foreign(request), request.description.path)
+
+
+def emit_published(understood: Understood, path: Path) -> Compiled:
+    """Return the URDF of a robot that was read with ``understand_foreign``."""
+    expanded, lowered, diagnostics, _ = understood
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     format, (output,) = FORMATS.published(), lowered.robot.outputs

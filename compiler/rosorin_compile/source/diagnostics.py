@@ -35,6 +35,7 @@ __all__ = [
     "Console",
     "Diagnostic",
     "Heading",
+    "MissingPackages",
     "Progress",
     "Related",
     "RequestError",
@@ -59,6 +60,10 @@ __all__ = [
 
 class RequestError(ValueError):
     """An argument of the API, or an option of a command, is invalid; the message has the reason."""
+
+
+class MissingPackages(RequestError, ImportError):
+    """Python packages that an extra brings are not installed; the message has the command that installs them."""
 
 
 class UnknownName(RequestError, KeyError):

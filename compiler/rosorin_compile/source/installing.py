@@ -26,6 +26,22 @@ def pip_install(extra: str) -> str:
     return f"pip install {' '.join(shlex.quote(word) for word in _words(extra))}"
 
 
+def package_folders(name: str) -> list[str]:
+    """Return the folders of an installed package, which is not imported; of a module its file; nothing without one."""
+    from importlib.util import find_spec
+
+    try:
+        spec = find_spec(name)
+    except (ImportError, ValueError, AttributeError):
+        return []
+    return [] if spec is None else list(spec.submodule_search_locations or ()) or [spec.origin or name]
+
+
+def is_installed(name: str) -> bool:
+    """Whether a package or module can be imported, by its name; it is not imported."""
+    return bool(package_folders(name))
+
+
 def _words(extra: str) -> Sequence[str]:
     from importlib.metadata import PackageNotFoundError, distribution
 

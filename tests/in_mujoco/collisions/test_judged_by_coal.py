@@ -135,7 +135,7 @@ def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, s
     axes = [np.linspace(*bounds[name], 150) for name in ("shoulder", "elbow")]
     states = ({"shoulder": float(one), "elbow": float(other)} for one in axes[0] for other in axes[1])
     least = min(contacts.exact(pair, state, 1.0) for state in states)
-    search = Search(contacts.planning, contacts.meshes, lambda *_: None)
+    search = Search(contacts.planning, contacts.meshes)
     (found,) = (one for one in search.run() if one.links == pair)
     assert found.nearest == pytest.approx(0.0036, abs=1e-9)
     assert least == pytest.approx(found.nearest, abs=ROUNDING)

@@ -25,16 +25,10 @@ from rosorin_compile.language import asked
 from rosorin_compile.language.explain.answer import explain as explain_names
 from rosorin_compile.language.sections.servos.pulses import against_model
 from rosorin_compile.model import Robot
-from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix, compute_matrix
-from rosorin_compile.mujoco.physics.answers import CheckedPhysics
-from rosorin_compile.mujoco.physics.checking import check_robot
-from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate_robot
 from rosorin_compile.output import OutputError, diff_inputs, new_robot, pipeline, write_outputs
 from rosorin_compile.output.check_outputs import compare_committed
 from rosorin_compile.output.pipeline import Compiled, Reading
 from rosorin_compile.output.request import Request
-from rosorin_compile.recordings.answers import Verified
-from rosorin_compile.ros.srdf.planning import planning_of
 from rosorin_compile.rules import conditions, joint_states, plugged
 from rosorin_compile.rules import pulses as servo_pulses
 from rosorin_compile.rules import transform as frame_transforms
@@ -54,8 +48,6 @@ from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
-from rosorin_compile.variants.library import compile_variants
-from rosorin_compile.variants.writing import WrittenVariants, write_variants
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page
@@ -77,7 +69,12 @@ from .results import (
 if TYPE_CHECKING:
     from distributed import Client
 
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.simulate.simulation import Simulated
+    from rosorin_compile.recordings.answers import Verified
     from rosorin_compile.rules.case import Case
+    from rosorin_compile.variants.writing import WrittenVariants
 
 FilePath = str | os.PathLike[str]
 Packages = Mapping[str, FilePath]
@@ -744,6 +741,8 @@ def simulate(
         >>> result.poses[0].worst  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate_robot
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return Simulated(str(robot), diagnostics=tuple(wrong))
@@ -774,6 +773,9 @@ def check_physics(
         >>> result.fine, [one.message for one in result.diagnostics]  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.physics.answers import CheckedPhysics
+    from rosorin_compile.mujoco.physics.checking import check_robot
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     return CheckedPhysics.of(str(robot), "", None, wrong) if request is None else check_robot(request)
 
@@ -809,6 +811,9 @@ def collisions(
         >>> [pair.links for pair in result.pairs if pair.reason == "Never"]  # doctest: +SKIP
 
     """
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix, compute_matrix
+    from rosorin_compile.ros.srdf.planning import planning_of
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return CollisionMatrix(str(robot), "", diagnostics=tuple(wrong))
@@ -863,6 +868,8 @@ def verify(
         >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
 
     """
+    from rosorin_compile.recordings.answers import Verified
+
     try:
         from rosorin_compile.recordings.verification import verify_recording
     except ModuleNotFoundError as problem:
@@ -923,6 +930,8 @@ def sweep(
         wrong None
 
     """
+    from rosorin_compile.variants.library import compile_variants
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         yield Compiled(None, (), wrong, ())
@@ -974,6 +983,8 @@ def write_sweep(
         (1, 0, True)
 
     """
+    from rosorin_compile.variants.writing import WrittenVariants, write_variants
+
     request, wrong = Request.of(robot, arguments, packages, None, trust)
     if request is None:
         return WrittenVariants(str(robot), os.fsdecode(folder), diagnostics=tuple(wrong))

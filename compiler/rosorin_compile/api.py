@@ -977,7 +977,7 @@ def write_sweep(
     Example:
         >>> import rosorin_compile, tempfile
         >>> with open(tempfile.mkdtemp() + "/variants.csv", "w") as file:
-        ...     _ = file.write("name,base\\nlow,fixed\\n")
+        ...     _ = file.write("name,base\nlow,fixed\n")
         >>> result = rosorin_compile.write_sweep("examples/unitree_a1", file.name, tempfile.mkdtemp(), jobs=1)
         >>> result.made, result.error, result.complete
         (1, 0, True)

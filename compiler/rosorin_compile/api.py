@@ -230,7 +230,7 @@ def write(
     if not compiled.artifacts or has_errors(said):
         return Written(compiled, folder, diagnostics=tuple(said))
     meshes = _belonging(compiled) if only else compiled.mesh_files
-    files = {**meshes, **{artifact.file: artifact.text for artifact in compiled.artifacts}}
+    files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in compiled.artifacts}}
     try:
         done = write_outputs(folder, files, prune, whole=not only)
     except OutputError as problem:

@@ -119,7 +119,8 @@ def check_one(run: Run, description: Description, page: Pictures | None = None) 
     if run.options.depfile is None:
         return FINE
     files = [description.outputs / name for name in committed.committed]
-    return write_depfile(run, run.options.depfile_target, [*request.inputs(compiled), *files])
+    watched = request.watched(compiled, [Path(run.options.depfile)])
+    return write_depfile(run, run.options.depfile_target, [*watched, *files])
 
 
 def _differ(run: Run, committed: Committed) -> None:

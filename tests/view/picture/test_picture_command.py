@@ -6,7 +6,6 @@ import math
 import os
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -294,7 +293,7 @@ def test_what_is_not_installed_is_named(capsys, monkeypatch, package, what):
     folder = Path("descriptions/meshes")
     folder.mkdir()
     (folder / "robot.yaml").write_text(MESHES, "utf-8")
-    monkeypatch.setattr(draw, "find_spec", lambda name: None if name == package else find_spec(name))
+    monkeypatch.setattr(draw, "is_installed", lambda name: name != package)
     assert main(["picture", "meshes", "-o", "a.png"]) == 1
     said = capsys.readouterr().err
     assert f"error[extra-missing]: {what} needs the package {package}, which is not installed" in said

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.wanted import UNKNOWN
+from rosorin_compile.output.request import folders_looked_in
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import Description
 
@@ -27,6 +28,7 @@ from .run import Run, count, counted_files, for_each, nothing_written, write_dep
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
+    from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.results import Written
 
 
@@ -89,12 +91,14 @@ def _write_one(run: Run, description: Description) -> int:
     files = [artifact.file for artifact in compiled.artifacts]
     meshes = [file for file in (*done.written, *done.unchanged) if file not in files]
     console.say(f"{name}: {count(files, meshes)} in {done.folder}, {what_changed(done, meshes)}")
-    code = _write_depfile(run, description, [*files, *meshes], request.inputs(compiled))
+    code = _write_depfile(run, description, [*files, *meshes], compiled, request.inputs(compiled))
     # A hook fails where it had to change files.
     return PROBLEMS if options.hook and (done.written or done.removed) else code
 
 
-def _write_depfile(run: Run, description: Description, names: Sequence[str], inputs: Sequence[Path]) -> int:
+def _write_depfile(
+    run: Run, description: Description, names: Sequence[str], compiled: Compiled, inputs: Sequence[Path]
+) -> int:
     """Write the requested depfile; the artifacts, the first of ``names`` the first, become newer than it.
 
     A mesh that was read in the folder of the artifacts is an input, too, and keeps its time.
@@ -104,6 +108,7 @@ def _write_depfile(run: Run, description: Description, names: Sequence[str], inp
     read = {os.path.realpath(file) for file in inputs}
     made = [description.outputs / name for name in names]
     newer = [file for file in made if os.path.realpath(file) not in read]
+    inputs = [*inputs, *folders_looked_in(compiled, [*made, Path(run.options.depfile)])]
     return write_depfile(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
 
 

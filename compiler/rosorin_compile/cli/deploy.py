@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Console, Heading, Rule
-from rosorin_compile.source.world import world
 
 from .answer import give_result
 from .run import Run
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
     if options.output is None:
         raise WrongUsage(f"deploy into which folder? {_HOW}")
     folder = Path(options.output)
-    if world.kind(folder) != world.FOLDER:
+    if not files.is_folder(folder):
         raise WrongUsage(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
     run, description = Run.alone(options, "one robot is deployed at a time", _HOW, "name a file")
     console = run.console

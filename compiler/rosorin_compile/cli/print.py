@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.output.request import folders_looked_in
 from rosorin_compile.source.console import Console, give
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
@@ -115,7 +116,9 @@ def _put(options: Options, console: Console, compiled: Compiled, inputs: list[Pa
             if options.output is not None:
                 _write(Path(options.output), data, inputs, artifact.backend)
             if options.depfile is not None and target is not None:
-                write_depfile(Path(options.depfile), target, inputs, map(Path, filter(None, [options.output])))
+                made = [Path(name) for name in (options.output, options.depfile) if name]
+                inputs += folders_looked_in(compiled, made)
+                write_depfile(Path(options.depfile), target, inputs, made[:-1])
         except OutputError as problem:
             console.show([problem.diagnostic])
             return PROBLEMS

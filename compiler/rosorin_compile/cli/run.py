@@ -5,13 +5,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
@@ -20,7 +21,7 @@ from rosorin_compile.source.wording import counted, listed
 
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
-from .robots import described, descriptions_of, no_stdin, one, take_stdin
+from .robots import described, descriptions_of, no_stdin, one, take_stdin, warn_of_no_robots
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
@@ -167,6 +168,8 @@ def for_each(options: Options, work: Callable[[Run, Description], int], alone: s
     hook = getattr(options, "hook", False)
     given, found = _of_changed(options) if hook and options.words else _asked_for(options, alone)
     run = Run(options, console_of(options), given)
+    if not options.words and not alone:
+        warn_of_no_robots(run.console)
     plugin = getattr(options, "plugin", None)
     code = FINE
     if not found:
@@ -197,7 +200,7 @@ def _asked_for(options: Options, alone: str) -> tuple[Given, list[Description]]:
 def _of_changed(options: Options) -> tuple[Given, list[Description]]:
     """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
     # What is a file sets no argument, whatever its name.
-    files = [word for word in options.words if world.stands(word)]
+    files = [word for word in options.words if os.path.lexists(word)]
     given, names = given_arguments(options, [word for word in options.words if word not in files])
     if names:
         raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
@@ -225,10 +228,10 @@ def check_summary(file: Path) -> None:
     from rosorin_compile.source.markdown import HEAD
 
     try:
-        whose = world.variable(_SUMMARY)
-        if world.kind(file) != world.FILE or (whose and world.is_same(file, whose)):
+        whose = os.environ.get(_SUMMARY, "")
+        if not files.is_file(file) or (whose and files.same_file(file, whose)):
             return
-        begins = world.head(file, len(HEAD.encode())).decode("utf-8", "replace")
+        begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     except (OSError, ValueError):
         return  # writing says why not
     if begins.strip() and begins != HEAD:
@@ -238,7 +241,6 @@ def check_summary(file: Path) -> None:
 def append_summary(file: Path, text: str) -> None:
     """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
     check_summary(file)
-    world.spoil(f"{file} is written")
     try:
         with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
             opened.write(text)

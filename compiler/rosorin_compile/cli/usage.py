@@ -5,10 +5,8 @@ from __future__ import annotations
 from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import RequestError
-from rosorin_compile.source.project import tool_folders
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.system import missed
-from rosorin_compile.source.world import tool_is
 
 RULES = (
     Rule(
@@ -41,11 +39,6 @@ FINE, PROBLEMS, USAGE = 0, 1, 2
 
 
 WrongUsage = RequestError
-
-
-def tell_which_tool() -> None:
-    """Say in which folders the files of the tool are, for the notes of the run."""
-    tool_is(list(map(str, tool_folders().values())))
 
 
 def tell_of_system(console: Console) -> None:

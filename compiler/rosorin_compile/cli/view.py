@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Joint
 from rosorin_compile.output.watch import Inputs
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Console, Diagnostic, Progress, pip_install
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
 from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from rosorin_compile.viewer.showing import Shown, look, served
@@ -138,7 +138,7 @@ class _Followed:
         self.console.show(errors)
         for file in looked.files:
             with suppress(OSError):
-                world.read(file)  # what the page asks for later is followed, too
+                files.read_bytes(file)  # what the page asks for later is followed, too
         if looked.shown is None:
             self._failed(errors)
             return

@@ -30,9 +30,9 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
+from rosorin_compile.source.files import is_file
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.world import world
 
 from .description import write
 from .read_back import by_elements, read_back, without_words
@@ -132,7 +132,7 @@ def _round_trip(
 def schema_beside(folder: Path) -> str:
     """Return where editors find the schema of a description in a folder; empty if there is none."""
     schema = Description.SCHEMA
-    return (Path("..") / schema).as_posix() if world.kind(folder.parent / schema) == world.FILE else ""
+    return (Path("..") / schema).as_posix() if is_file(folder.parent / schema) else ""
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:

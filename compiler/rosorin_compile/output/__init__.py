@@ -22,7 +22,6 @@ from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.wording import printable
-from rosorin_compile.source.world import note_written, spoil
 
 from . import staging
 from .staging import There, is_stage, replace, tidy
@@ -113,7 +112,6 @@ class OutputError(Exception):
 
     def __init__(self, rule: str, message: str, help: str) -> None:
         super().__init__(message)
-        spoil("what stands in the way of a file is looked at by who writes it")
         self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
     @classmethod
@@ -295,8 +293,6 @@ def _update(folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge 
         stays = ours.union(same, () if prune else foreign)
         carried = {name: it for name, it in there.items() if name in stays}
         replace(folder, {name: contents[name] for name in written}, carried, there)
-    others = [] if prune else [name for name in foreign if not stat.S_ISDIR(there[name].st_mode)]
-    note_written(folder, contents, others)
     return result
 
 

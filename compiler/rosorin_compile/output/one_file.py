@@ -13,9 +13,8 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from rosorin_compile.source import world
+from rosorin_compile.source import files
 from rosorin_compile.source.rule_registry import WRITING, Rule
-from rosorin_compile.source.world import spoil
 
 from . import OutputError, cleared
 from .ours import wrote
@@ -48,7 +47,6 @@ def write_file(
     An equal file gets the time of now. What is no regular file, such as a pipe, is written into; a link stays. Raises
     OutputError, also where the file is one of ``inputs``, or not one of ``ours``: it does not say that we wrote it.
     """
-    spoil(f"{path} is written")
     try:
         status = _status(path)
         if status is not None and stat.S_ISDIR(status.st_mode):
@@ -82,13 +80,13 @@ def replace_text(path: Path, text: str, rule: str) -> None:
 
     A link stays a link, and permissions stay as they are. Raises OutputError, whose diagnostic is of ``rule``.
     """
-    target = world.real(path)
-    if world.kind(target) and world.kind(target) != world.FILE:  # a device would be gone
+    target = files.resolve(path)
+    if files.exists(target) and not files.is_file(target):  # a device would be gone
         raise OutputError(rule, f"cannot write {path}: it is no regular file", "name another file")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with cleared(target.parent), staged_file(target.parent) as (stage, handle):
-            mode = world.mode(target) & 0o7777 if world.kind(target) else None
+            mode = target.stat().st_mode & 0o7777 if files.exists(target) else None
             write_staged(stage, handle, text.encode("utf-8"), mode, sync=True)
             stage.replace(target)
     except (OSError, ValueError) as problem:
@@ -111,7 +109,6 @@ def write_depfile(path: Path, target: str, inputs: Sequence[Path], made: Iterabl
 
     ``made`` are the artifacts. Raises OutputError, also where the depfile would be one of them, or of the inputs.
     """
-    spoil(f"{path} is written")
     names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
     text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
     if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *made)):

@@ -7,6 +7,7 @@ line and what stands in its place has not, it is refused; where nobody can know,
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -144,9 +145,7 @@ def is_marked(data: bytes) -> bool:
 
 def digest(data: bytes) -> str:
     """Return what tells a file from any other."""
-    from rosorin_compile.source.cache import sha256
-
-    return sha256(data)
+    return hashlib.sha256(data).hexdigest()
 
 
 def kept_name(path: Path, data: bytes | None = None) -> Path:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.project import ENDINGS, Description, NoDescription, stdin_of
+from rosorin_compile.source.project import ENDINGS, Description, NoDescription, shown, stdin_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.mesh_files import Searched
@@ -164,7 +164,7 @@ class Request:
 
     def inputs(self, compiled: Compiled) -> list[Path]:
         """Return the files that a compilation has read, files of arguments included."""
-        return [path for path in dict.fromkeys([*compiled.inputs, *self.argument_files]) if stdin_of(path) is None]
+        return [path for path in dict.fromkeys([*compiled.files_read, *self.argument_files]) if stdin_of(path) is None]
 
     @property
     def tell(self) -> Callable[[Diagnostic], None] | None:
@@ -186,3 +186,19 @@ def is_foreign(path: Path) -> bool:
     from rosorin_compile.formats import FORMATS
 
     return path.suffix.lower() in FORMATS.endings()
+
+
+def folders_looked_in(compiled: Compiled, made: Sequence[Path]) -> list[Path]:
+    """Return the folders in which files would appear that were looked for, as a build tool can depend on them.
+
+    A build tool takes a missing file for one that has to be made. Folders outside of the project, and those of the
+    files ``made`` by this run, change for other reasons.
+    """
+    projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
+    written = {path.absolute().parent for path in made}
+    found: dict[Path, None] = {}
+    for path in compiled.missing:
+        folder = next(one for one in path.absolute().parents if one.is_dir())
+        if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
+            found[Path(shown(folder))] = None
+    return list(found)

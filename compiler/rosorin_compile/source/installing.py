@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import world
+from . import files
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -72,7 +72,7 @@ def _of_origin(installed: Distribution, extra: str) -> Sequence[str]:
         return [f"{NAME}[{extra}] @ {address}"]
     path = _path(address)
     if "dir_info" not in origin:
-        return [f"{path}[{extra}]"] if world.kind(path) == world.FILE else []
+        return [f"{path}[{extra}]"] if files.is_file(path) else []
     return _of_folder(path, extra, bool(origin["dir_info"].get("editable")))
 
 
@@ -84,7 +84,7 @@ def _path(address: str) -> Path:
 
 
 def _of_folder(folder: Path, extra: str, editable: bool = False) -> Sequence[str]:
-    if world.kind(folder / "pyproject.toml") != world.FILE:
+    if not files.is_file(folder / "pyproject.toml"):
         return []
     return [*(["-e"] if editable else []), f"{folder}[{extra}]"]
 

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -19,10 +20,10 @@ from rosorin_compile.output.pipeline import Compiled, Variant, compile_robot
 from rosorin_compile.output.placing import Holding
 from rosorin_compile.output.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, Progress, Related, Source, Span, has_errors
+from rosorin_compile.source.files import read_bytes, read_text
 from rosorin_compile.source.project import tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
-from rosorin_compile.source.world import world
 
 _lock = threading.Lock()  # a worker of Dask may have several threads
 _parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, by current folder
@@ -35,7 +36,7 @@ class Job:
     request: Request  # with the output folder of the sweep
     shared: dict[str, Any]
     state: str = ""
-    current: Path = field(default_factory=world.here)
+    current: Path = field(default_factory=Path.cwd)
     version: str = __version__
 
     def key(self, variant: Variant) -> str:
@@ -51,7 +52,7 @@ def state_digest() -> str:
     files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
     parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
     parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
-    variables = [world.variable(name) for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
+    variables = [os.environ.get(name, "") for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
     return Holding.digest(json.dumps([variables, sorted(parts)]).encode())
 
 
@@ -67,7 +68,7 @@ class Result:
 def compile_variant(job: Job, variant: Variant) -> Result:
     """Compile a variant; errors in it are part of the result. Raises ValueError in a worker of another version."""
     with _entered(job):
-        start = world.now()
+        start = time.time_ns()
         description = job.request.description
         placed = replace(description, outputs=description.outputs / variant.name)
         compiled = _compiled(job, variant, replace(job.request, description=placed).search_meshes).proven()
@@ -111,7 +112,7 @@ def _entered(job: Job) -> Iterator[None]:
     if job.version != __version__:
         raise ValueError(f"the worker has rosorin-compile {__version__}, not {job.version}")
     with _lock, Progress.within():
-        before = world.here()
+        before = Path.cwd()
         try:
             os.chdir(job.current)
             yield
@@ -142,7 +143,7 @@ def _span(place: Mapping[str, Any]) -> Span | None:
     if "file" not in place:
         return None
     try:
-        source = Source(place["file"], world.text(place["file"]))
+        source = Source(place["file"], read_text(place["file"]))
     except (OSError, ValueError):
         source = Source(place["file"], "")
     return Span(source, place["line"], place["column"], place["length"])
@@ -174,4 +175,4 @@ def input_digest(path: str, start: float = math.inf) -> str:
 
 @lru_cache(maxsize=4096)
 def _content_digest(path: str, *_: int) -> str:
-    return Holding.digest(world.read(path))
+    return Holding.digest(read_bytes(path))

@@ -17,7 +17,7 @@ from typing import Any
 from rosorin_compile.output import OutputError
 from rosorin_compile.output.placing import Holding
 from rosorin_compile.output.staging import Stage
-from rosorin_compile.source.world import world
+from rosorin_compile.source import system
 
 INDEX = "sweep.json"
 _NO_LOCKS = "this system has no file locks (fcntl): nothing keeps another run from writing into the same folder"
@@ -35,7 +35,7 @@ class VariantsFolder:
     def opened(self) -> Iterator[None]:
         """Create the folder, and keep other runs from using it."""
         self._records.mkdir(parents=True, exist_ok=True)
-        world.needs("fcntl", _NO_LOCKS)
+        system.needs("fcntl", _NO_LOCKS)
         with (self._hidden / "lock").open("ab") as lock:
             try:
                 import fcntl

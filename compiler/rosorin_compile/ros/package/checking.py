@@ -10,7 +10,7 @@ from rosorin_compile.compare.committed import Comparison
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
-from rosorin_compile.source.world import world
+from rosorin_compile.source.files import read_bytes
 
 from . import launch_files as static_check
 from .copies import Difference, difference, forms
@@ -103,7 +103,7 @@ def check(
     for place, those in sorted(by_place.items()):
         package = package_of((folder / place).parent)
         right = [form for one in those for form in forms(robot, one, place, urdfs, package[1] if package else "")]
-        old = world.read(folder / place)
+        old = read_bytes(folder / place)
         if any(old == form.text.encode() for form in right):
             same.append(place)
             continue
@@ -111,7 +111,7 @@ def check(
         unlike.append((place, other))
         lines += other.lines(place, full) if other else []
     for place, data, what in _generated(robot, artifacts, folder, files, carry):
-        there = world.read(folder / place) if place in files else None
+        there = read_bytes(folder / place) if place in files else None
         if there == data:
             same.append(place)
         else:
@@ -145,7 +145,7 @@ def _generated(
     for name in files:
         last = name.rpartition("/")[2]
         is_one = last.startswith(f"{LAUNCH}.") or last in (STARTS_URDF, STATICS)
-        if not is_one or _STAMP not in world.head(folder / name, 1000):
+        if not is_one or _STAMP not in read_bytes(folder / name, 1000):
             continue
         package = package_of((folder / name).parent)
         if package is None:
@@ -188,9 +188,9 @@ def launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequenc
     published: dict[str, str] = {}
     whole, seen = True, bool(ours)
     for name in files:
-        if name in ours or not is_launch_file(name) or world.size(folder / name) > _MAX_LAUNCH:
+        if name in ours or not is_launch_file(name) or (folder / name).stat().st_size > _MAX_LAUNCH:
             continue
-        data = world.read(folder / name)
+        data = read_bytes(folder / name)
         if name.endswith(f"/{STATICS}") and _STAMP in data[:1000]:
             continue  # it has the numbers from the description itself
         source = Source(str(folder / name), data.decode("utf-8", "replace"))

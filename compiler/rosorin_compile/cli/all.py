@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.wanted import UNKNOWN
-from rosorin_compile.output.request import folders_looked_in
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import Description
 
@@ -29,6 +28,7 @@ from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
     from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.output.request import Request
     from rosorin_compile.results import Written
 
 
@@ -91,13 +91,13 @@ def _write_one(run: Run, description: Description) -> int:
     files = [artifact.file for artifact in compiled.artifacts]
     meshes = [file for file in (*done.written, *done.unchanged) if file not in files]
     console.say(f"{name}: {count(files, meshes)} in {done.folder}, {what_changed(done, meshes)}")
-    code = _write_depfile(run, description, [*files, *meshes], compiled, request.inputs(compiled))
+    code = _write_depfile(run, description, [*files, *meshes], request, compiled)
     # A hook fails where it had to change files.
     return PROBLEMS if options.hook and (done.written or done.removed) else code
 
 
 def _write_depfile(
-    run: Run, description: Description, names: Sequence[str], compiled: Compiled, inputs: Sequence[Path]
+    run: Run, description: Description, names: Sequence[str], request: Request, compiled: Compiled
 ) -> int:
     """Write the requested depfile; the artifacts, the first of ``names`` the first, become newer than it.
 
@@ -105,11 +105,11 @@ def _write_depfile(
     """
     if run.options.depfile is None:
         return FINE
-    read = {os.path.realpath(file) for file in inputs}
+    read = {os.path.realpath(file) for file in request.inputs(compiled)}
     made = [description.outputs / name for name in names]
     newer = [file for file in made if os.path.realpath(file) not in read]
-    inputs = [*inputs, *folders_looked_in(compiled, [*made, Path(run.options.depfile)])]
-    return write_depfile(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
+    watched = request.watched(compiled, [*made, Path(run.options.depfile)])
+    return write_depfile(run, run.options.depfile_target or str(made[0]), watched, made, newer)
 
 
 def what_changed(written: Written, meshes: Collection[str] = ()) -> str:

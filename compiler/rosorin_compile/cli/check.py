@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.arguments import Argument, Choice, Combination, combinations
-from rosorin_compile.output.request import folders_looked_in
 from rosorin_compile.source.diagnostics import Diagnostic, arrange, error, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ON_STDIN, Description
@@ -120,8 +119,8 @@ def check_one(run: Run, description: Description, page: Pictures | None = None) 
     if run.options.depfile is None:
         return FINE
     files = [description.outputs / name for name in committed.committed]
-    looked_in = folders_looked_in(compiled, [Path(run.options.depfile)])
-    return write_depfile(run, run.options.depfile_target, [*request.inputs(compiled), *files, *looked_in])
+    watched = request.watched(compiled, [Path(run.options.depfile)])
+    return write_depfile(run, run.options.depfile_target, [*watched, *files])
 
 
 def _differ(run: Run, committed: Committed) -> None:

@@ -12,7 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.output.request import folders_looked_in
 from rosorin_compile.source.console import Console, give
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
@@ -28,6 +27,7 @@ from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 if TYPE_CHECKING:
     from rosorin_compile.model import Output
     from rosorin_compile.output.pipeline import Compiled
+    from rosorin_compile.output.request import Request
     from rosorin_compile.source.diagnostics import Diagnostic
 
 
@@ -73,12 +73,11 @@ def run(options: Options) -> int:
     description, output = _asked(run)
     request = run.request(description)
     compiled = request.compile((output,), foreign=True, lenient=options.lenient)
-    inputs = request.inputs(compiled)
-    console.tell_read(inputs)
+    console.tell_read(request.inputs(compiled))
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
-    return _put(options, console, compiled, inputs, target)
+    return _put(options, console, request, compiled, target)
 
 
 def _asked(run: Run) -> tuple[Description, str]:
@@ -103,7 +102,7 @@ def _meant(robot: str) -> str:
     return f"{robot} is a robot: write {_CALL} {robot} OUTPUT; --list {robot} shows its outputs"
 
 
-def _put(options: Options, console: Console, compiled: Compiled, inputs: list[Path], target: str | None) -> int:
+def _put(options: Options, console: Console, request: Request, compiled: Compiled, target: str | None) -> int:
     """Print an artifact, or write it into the file that is named; then the depfile."""
     (artifact,) = compiled.artifacts
     # What writes files is not imported for nothing: most of what is printed is text that UTF-8 has.
@@ -114,11 +113,10 @@ def _put(options: Options, console: Console, compiled: Compiled, inputs: list[Pa
         try:
             data = encoded(artifact.file, artifact.text)
             if options.output is not None:
-                _write(Path(options.output), data, inputs, artifact.backend)
+                _write(Path(options.output), data, request.inputs(compiled), artifact.backend)
             if options.depfile is not None and target is not None:
                 made = [Path(name) for name in (options.output, options.depfile) if name]
-                inputs += folders_looked_in(compiled, made)
-                write_depfile(Path(options.depfile), target, inputs, made[:-1])
+                write_depfile(Path(options.depfile), target, request.watched(compiled, made), made[:-1])
         except OutputError as problem:
             console.show([problem.diagnostic])
             return PROBLEMS

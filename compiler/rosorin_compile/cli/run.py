@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.cli.robots import warn_of_no_robots
 from rosorin_compile.source import files
 from rosorin_compile.source.console import Console
 from rosorin_compile.source.plugins import aside
@@ -21,7 +22,7 @@ from rosorin_compile.source.wording import counted, listed
 
 from .answer import answer_of, begin_robot, give_result, tell_of_robot
 from .given import Given, given_arguments
-from .robots import described, descriptions_of, no_stdin, one, take_stdin, warn_of_no_robots
+from .robots import described, descriptions_of, no_stdin, one, take_stdin
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:

@@ -15,6 +15,7 @@ from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.output.pipeline import Compiled, compile_robot
 from rosorin_compile.output.request import Request
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
     ERROR,
     Diagnostic,
@@ -30,7 +31,6 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
     listed,
 )
-from rosorin_compile.source.files import is_file
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 
@@ -132,7 +132,7 @@ def _round_trip(
 def schema_beside(folder: Path) -> str:
     """Return where editors find the schema of a description in a folder; empty if there is none."""
     schema = Description.SCHEMA
-    return (Path("..") / schema).as_posix() if is_file(folder.parent / schema) else ""
+    return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:

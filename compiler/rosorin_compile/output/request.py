@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.files import shown
 from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.project import ENDINGS, Description, NoDescription, shown, stdin_of
+from rosorin_compile.source.project import ENDINGS, Description, NoDescription, stdin_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.mesh_files import Searched
@@ -166,6 +167,21 @@ class Request:
         """Return the files that a compilation has read, files of arguments included."""
         return [path for path in dict.fromkeys([*compiled.files_read, *self.argument_files]) if stdin_of(path) is None]
 
+    def watched(self, compiled: Compiled, made: Sequence[Path]) -> list[Path]:
+        """Return what a build tool has to watch: the inputs, and the folders in which files were not found.
+
+        The folders are listed instead of the missing files, because a build tool would try to make those. Folders
+        outside of the project, and folders of the files that this run has ``made``, change for other reasons.
+        """
+        projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
+        written = {path.absolute().parent for path in made}
+        folders: dict[Path, None] = {}
+        for path in compiled.missing:
+            folder = next(parent for parent in path.absolute().parents if parent.is_dir())
+            if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
+                folders[Path(shown(folder))] = None
+        return [*self.inputs(compiled), *folders]
+
     @property
     def tell(self) -> Callable[[Diagnostic], None] | None:
         """The receiver of warnings before code is executed: nobody reads them if the code is trusted."""
@@ -186,19 +202,3 @@ def is_foreign(path: Path) -> bool:
     from rosorin_compile.formats import FORMATS
 
     return path.suffix.lower() in FORMATS.endings()
-
-
-def folders_looked_in(compiled: Compiled, made: Sequence[Path]) -> list[Path]:
-    """Return the folders in which files would appear that were looked for, as a build tool can depend on them.
-
-    A build tool takes a missing file for one that has to be made. Folders outside of the project, and those of the
-    files ``made`` by this run, change for other reasons.
-    """
-    projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
-    written = {path.absolute().parent for path in made}
-    found: dict[Path, None] = {}
-    for path in compiled.missing:
-        folder = next(one for one in path.absolute().parents if one.is_dir())
-        if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
-            found[Path(shown(folder))] = None
-    return list(found)

@@ -78,9 +78,12 @@ def _unguarded(stream: TextIO) -> TextIO:
 
 def show_progress() -> None:
     """Show what takes long on the last line of standard error if it is the terminal of a person."""
-    if os.environ.get(PROGRESS) == "off" or "CI" in os.environ or os.environ.get("TERM") == "dumb":
-        return
-    if sys.stderr.isatty():
+    if (
+        os.environ.get(PROGRESS, "") != "off"
+        and sys.stderr.isatty()
+        and "CI" not in os.environ
+        and os.environ.get("TERM", "") != "dumb"
+    ):
         Progress.show(_unguarded(sys.stderr))
 
 
@@ -289,4 +292,4 @@ def colour() -> bool:
     """Return True if diagnostics are printed in colour: NO_COLOR and FORCE_COLOR come before a terminal."""
     if "NO_COLOR" in os.environ:
         return False
-    return "FORCE_COLOR" in os.environ or sys.stderr.isatty()
+    return ("FORCE_COLOR" in os.environ) or sys.stderr.isatty()

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.init import start
+from rosorin_compile.output.new_robot import start
 from rosorin_compile.output.watch import Inputs, Said
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.files import exists, read_bytes

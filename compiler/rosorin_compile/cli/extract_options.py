@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from rosorin_compile.source.diagnostics import Console
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
+from .command import Options
 from .usage import WrongUsage
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def scale(text: str) -> tuple[float, float, float]:
     return (factors[0], factors[1], factors[2])
 
 
-def wanted(options: argparse.Namespace) -> Wanted:
+def wanted(options: Options) -> Wanted:
     """Return the height map that is asked for. Raises WrongUsage."""
     from rosorin_compile.importing.extract.heightmap import Wanted
 
@@ -94,7 +94,7 @@ def wanted(options: argparse.Namespace) -> Wanted:
     )
 
 
-def _cells(options: argparse.Namespace, cell: float) -> tuple[int, int] | None:
+def _cells(options: Options, cell: float) -> tuple[int, int] | None:
     """Return the number of cells along x and y that --cells or --size ask for."""
     if options.cells is not None and options.size is not None:
         raise WrongUsage("--cells and --size say the same; give one")
@@ -111,7 +111,7 @@ def _cells(options: argparse.Namespace, cell: float) -> tuple[int, int] | None:
     return int(first), int(second)
 
 
-def wanted_there(options: argparse.Namespace, asked: Wanted, block: Block) -> Wanted:
+def wanted_there(options: Options, asked: Wanted, block: Block) -> Wanted:
     """Return what is wanted in the place of another height map: its grid, unless the options say otherwise."""
     from rosorin_compile.importing.extract.into import grid_of
 
@@ -197,7 +197,7 @@ def surface(run: Run, frame: str | None) -> tuple[Floats, tuple[str, ...], str]:
     return TriangleMesh.placed(part.triangles, transform.rows, transform.xyz), part.meshes, frame
 
 
-def _mesh_parts(options: argparse.Namespace, words: list[str], console: Console) -> list[Part]:
+def _mesh_parts(options: Options, words: list[str], console: Console) -> list[Part]:
     from rosorin_compile.importing.extract.meshes import too_large
     from rosorin_compile.importing.extract.parts import Part
     from rosorin_compile.model.mesh_triangles import TriangleMesh
@@ -224,7 +224,7 @@ def _are_meshes(words: list[str]) -> bool:
     return kinds == {True}
 
 
-def _no_robot(options: argparse.Namespace) -> None:
+def _no_robot(options: Options) -> None:
     if options.link:
         raise WrongUsage("--link is that of a robot; a mesh file has none")
 

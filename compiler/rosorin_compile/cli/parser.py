@@ -1,314 +1,273 @@
-"""A parser of options that can be asked which it has, and that takes values such as -12.5mm.
-
-It adds the options that many commands have, each under one name: ``options(parser)`` of a command or check gets one.
-"""
+"""Commands that still describe their options by calls: ``options(parser)`` becomes a list of click parameters."""
 
 from __future__ import annotations
 
-import argparse
 import re
-import sys
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.console import ENVELOPE, MARKDOWN
+import click
 
-from .usage import USAGE
+from . import complete
+from . import options as shared
+from .command import Check, Command, Option, Ways, argument, option, parameters
+from .options import FORMAT_NAMES, PAGE_MEGABYTES, PATH
 
 if TYPE_CHECKING:
+    from .registry import Entry
 
-    class Group(Protocol):
-        """What options are added to: a parser, or a group of one."""
+__all__ = ["FORMAT_NAMES", "PAGE_MEGABYTES", "Parser", "made"]
 
-        def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
-            """Add an option, as argparse does."""
+_ROBOTS = shared.ROBOTS_HELP
+_TEXTS = {
+    "init": ("NAME [TEMPLATE]", "0 written, 1 the folder cannot be written"),
+    "all": ("[ROBOT ...]", "0 written or unchanged, 1 a robot has errors or, with --dry-run, an artifact would change"),
+    "print": ("[ROBOT] OUTPUT [NAME:=VALUE ...]", "0 printed, 1 the robot has errors"),
+    "check": ("[CHECK] [ROBOT ...]", "0 no differences, 1 differences or errors"),
+    "watch": ("[ROBOT ...]", "0 stopped with Ctrl-C or SIGTERM"),
+    "schema": ("[NAME]", "0 printed"),
+    "rule": ("[ID ...]", "0 printed, 1 a plug-in is broken"),
+    "diff": ("A B", "0 equal, 1 differences or errors"),
+    "explain": ("[ROBOT] NAME ...", "0 printed, 1 the description has errors"),
+    "tf": ("[ROBOT] SOURCE TARGET", "0 printed, 1 errors, no transform or, with --strict, a position beyond a limit"),
+    "pulses": (
+        "[ROBOT] [JOINT=VALUE ...]",
+        "0 printed, 1 errors, no such pulse or, with --strict, a position beyond a limit",
+    ),
+    "args": ("[ROBOT ...]", "0 listed, 1 an invalid argument"),
+    "cmake-dir": ("", "0 printed"),
+    "bazel-dir": ("", "0 printed"),
+    "completion": ("SHELL", "0 printed"),
+    "import": ("SOURCE", "0 written, 1 the source has errors"),
+    "extract": ("", "0 written, 1 errors"),
+    "package": ("[ROBOT] -o FOLDER", "0 written or unchanged, 1 errors"),
+    "deploy": ("[ROBOT] -o FOLDER", "0 written or unchanged, 1 errors or, with --dry-run, a file would change"),
+    "verify": ("[ROBOT] SOURCE", "0 it matches, 1 it does not match or cannot be read"),
+    "frames": ("[ROBOT]", "0 shown or written, 1 the robot has errors"),
+    "view": ("[ROBOT]", "0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)"),
+    "picture": ("[ROBOT] -o FILE", "0 drawn, 1 errors or a missing extra"),
+    "collisions": ("[ROBOT]", "0 written or unchanged, 1 errors"),
+    "simulate": ("[ROBOT]", "0 within the limits, 1 errors or a result beyond a limit"),
+    "sweep": (
+        "[ROBOT] --over LIST -o FOLDER",
+        "0 all variants written or unchanged, 1 a variant has errors or cannot be written",
+    ),
+    "parameters": ("[ROBOT] FILE ...", "0 no errors, 1 errors"),
+    "deployed": ("[ROBOT] FOLDER", "0 no differences, 1 differences or errors"),
+    "physics": ("[ROBOT ...]", "0 no errors, 1 errors"),
+}
 
 
-FORMAT_NAMES = ("text", ENVELOPE, "github", "sarif", MARKDOWN)
-PAGE_MEGABYTES = 40  # of the meshes of a page
-_ROBOT = "name of a robot in descriptions/, or a folder or file"
-_ROBOTS = f"{_ROBOT}; default: all robots"
+class Parser:
+    """Collects the parameters of one command."""
 
-# A number below zero, with a unit or more numbers after it; argparse knows that of plain numbers only.
-_NEGATIVE = r"-\.?\d"
+    def __init__(self, name: str = "") -> None:
+        self.name = name
+        self.params: list[click.Parameter] = []
+        self.defaults: dict[str, Any] = {}
+        self.description = ""
+        self.epilog = ""
+        self.listed: Any = None
+        self.formatter_class: Any = None
+        self.usage = ""
+        self.ways: dict[str, Parser] = {}
+        self.help = ""
+        self.words_of_usage = ""
 
+    def add(self, *decorators: Any) -> None:
+        """Add the parameters of decorators."""
+        for decorator in decorators:
+            self.params += parameters(decorator(lambda: None))
 
-class Refused(SystemExit):
-    """A command line that cannot be followed, which was said; ``message`` is why."""
+    def add_argument(self, *names: str, section: str = "", excludes: Any = (), **settings: Any) -> None:
+        """Add an option or an argument, described as for argparse."""
+        offers = _offers(settings.pop("completes", None) or settings.get("metavar"))
+        if offers is not None:
+            settings["shell_complete"] = offers
+        kind, choices = settings.pop("type", None), settings.pop("choices", None)
+        kind = PATH if kind == "path" else kind
+        if choices is not None:
+            kind = click.Choice([*choices])
+            settings.setdefault("metavar", None if not names[0].startswith("-") else f"{{{','.join(choices)}}}")
+        if kind is not None:
+            settings["type"] = kind
+        action, dest, count = settings.pop("action", None), settings.pop("dest", None), settings.pop("nargs", None)
+        if not names[0].startswith("-"):
+            settings.pop("default", None) if count != "?" else None
+            if count in ("*", "+"):
+                settings["nargs"] = -1
+            settings["required"] = count not in ("*", "?")
+            self.add(argument(*names, **settings))
+            return
+        if action == "store_true":
+            settings["is_flag"] = True
+        elif action == "append":
+            settings["multiple"] = True
+            settings.pop("default", None)
+        elif action == "extend":
+            settings.update(multiple=True, many=True)
+            settings.pop("default", None)
+        elif action is not None:
+            settings["default"] = None
+            names = tuple(f"{name}/--no-{name[2:]}" for name in names)
+        if isinstance(count, int):
+            settings["nargs"] = count
+            settings["metavar"] = " ".join(settings["metavar"])
+        self.add(option(*names, *([dest] if dest else []), section=section, excludes=excludes, **settings))
 
-    def __init__(self, message: str) -> None:
-        super().__init__(USAGE)
-        self.message = message
+    def set_defaults(self, **settings: Any) -> None:
+        """Add values to the parsed options."""
+        self.defaults.update(settings)
 
+    def add_argument_group(self, title: str) -> _Group:
+        """Return a section of the help."""
+        return _Group(self, title[:1].upper() + title[1:])
 
-class Parser(argparse.ArgumentParser):
-    """A parser that notes its options as they are added, and the commands within it by name.
+    def add_mutually_exclusive_group(self) -> _Group:
+        """Return options that exclude each other."""
+        return _Group(self, "", exclusive=True)
 
-    ``completes`` of an option says what a shell completes there, in the words of ``commands.completion.candidates``.
-    ``listed`` gives what the help lists under the description; it is asked when the help is shown.
-    ``type="path"`` of an option takes the name of a file or folder, which is not empty.
-    """
+    def add_subparsers(self, **_: Any) -> Parser:
+        """Return this parser, which takes commands within."""
+        return self
 
-    def __init__(self, *words: Any, listed: Callable[[], str] | None = None, **settings: Any) -> None:
-        self.options: list[argparse.Action] = []
-        self.within: dict[str, Parser] = {}
-        self.listed = listed
-        super().__init__(*words, **settings)
-        self.register("type", "path", _path)
-
-    def format_help(self) -> str:
-        """Return the help, with what is listed in it under the description."""
-        if self.listed is not None:
-            self.description = "\n".join(filter(None, [self.description, self.listed()]))
-            self.listed = None
-        return super().format_help()
-
-    def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
-        """Add an option or a word, and note it."""
-        completes = settings.pop("completes", None)
-        self.options.append(super().add_argument(*names, **settings))
-        return _completed(self.options[-1], completes)
+    def add_parser(self, name: str, help: str = "", **_: Any) -> Parser:
+        """Add a command within this one."""
+        self.ways[name] = Parser(name)
+        self.ways[name].help = help
+        return self.ways[name]
 
     def add_robot(self) -> None:
         """Add the robot of a command that is about one."""
-        self.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; required if there are several")
+        self.add(shared.robot_argument)
 
-    def add_robots(self, words: str = "ROBOT", help: str = _ROBOTS) -> None:
-        """Add what a command takes that goes through robots: its words, which name them, and what they are given."""
-        self.add_argument("words", nargs="*", metavar=words, help=help)
-        self.add_given()
+    def add_robots(self, words: str = "[ROBOT ...]", help: str = _ROBOTS) -> None:
+        """Add robots, and what every robot takes."""
+        self.add(shared.robots_argument(words, help))
 
     def add_given(self) -> None:
-        """Add what robots are given: folders of ROS packages, trust in a xacro, and arguments, last in the help."""
-        self.add_argument(
-            "--package",
-            action="append",
-            default=[],
-            metavar="NAME=PATH",
-            dest="packages",
-            help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
-        )
-        self.add_argument("--trust", action="store_true", help="do not warn about code that a xacro file can run")
-        self.add_argument(
-            "--xacro-seconds",
-            type=_seconds,
-            metavar="S",
-            help="time limit for a xacro file in seconds; default: 60",
-        )
-        group = self.add_argument_group("arguments of the description or the xacro file")
-        group.add_argument(
-            "-a",
-            "--arg",
-            action="append",
-            default=[],
-            metavar="NAME=VALUE",
-            help="set an argument; NAME:=VALUE without -a is the same",
-        )
-        group.add_argument(
-            "--args",
-            action="append",
-            default=[],
-            metavar="FILE",
-            dest="args_files",
-            help="read arguments from a YAML file; -a overrides them",
-        )
+        """Add what every robot takes."""
+        self.add(shared.robot_options)
 
-    def add_check_options(self, words: str = "ROBOT", help: str = _ROBOTS, hook: bool = False) -> None:
-        """Add what a check takes: its words, the folder of the artifacts, what robots are given, the form of messages.
-
-        With ``hook`` the words may be files that changed, for pre-commit.
-        """
-        self.add_robots(words, help)
+    def add_check_options(self, words: str = "[ROBOT ...]", help: str = _ROBOTS, hook: bool = False) -> None:
+        """Add what a check takes."""
+        self.add(shared.check_options(words, help))
         if hook:
             self.add_hook()
-        self.add_output()
-        self.add_messages(summary=True)
 
     def add_output(self) -> None:
-        """Add the option that names the folder of the artifacts."""
-        self.add_argument(
-            "-o",
-            "--output",
-            type="path",
-            metavar="FOLDER",
-            help="folder of the artifacts, with a subfolder for each of several robots; default: outputs/ROBOT",
-        )
+        """Add the folder of the artifacts."""
+        self.add(shared.output_folder_option)
 
     def add_messages(self, summary: bool = False) -> None:
-        """Add how messages are printed, where they are all there is; with ``summary`` also that a file keeps them."""
+        """Every command has these options."""
         if summary:
-            self.add_argument(
-                "--summary",
-                type="path",
-                metavar="FILE",
-                help="also append the messages to a file, as Markdown",
-            )
-        self.add_argument(
-            "--format", choices=FORMAT_NAMES, default="text", help="format of the messages; default: text"
-        )
-        how_much = self.add_mutually_exclusive_group()
-        how_much.add_argument(
-            "-q", "--quiet", action="store_true", help="print only errors and the number of stand-ins"
-        )
-        how_much.add_argument("-v", "--verbose", action="store_true", help="also list the files that were read")
+            self.add(shared.summary_option)
 
     def add_notes(self) -> None:
-        """Add the option to list the notes that a run counts for people."""
-        self.add_argument("--notes", action="store_true", help="list notes and stand-ins instead of counting them")
+        """Add the option that lists notes."""
+        self.add(shared.notes_option)
 
     def add_result(self) -> None:
-        """Add how a result is printed that is more than messages, and that of those only errors are."""
-        self.add_result_form()
-        self.add_quiet()
+        """Every command has these options."""
 
-    def add_result_form(self, to: Group | None = None) -> None:
-        """Add how a result is printed that is more than messages, to a group of options if one is given."""
-        (to or self).add_argument(
-            "--format", choices=("text", ENVELOPE), default="text", help="format of the result; default: text"
-        )
+    def add_result_form(self, to: Any = None) -> None:
+        """Every command has these options."""
 
     def add_quiet(self) -> None:
-        """Add the option to hear of errors only."""
-        self.add_argument("-q", "--quiet", action="store_true", help="do not print warnings and notes")
+        """Every command has these options."""
 
     def add_hook(self, more: str = "") -> None:
         """Add the option for pre-commit."""
-        self.add_argument(
-            "--hook",
-            action="store_true",
-            help=f"for pre-commit: take changed files as arguments and use all robots of their projects{more}",
-        )
+        self.add(shared.hook_option(more))
 
     def add_page(self, what: str) -> None:
-        """Add the options of a page that is written into a file; ``what`` says what it shows."""
-        self.add_argument("--html", type="path", metavar="FILE", help=what)
-        self.add_argument("--no-meshes", action="store_true", help="with --html: leave out the meshes")
-        self.add_argument(
-            "--max-megabytes",
-            type=float,
-            metavar="NUMBER",
-            help=f"with --html: size limit for all meshes together, in MB; default: {PAGE_MEGABYTES}",
-        )
+        """Add the options of a page."""
+        self.add(shared.page_options(what))
 
     def add_depfile(self, target: str) -> None:
-        """Add the options for depfiles; ``target`` ends the help: the default target, or that it is required."""
-        self.add_argument(
-            "--depfile", type="path", metavar="FILE", help="write the files that were read as a Make and Ninja depfile"
-        )
-        self.add_argument(
-            "--depfile-target",
-            type="path",
-            metavar="NAME",
-            help=f"target in the depfile; {target}",
-        )
+        """Add the options for depfiles."""
+        self.add(shared.depfile_options(target))
 
-    def add_modes(self, unnamed: str, to: Group | None = None) -> None:
-        """Add how modes are, to a group of options if one is given; ``unnamed`` says how those are without a name."""
-        (to or self).add_argument(
-            "--mode",
-            action="append",
-            default=[],
-            metavar="MODE",
-            dest="modes",
-            help=f'switch a mode on or off: slam, "not slam" or slam=off; other modes: {unnamed}',
-        )
-
-    def add_argument_group(self, *words: Any, **settings: Any) -> Any:
-        """Return a new group; what is added to it is noted here."""
-        return self._noted(super().add_argument_group(*words, **settings))
-
-    def add_mutually_exclusive_group(self, **settings: Any) -> Any:
-        """Return a new group of options that exclude each other; what is added to it is noted here."""
-        return self._noted(super().add_mutually_exclusive_group(**settings))
-
-    def add_subparsers(self, **settings: Any) -> Any:
-        """Return what takes the commands within this one."""
-        commands = super().add_subparsers(**settings)
-        self.within = commands.choices
-        return commands
-
-    def error(self, message: str) -> NoReturn:
-        """Say why a command line cannot be followed, and end."""
-        self.print_usage(sys.stderr)
-        sys.stderr.write(f"{self.prog}: error: {message}\n")
-        raise Refused(message)
-
-    def shown(self) -> list[argparse.Action]:
-        """Return the options and words that the help shows."""
-        return [option for option in self.options if option.help != argparse.SUPPRESS]
-
-    def long_options(self) -> list[str]:
-        """Return the names of all options that begin with --, those of the commands within as well, each once."""
-        names = [name for option in self.options for name in option.option_strings if name.startswith("--")]
-        names += [name for inner in self.within.values() for name in inner.long_options()]
-        return list(dict.fromkeys(names))
-
-    def parse_known_args(self, args: Iterable[str] | None = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Parse words as argparse does; a number below zero after an option is its value, whatever follows the digits.
-
-        Those of a command within are its own to parse.
-        """
-        words = args if args is None or self.within else self._with_values(args)
-        return super().parse_known_args(words, namespace)
-
-    def _with_values(self, words: Iterable[str]) -> list[str]:
-        """Return words with --option -1cm as one: --option=-1cm."""
-        takes = [name for option in self.options if option.nargs is None for name in option.option_strings]
-        made: list[str] = []
-        for word in words:
-            before = made[-1] if made else ""
-            named = len(before) > 2 and any(name.startswith(before) for name in takes)
-            if named and re.match(_NEGATIVE, word):
-                made[-1] = f"{before}={word}"
-            else:
-                made.append(word)
-        return made
-
-    def _noted(self, group: Any) -> Any:
-        add = group.add_argument
-
-        def add_argument(*names: str, **settings: Any) -> Any:
-            completes = settings.pop("completes", None)
-            self.options.append(add(*names, **settings))
-            return _completed(self.options[-1], completes)
-
-        group.add_argument = add_argument
-        return group
+    def add_modes(self, unnamed: str, to: _Group | None = None) -> None:
+        """Add the option that switches modes."""
+        self.add(shared.mode_option(unnamed, to.section if to else ""))
 
 
-def _path(text: str) -> str:
-    """Return the name of a file or folder; an empty one is a variable of a shell that is not set."""
-    if not text:
-        raise argparse.ArgumentTypeError("the name is empty")
-    return text
+def _offers(text: Any) -> Any:
+    """Return the completion of a metavar."""
+    words = [text] if isinstance(text, str) else text or ()
+    kinds = [_KINDS[key] for word in words for key in re.findall("[A-Z]+", word) if key in _KINDS]
+    return complete.of(*(f"{kind}=" if "=" in str(text) else kind for kind in kinds)) if kinds else None
 
 
-def _seconds(text: str) -> int:
-    """Return a time in whole seconds."""
-    if not (text.isascii() and text.isdigit() and len(text) < 9 and int(text) > 0):
-        raise argparse.ArgumentTypeError(f'"{text[:20]}" is no number of whole seconds')
-    return int(text)
+_KINDS = {"ROBOT": "robot", "FRAME": "frame", "THING": "thing", "POSE": "pose", "JOINT": "joint", "SERVO": "joint"}
+_KINDS |= {
+    "ARTIFACT": "output",
+    "ID": "rule",
+    "SCHEMA": "schema",
+    "CHECK": "checks",
+    "SOURCE": "argument",
+    "FILE": "file",
+}
 
 
-def _completed(action: argparse.Action, completes: object) -> argparse.Action:
-    """Return an option that notes what its value is to a shell, where its name in the help does not say it."""
-    if completes is not None:
-        action.completes = completes  # type: ignore[attr-defined]
-    return action
+class _Group:
+    def __init__(self, parser: Parser, section: str, exclusive: bool = False) -> None:
+        self.parser, self.section, self.exclusive = parser, section, exclusive
+        self.members: list[Option] = []
+
+    def add_argument(self, *names: str, **settings: Any) -> None:
+        """Add an option."""
+        self.parser.add_argument(*names, section=self.section, **settings)
+        (*_, added) = self.parser.params
+        if self.exclusive and isinstance(added, Option):
+            for member in self.members:
+                added.excludes += (member.name or "",)
+            self.members.append(added)
 
 
-class Version(argparse.Action):
-    """Prints the version, and the plug-ins with theirs."""
+def made(entry: Entry, module: ModuleType, is_check: bool = False) -> click.Command:
+    """Return the command of a module with ``options`` and ``run``."""
+    parser = Parser(entry.name)
+    parser.description = ""
+    module.options(parser)
+    words, exits = _TEXTS[entry.name]
+    settings = {"group": entry.group, "exits": exits, "order": entry.order, "also": entry.also, "hidden": entry.hidden}
 
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        """Print them and leave."""
-        from rosorin_compile.source.plugins import installed
-        from rosorin_compile.source.version import __version__
+    def run(options: Any) -> int:
+        for name, value in parser.defaults.items():
+            setattr(options, name, value)
+        code: int = module.run(options)
+        return code
 
-        print(f"rosorin-compile {__version__}")
-        groups: dict[tuple[str, str], dict[str, None]] = {}
-        for plugin in installed():
-            groups.setdefault((plugin.distribution, plugin.version), {})[plugin.group] = None
-        for (name, version), brings in groups.items():
-            print(f"plug-in {name} {version} ({', '.join(brings)})")
-        parser.exit()
+    def command(parser: Parser, help: str, kind: type[Command] = Command, **more: Any) -> Command:
+        own = [one for one in parser.params if one.name not in ("quiet", "verbose", "format")]
+        for one in own:
+            if isinstance(one, click.Argument) and one.name == "words" and words:
+                one.metavar = words.partition(" -")[0]
+                if "[CHECK]" in words:
+                    one._custom_shell_complete = complete.of("checks", "robot", "argument")
+        own += parameters(shared.output_options(lambda: None))
+        return kind(parser.name, run, own, help=help, **settings, **more)
+
+    if parser.ways:
+        ways = [command(way, way.help, within=entry.name) for way in parser.ways.values()]
+        for way in ways:
+            way.params.insert(0, _What(way.name or ""))
+        return Ways(entry.name, ways, help=entry.help)
+    if entry.name == "all":
+        parser.add(shared.fail_on_option)
+    extra: dict[str, Any] = {"more": parser.description.strip()} if parser.description else {}
+    if entry.name == "check":
+        from .registry import checks
+
+        extra["sections"] = lambda: {
+            "Checks (see check CHECK --help)": [(one.name, one.help) for one in checks().values()]
+        }
+    return command(parser, entry.help, Check if is_check else Command, **extra)
+
+
+class _What(Option):
+    def __init__(self, name: str) -> None:
+        super().__init__(["--what"], hidden=True, default=name)

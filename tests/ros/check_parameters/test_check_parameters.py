@@ -12,14 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.given import Given
-from rosorin_compile.cli.main import main, parser
-from rosorin_compile.cli.understanding import understood
+from rosorin_compile.cli.main import main
+from rosorin_compile.output.request import Request
 from rosorin_compile.ros.check_parameters.checking import asked, look
-from rosorin_compile.source.console import Console
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
+from support.commands import parse
 from support.paths import DATA
 
 FOLDER = DATA / "parameters"
@@ -30,18 +29,17 @@ def options(case: Path) -> argparse.Namespace:
     """Return the options of a case, as the command line would parse them."""
     lines = case.read_text("utf-8").splitlines()
     words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
-    command = parser(["check", "parameters"]).within["check"]
     if words[:1] == ["--controllers"]:
-        return command.parse_args(["robot.yaml", "--controllers", case.name, *words[1:]])
-    made = command.parse_args(["robot.yaml", *words])
+        return parse(["check", "parameters", "robot.yaml", "--controllers", case.name, *words[1:]])
+    made = parse(["check", "parameters", "robot.yaml", *words])
     made.parameters = [case.name]
     return made
 
 
 def looked_at(case: Path) -> list[Diagnostic]:
-    known = understood(Given({}, ()), Description("robot", Path("robot.yaml"), Path("outputs")), Console("json"))
+    known = Request(Description("robot", Path("robot.yaml"), Path("outputs"))).understand().case
     assert known is not None
-    return look(known.case, asked(options(case))).diagnostics
+    return look(known, asked(options(case))).diagnostics
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.parent.name}-{case.stem}")

@@ -28,6 +28,7 @@ from rosorin_compile.source.diagnostics import (
     listed,
 )
 from rosorin_compile.source.files import is_file
+from rosorin_compile.source.project import no_file
 
 from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
@@ -88,7 +89,7 @@ def asked(options: argparse.Namespace) -> Asked:
         remaps.append(remap)
     for path in (*options.parameters, *options.controllers, *options.launch):
         if not is_file(path):
-            raise WrongUsage.no_file(Path(path))
+            raise WrongUsage(no_file(Path(path)))
     own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
     return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")
 

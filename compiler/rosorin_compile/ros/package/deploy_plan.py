@@ -15,11 +15,11 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Heading, Rule, Source, error
 from rosorin_compile.source.files import exists, is_file, read_bytes, read_text, resolve
+from rosorin_compile.source.ros_packages import install_space, missing, package_of, share_folder, undeclared
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError
 
 from .copies import Difference, difference, forms, placed
-from .finding import copies, other_robot, package_of
-from .installing import install_space, missing, share_folder, undeclared
+from .finding import copies, other_robot
 from .meshes import named_files, not_placed, settle
 from .naming import FILE, NOWHERE
 from .package import Options, folder_of

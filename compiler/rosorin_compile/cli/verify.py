@@ -119,6 +119,8 @@ def _is_there(source: str) -> bool:
         Path(source).stat()
     except OSError as problem:
         return problem.errno not in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)
+    except ValueError:  # a NUL in the name
+        return False
     return True
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from importlib.util import find_spec
 from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,6 +24,7 @@ from rosorin_compile.source.diagnostics import (
     error,
     pip_install,
 )
+from rosorin_compile.source.installing import is_installed
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.drawing.situations import TooMany, situations
 from rosorin_compile.viewer.page.data import mesh_names
@@ -161,11 +161,11 @@ def _meshes(shown: Shown, diagnostics: list[Diagnostic]) -> dict[Mesh, MeshParts
 
 def _missing_package(robot: Robot) -> tuple[str, str] | None:
     """Return a package that is not installed and what it is needed for, or None."""
-    if not find_spec("numpy"):
+    if not is_installed("numpy"):
         return "numpy", ""
     if any(mesh_names(robot)):
         for name in ("trimesh", "scipy"):
-            if not find_spec(name):
+            if not is_installed(name):
                 return name, " of meshes"
     return None
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rosorin_compile.output.placing import READY, holding, place
 
 from rosorin_compile.output import OutputError, placing
-from rosorin_compile.output.placing import READY, holding, place
 from support.kills import ended_at
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}

@@ -15,9 +15,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rosorin_compile.output.watch import Inputs, Said
 
 from rosorin_compile.cli.init import start
-from rosorin_compile.output.watch import Inputs, Said
 from rosorin_compile.source import world
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from support.robots import copy_of_rosorin

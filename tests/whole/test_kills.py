@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from rosorin_compile.output.placing import READY
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output.placing import READY
 from support import kills
 from support.commands import write_files
 

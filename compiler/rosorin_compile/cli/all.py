@@ -18,7 +18,7 @@ from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 if TYPE_CHECKING:
     import argparse
 
-    from rosorin_compile.output import Written
+    from rosorin_compile.output import WriteResult
     from rosorin_compile.output.pipeline import Compiled
     from rosorin_compile.source.diagnostics import Diagnostic
 
@@ -101,7 +101,7 @@ def _write_all(run: Run, description: Description) -> int:
     return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
 
 
-def _ended(run: Run, written: Written, code: int) -> int:
+def _ended(run: Run, written: WriteResult, code: int) -> int:
     """Return the exit code of a run that wrote something, or nothing: a hook fails where it had to change files."""
     changed = bool(written.written or written.removed)
     if run.options.hook and changed:
@@ -158,24 +158,24 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
 
 
-def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> Written | None:
-    from rosorin_compile.output import OutputError, write_outputs
+def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> WriteResult | None:
+    from rosorin_compile.output import OutputError, write_artifacts
 
     try:
-        written = write_outputs(description.outputs, files, run.options.prune, whole=not run.options.only)
+        written = write_artifacts(description.outputs, files, run.options.prune, complete=not run.options.only)
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return None
     _tell(run, description, written)
-    if written.aside:
+    if written.renamed:
         world.spoil("what was there before is told once")
-    run.console.show(written.put_aside(description.outputs))
+    run.console.show(written.diagnostics(description.outputs))
     for note in left_alone(description.outputs, written) if not run.options.only else ():
         run.console.show([note], listed=True)  # check fails for it
     return written
 
 
-def left_alone(folder: Path, written: Written) -> list[Diagnostic]:
+def left_alone(folder: Path, written: WriteResult) -> list[Diagnostic]:
     """Return what there is to say of files in the folder of a robot that are none of its artifacts."""
     from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
@@ -186,7 +186,7 @@ def left_alone(folder: Path, written: Written) -> list[Diagnostic]:
     ]
 
 
-def _tell(run: Run, description: Description, written: Written) -> None:
+def _tell(run: Run, description: Description, written: WriteResult) -> None:
     """Add what was written to the answer; the next time nothing is, if nothing changes."""
     names = {"written": list(written.written), "unchanged": list(written.unchanged), "removed": list(written.removed)}
     unchanged = sorted([*written.written, *written.unchanged])
@@ -194,7 +194,7 @@ def _tell(run: Run, description: Description, written: Written) -> None:
     tell_of_robot(run.options, {"folder": str(description.outputs), **names}, later)
 
 
-def what_changed(written: Written, meshes: Collection[str] = ()) -> str:
+def what_changed(written: WriteResult, meshes: Collection[str] = ()) -> str:
     """Return in words what writing a set of artifacts did; ``meshes`` of it are counted."""
     from .compiling import counted_files
 

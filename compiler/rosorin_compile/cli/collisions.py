@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions.planning import Pair, Parts, Planning, ordered, planning_of
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.output import may_replace
 from rosorin_compile.source.diagnostics import Console, Heading, Progress, Rule, counted, error, listed
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.world import world
@@ -77,7 +77,7 @@ def _refused(console: Console, message: str, help: str) -> int:
 def _is_ours(path: Path) -> bool:
     """Say whether a file may be replaced."""
     try:
-        return Holding.wrote(path)
+        return may_replace(path)
     except (OSError, ValueError):
         return True  # it is not there, or writing says why not
 
@@ -195,8 +195,7 @@ def _write(
     pairs: Sequence[DisabledCollision],
     tried: int,
 ) -> int:
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
+    from rosorin_compile.output import OutputError, write_file
 
     try:
         write_file(path, text.encode())

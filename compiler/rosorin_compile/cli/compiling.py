@@ -88,7 +88,8 @@ def tell_build(
     ``inputs`` are what the target is made of, ``made`` the artifacts.
     """
     from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import touch, write_depfile
+
+    from .depfile import touch, write_depfile
 
     try:
         write_depfile(Path(run.options.depfile), target, inputs, made)

@@ -17,9 +17,8 @@ from .usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
     from rosorin_compile.model import Robot
-    from rosorin_compile.output.ours import ProtectedFile
-    from rosorin_compile.output.placing import Holding
-    from rosorin_compile.ros.package.deploying import Plan
+    from rosorin_compile.output import PackageFolder
+    from rosorin_compile.ros.package.deploying import Plan, ProtectedFile
     from rosorin_compile.source.diagnostics import Diagnostic
 
     from .parser import Parser
@@ -59,8 +58,7 @@ def options(command: Parser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and put its artifacts into a folder."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.placing import holding
+    from rosorin_compile.output import OutputError, open_package_folder
     from rosorin_compile.source.load import LoadError
 
     if options.output is None:
@@ -75,9 +73,8 @@ def run(options: argparse.Namespace) -> int:
     code = PROBLEMS
     if compiled is not None and compiled.robot is not None:
         try:
-            with holding(folder, options.dry_run) as held:
-                console.show(held.finished.diagnostics(options.dry_run))
-                code = _deploy(options, console, compiled.robot, compiled.artifacts, held)
+            with open_package_folder(folder, options.dry_run) as target:
+                code = _deploy(options, console, compiled.robot, compiled.artifacts, target)
         except (LoadError, OutputError) as problem:
             console.show([problem.diagnostic])
         except OSError as problem:
@@ -87,13 +84,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _deploy(
-    options: argparse.Namespace, console: Console, robot: Robot, artifacts: tuple[Artifact, ...], alone: Holding
+    options: argparse.Namespace, console: Console, robot: Robot, artifacts: tuple[Artifact, ...], target: PackageFolder
 ) -> int:
     """Put artifacts into a folder; raises LoadError, OutputError, OSError."""
     from rosorin_compile.formats import FORMATS
     from rosorin_compile.ros.package import naming
     from rosorin_compile.ros.package.checking import launch_files
-    from rosorin_compile.ros.package.deploying import afterwards, change_lines, not_ours, plan
+    from rosorin_compile.ros.package.deploying import afterwards, change_lines, not_ours, plan, protected_files
     from rosorin_compile.ros.package.finding import files_below
     from rosorin_compile.source.diagnostics import has_errors
 
@@ -105,14 +102,14 @@ def _deploy(
     if has_errors(planned.diagnostics):
         return PROBLEMS
     for copy in planned.copies:
-        alone.check_way(copy.place)
-    there = alone.protected(_files(planned), {**_written(robot, planned, folder, alone), **alone.finished.before})
-    found = list(not_ours(planned, there, alone.record))
+        target.check_name(copy.place)
+    there = protected_files(folder, _files(planned), _digests(robot, planned, folder, target))
+    found = list(not_ours(planned, there))
     console.show(found)
     if has_errors(found):
         return PROBLEMS
     _tell(console, change_lines(planned.copies, options.full))
-    _write(options, console, robot, planned, wanted, there, alone)
+    _write(options, console, robot, planned, wanted, there, target)
     rows = [{"file": copy.place, "output": copy.artifact.output, "same": copy.is_same} for copy in planned.copies]
     result = {"robot": robot.name, "folder": str(folder), "written": not options.dry_run, "copies": rows}
     give_result(options, result, str)
@@ -128,16 +125,17 @@ def _files(planned: Plan) -> dict[str, bytes]:
     return {copy.place: copy.artifact.text.encode() for copy in planned.copies}
 
 
-def _written(robot: Robot, planned: Plan, folder: Path, alone: Holding) -> dict[str, str]:
-    """Return the digests of what was written before; a list without a note that says whose it is, is as it stands."""
+def _digests(robot: Robot, planned: Plan, folder: Path, target: PackageFolder) -> dict[str, list[str]]:
+    """Return the digests of what was written before; a file that names its robot, and is in no manifest, is ours."""
     from rosorin_compile.formats import FORMATS
+    from rosorin_compile.source.cache import sha256
 
     ours = {}
     for copy in planned.copies:
         robot_of = FORMATS[copy.artifact.backend].ros.robot_of
         if copy.old is not None and robot_of is not None and robot_of(folder / copy.place) == robot.name:
-            ours[copy.place] = alone.digest(copy.old)
-    return {**ours, **alone.recorded()}
+            ours[copy.place] = [sha256(copy.old)]
+    return {**ours, **target.digests()}
 
 
 def _write(
@@ -147,7 +145,7 @@ def _write(
     planned: Plan,
     wanted: dict[str, str],
     there: Sequence[ProtectedFile],
-    alone: Holding,
+    target: PackageFolder,
 ) -> None:
     """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""
     from rosorin_compile.ros.package import naming
@@ -158,11 +156,10 @@ def _write(
     if options.dry_run:
         console.say(f"{summary} would be written")
         return
-    files = alone.with_record(_files(planned))
-    files |= {one.kept: one.data for one in there}
+    unlisted = {file.kept: file.data for file in there}
     if options.map:
-        files[naming.FILE] = naming.text(folder, robot.name, wanted).encode()
-    alone.place(files)
+        unlisted[naming.FILE] = naming.text(folder, robot.name, wanted).encode()
+    target.write(_files(planned), unlisted)
     every = f"all {same} files" if same > 1 else "the one file" if same else "no file"
     console.say(f"{summary} written" if same < len(planned.copies) else f"{robot.name}: {every} as compiled")
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.output.placing import Holding
 from rosorin_compile.source.diagnostics import Console, masked
 
 from .answer import give_result
@@ -232,7 +231,7 @@ def _factory(run: Run) -> int:
     from rosorin_compile.importing.extract import factory
     from rosorin_compile.importing.extract.parts import read_source
     from rosorin_compile.importing.extract.writing import is_made
-    from rosorin_compile.output import OutputError
+    from rosorin_compile.output import OutputError, write_set
     from rosorin_compile.source.diagnostics import has_errors
 
     from .extract_options import reading, say, wanted
@@ -251,7 +250,7 @@ def _factory(run: Run) -> int:
     made = factory.extract(read_source(str(path), read), name, asked)
     say(console, made.diagnostics)
     try:
-        Holding.write_set(Path(options.output), made.files, is_made, refuse=True)
+        write_set(Path(options.output), made.files, judge=lambda _, old, __: "replace" if is_made(old) else "refuse")
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -216,8 +217,7 @@ def _coloured() -> bool:
 
 def _write(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace, console: Console) -> int:
     """Write the picture, or a picture for each situation into a folder. Raises WrongUsage."""
-    from rosorin_compile.output import OutputError, write_set
-    from rosorin_compile.output.one_file import replace_text
+    from rosorin_compile.output import OutputError, write_file, write_set
     from rosorin_compile.viewer.drawing import SUFFIXES, picture, suffix
 
     target = Path(options.output)
@@ -239,9 +239,9 @@ def _write(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespa
         if folder:
             write_set(Path(os.path.abspath(target)), {path.name: text for path, text in files.items()})
         else:
-            replace_text(target, files[target], "picture-file")
+            write_file(target, files[target].encode(), may_replace=None)
     except OutputError as problem:
-        console.show([problem.diagnostic])
+        console.show([problem.diagnostic if folder else replace(problem.diagnostic, rule="picture-file")])
         return PROBLEMS
     written = {"robot": robot.name, "files": list(map(str, files))}
     give_result(options, written, lambda: "\n".join(f"{robot.name}: {path}" for path in files))

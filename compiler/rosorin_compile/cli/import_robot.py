@@ -9,9 +9,8 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from rosorin_compile.output.placing import Holding
 from rosorin_compile.source.diagnostics import Console, counted
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.world import world
@@ -356,7 +355,6 @@ def _put_into(
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return PROBLEMS
-    _show(console, put.finished)
     if put.refused:
         _show(console, list(put.refused))
         return _refused(console, package.folder / target.source, len(put.refused))
@@ -438,14 +436,14 @@ def _write(
 ) -> _Written | None:
     """Write the files of a description; what they replace is kept beside them, unless it is ``known``: taken over."""
     from rosorin_compile.importing.reimport import is_record
-    from rosorin_compile.output import OutputError
+    from rosorin_compile.output import OutputError, write_set
 
-    def replaces(name: str, old: bytes) -> bool:
-        return is_record(name) or old == (known or {}).get(name, "").encode()
+    def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
+        return "replace" if is_record(name) or old == (known or {}).get(name, "").encode() else "keep"
 
     try:
-        written = Holding.write_set(folder, files, replaces)
-        _show(console, written.put_aside(folder))
+        written = write_set(folder, files, judge=judge)
+        _show(console, written.diagnostics(folder))
         return _Written(written.written, written.kept)
     except OutputError as problem:
         _show(console, [problem.diagnostic])

@@ -9,8 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.output import cleared
-from rosorin_compile.output.staging import staged
+from rosorin_compile.output import locked, staging_folder
 from rosorin_compile.source import world
 from rosorin_compile.source.diagnostics import error
 from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, SCHEMA, data_folder
@@ -167,7 +166,7 @@ def start(name: str, project: Path, template: str = DEFAULT) -> Started:
     target = folder / name
     texts = texts_of(template, name)
     folder.mkdir(parents=True, exist_ok=True)
-    with cleared(folder), staged(folder) as stage:
+    with locked(folder, tidy=True), staging_folder(folder) as stage:
         (stage / name).mkdir()
         for file, text in texts.items():
             (stage / name / file).write_text(text, "utf-8", newline="\n")

@@ -18,8 +18,8 @@ from .usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rosorin_compile.output import PackageFolder
     from rosorin_compile.output.pipeline import Compiled
-    from rosorin_compile.output.placing import Holding
     from rosorin_compile.ros.package.carrying import Carried
     from rosorin_compile.ros.package.package import Options
     from rosorin_compile.source.diagnostics import Diagnostic
@@ -73,8 +73,7 @@ def options(command: Parser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and write its package."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.placing import holding
+    from rosorin_compile.output import OutputError, open_package_folder
 
     run, description = Run.alone(options, "a package is for one robot", _HOW, "name a file")
     console = run.console
@@ -84,10 +83,9 @@ def run(options: argparse.Namespace) -> int:
     if compiled is not None and compiled.robot is not None:
         robot = compiled.robot
         try:
-            with holding(Path(options.output)) as held:
-                console.show(held.finished.diagnostics())
+            with open_package_folder(Path(options.output)) as folder:
                 asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
-                code = _write(options, console, asked, compiled, run.given, description, Path(options.output), held)
+                code = _write(options, console, asked, compiled, run.given, description, Path(options.output), folder)
         except OutputError as problem:
             console.show([problem.diagnostic])
     console.finish()
@@ -102,11 +100,11 @@ def _write(
     given: Given,
     description: Description,
     target: Path,
-    alone: Holding,
+    folder: PackageFolder,
 ) -> int:
     """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
     from rosorin_compile.ros.package.carrying import described
-    from rosorin_compile.ros.package.deploying import kept, refused
+    from rosorin_compile.ros.package.deploying import kept, protected_files, refused
     from rosorin_compile.ros.package.package import make
     from rosorin_compile.ros.package.papers import left_alone
 
@@ -121,14 +119,14 @@ def _write(
     console.show([*wrong, *package.diagnostics, *([problem] if problem else [])])
     if wrong or problem or not package.files:
         return PROBLEMS
-    left = left_alone(target, package.files, alone.recorded())
+    left = left_alone(target, package.files, folder.digests())
     ours = {name: data for name, data in package.files.items() if name not in left}
-    there = alone.protected(ours, alone.recorded(), own=True)
+    there = protected_files(target, ours, folder.digests(), own_package=True)
     console.show(list(kept(there)))
-    files = {**alone.with_record(ours), **{one.kept: one.data for one in there}}
-    fresh = [name for name in alone.place(files) if name in package.files]
-    written = f"{len(fresh)} written" if fresh else "unchanged"
-    console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
+    written = folder.write(ours, {file.kept: file.data for file in there})
+    fresh = [name for name in written if name in package.files]
+    summary = f"{len(fresh)} written" if fresh else "unchanged"
+    console.say(f"{asked.name}: {len(package.files)} files in {target}, {summary}")
     result = {"package": asked.name, "folder": str(target), "files": sorted(package.files), "written": sorted(fresh)}
     give_result(options, result, str)
     return FINE

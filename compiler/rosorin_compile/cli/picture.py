@@ -79,9 +79,7 @@ def options(command: Parser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write a picture of a robot."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
-    from rosorin_compile.output.placing import Holding
+    from rosorin_compile.output import OutputError, may_replace, write_file
     from rosorin_compile.source.load import LoadError
     from rosorin_compile.viewer.showing import look
 
@@ -114,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
         return PROBLEMS
     try:
         file = _picture(looked.shown, robot.poses_in_root(state), frames, direction, size, options, console)
-        write_file(target, file, looked.files, None if options.force else Holding.wrote)
+        write_file(target, file, looked.files, None if options.force else may_replace)
     except MemoryError:
         console.warn(f"{robot.name} cannot be drawn: out of memory; --collision draws simpler shapes")
         return PROBLEMS
@@ -224,13 +222,13 @@ def _direction(text: str) -> Vector:
 
 def _check(target: Path, force: bool) -> None:
     """Raise WrongUsage if the picture must not be written to that file."""
-    from rosorin_compile.output.placing import Holding
+    from rosorin_compile.output import may_replace
 
     if target.suffix.lower() != ".png":
         raise WrongUsage(f'{target}: unsupported picture format "{target.suffix}": use .png')
     try:
         exists, is_file = target.exists() or target.is_symlink(), target.is_file()
-        ours = force or not is_file or Holding.wrote(target)
+        ours = force or not is_file or may_replace(target)
     except OSError:
         return  # it is reported when the file is written
     if exists and not is_file:

@@ -183,8 +183,7 @@ def _written(
 ) -> bool:
     """Write the page; say whether that was possible."""
     from rosorin_compile.mujoco.simulate.report import page
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
+    from rosorin_compile.output import OutputError, write_file
 
     inputs = {Path(span.source.path) for span in case.tree.value_spans.values()}
     try:

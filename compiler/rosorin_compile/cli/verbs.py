@@ -133,7 +133,7 @@ def write(
     ``path``, ``arguments`` and ``packages`` as in ``compile``, ``outputs`` as in ``check``. ``prune`` removes what is
     no artifact from the robot's folder.
     """
-    from rosorin_compile.output import OutputError, write_outputs
+    from rosorin_compile.output import OutputError, write_artifacts
 
     from .all import left_alone
 
@@ -143,10 +143,10 @@ def write(
         return Written(compiled, folder, (), (), (), (), tuple(said))
     files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
     try:
-        done = write_outputs(folder, {**compiled.mesh_files, **files}, prune)
+        done = write_artifacts(folder, {**compiled.mesh_files, **files}, prune)
     except OutputError as problem:
         return Written(compiled, folder, (), (), (), (), (*said, problem.diagnostic))
-    more = (*done.put_aside(folder), *left_alone(folder, done))
+    more = (*done.diagnostics(folder), *left_alone(folder, done))
     return Written(compiled, folder, done.written, done.unchanged, done.kept, done.removed, (*said, *more))
 
 

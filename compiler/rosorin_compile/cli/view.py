@@ -8,16 +8,14 @@ import secrets
 import sys
 import threading
 import time
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Joint
-from rosorin_compile.output.watch import Inputs
 from rosorin_compile.source.diagnostics import Console, Diagnostic, Progress, pip_install
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.world import world
+from rosorin_compile.source.watched_files import WatchedFiles
 from rosorin_compile.viewer.page import MAX_MEGABYTES, Embedding, html, left_out
 from rosorin_compile.viewer.server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from rosorin_compile.viewer.showing import Looked, Shown, look, on_disk, served
@@ -80,8 +78,7 @@ def _looked(given: Given, description: Description, console: Console) -> Looked:
 
 def _write(run: Run, description: Description) -> int:
     """Write the page of a robot into a file."""
-    from rosorin_compile.output import OutputError
-    from rosorin_compile.output.one_file import write_file
+    from rosorin_compile.output import OutputError, write_file
 
     options, console = run.options, run.console
     looked = _looked(run.given, description, console)
@@ -112,7 +109,7 @@ class _Followed:
         self.given = given
         self.description = description
         self.console = Console("text", quiet)
-        self.inputs = Inputs()
+        self.inputs = WatchedFiles()
         self.page = Page()
         self.numbers: dict[Path, str] = {}  # of mesh files: a page that is older than a save finds its own ones
         self.compiled = threading.Lock()  # explanations and contacts are made of one robot at a time
@@ -126,7 +123,7 @@ class _Followed:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         server = _bound(self.page, options)
         try:
-            self.inputs.read(self._compile)
+            self.inputs.compile(self._compile)
             threading.Thread(target=server.serve_forever, daemon=True).start()
             self._tell(server, options)
             self._follow()
@@ -153,24 +150,22 @@ class _Followed:
             time.sleep(_LOOK)
             if self.inputs.changed():
                 self.inputs.settle()
-                self.inputs.read(self._compile)
+                self.inputs.compile(self._compile)
 
-    def _compile(self) -> None:
+    def _compile(self) -> Sequence[Path]:
         """Read the robot, and tell the pages; after an error the last one stays."""
         Progress.begin()
         looked = _looked(self.given, self.description, self.console)
         Progress.wipe()
         errors = [one for one in looked.diagnostics if one.severity == "error"]
         self.console.show(errors)
-        for file in looked.files:
-            with suppress(OSError):
-                world.read(file)  # what the page asks for later is followed, too
         if looked.shown is None:
             self._failed(errors)
-            return
+            return looked.files
         if self.page.problem:
             self.console.warn(f"{self.description.name}: that is corrected")
         self._show(looked.shown)
+        return looked.files
 
     def _failed(self, errors: list[Diagnostic]) -> None:
         if not self.page.text:

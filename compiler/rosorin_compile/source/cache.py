@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from . import system
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
     from pathlib import Path
 
 try:
@@ -196,3 +196,33 @@ def _forget_some(folder: str) -> None:
                 os.unlink(os.path.join(folder, name))
             except OSError:
                 pass
+
+
+def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:
+    """Store the names of the artifacts in a folder, or that the file ``path`` is an artifact, in the user's cache.
+
+    Without ``complete``, ``files`` are added to the names that are stored, if there are any.
+    """
+    record, known = _record(path), remembered(path)
+    import json
+
+    names = set(files) if complete else set(files) | (known or set())
+    if record is not None and known != names and (complete or known is not None):
+        keep(record, json.dumps(sorted(names)).encode())
+
+
+def remembered(path: Path) -> set[str] | None:
+    """Return the names that ``remember`` stored, or None."""
+    from .bounded import json_of
+
+    record = _record(path)
+    try:
+        names = json_of((recalled(record) if record else None) or b"null")
+    except ValueError:
+        return None
+    return {str(name) for name in names} if isinstance(names, list) else None
+
+
+def _record(path: Path) -> Path | None:
+    folder = cache_folder("outputs")
+    return folder and folder / f"{sha256(os.fsencode(os.path.abspath(path)))}.json"

@@ -90,8 +90,7 @@ class Pictures:
 
     def write(self, console: Console) -> None:
         """Write the page: robots that changed first. Raises WrongUsage if it cannot be written."""
-        from rosorin_compile.output import OutputError
-        from rosorin_compile.output.one_file import write_file
+        from rosorin_compile.output import OutputError, write_file
 
         if not self.taken:
             gone = _removed(self.file)

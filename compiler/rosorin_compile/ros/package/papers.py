@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.output.placing import Holding
+from rosorin_compile.source.cache import sha256
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Heading, Rule
 from rosorin_compile.source.world import world
 
@@ -50,13 +50,13 @@ def values(options: Options, target: Path) -> dict[str, Any]:
     return {"holder": holder, "license_file": LICENSE if has_license else ""}
 
 
-def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, str]) -> set[str]:
+def left_alone(target: Path, files: Mapping[str, bytes], record: Mapping[str, list[str]]) -> set[str]:
     """Return which papers in a folder are people's: those that are not as we wrote them, by the digests in ``record``.
 
     Raises OSError.
     """
     papers = [name for name in (CHANGELOG, LICENSE) if name in files and world.kind(target / name) == world.FILE]
-    return {name for name in papers if Holding.digest(world.read(target / name)) != record.get(name)}
+    return {name for name in papers if sha256(world.read(target / name)) not in record.get(name, ())}
 
 
 def remarks(options: Options, target: Path) -> list[Diagnostic]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -281,18 +283,20 @@ def test_all_removes_what_a_killed_print_has_left(home: Path) -> None:
     assert at_each_step(lambda: write_file(outputs / "x.urdf", new), after) > 5
 
 
-def test_what_a_living_run_prepares_is_not_tidied_away(home: Path) -> None:
-    from rosorin_compile.output.staging import staged, staged_file
+def test_what_a_living_run_prepares_is_not_removed(home: Path) -> None:
+    from rosorin_compile.output import locked, staging_folder
 
-    with staged(home) as folder, staged_file(home) as (file, _):
-        child = os.fork()
-        if not child:
-            write_file(home / "a.txt", b"a")
-            os._exit(0)
-        assert os.waitpid(child, 0)[1] == 0
-        assert (home / "a.txt").exists()
+    with locked(home), staging_folder(home) as folder:
+        program = (
+            "from pathlib import Path; from rosorin_compile.output import write_file; write_file(Path('a.txt'), b'')"
+        )
+        other = subprocess.Popen([sys.executable, "-c", program], cwd=home)
+        with pytest.raises(subprocess.TimeoutExpired):
+            other.wait(1)
         assert folder.is_dir()
-        assert file.is_file()
+        assert not (home / "a.txt").exists()
+    assert other.wait() == 0
+    assert (home / "a.txt").exists()
     assert not hidden(home)
 
 

@@ -63,6 +63,8 @@ class PackageFolder:
             before = {name: _content(self.path / name) for name in contents}
             changed = {name: data for name, data in contents.items() if data != before[name]}
             listed = {name for name in self._manifest if name in files or (self.path / name).is_file()}
+            if any(name not in files and not isinstance(self._manifest[name], str) for name in listed):
+                listed |= self._manifest.keys()  # of another unfinished run, also what it has not written yet
             final = {name: self._manifest[name] for name in listed} | {n: sha256(data) for n, data in files.items()}
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:

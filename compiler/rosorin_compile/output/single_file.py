@@ -97,15 +97,15 @@ def write_file(
             path.write_bytes(data)
             return
         place = Path(os.path.realpath(path))
-        if exists and place.stat().st_size == len(data) and place.read_bytes() == data:
-            with suppress(OSError):  # it may belong to somebody else
-                os.utime(place)
-                return
-        elif exists and may_replace is not None and not may_replace(place):
-            message = f"this tool did not write {path}: it is not replaced"
-            raise OutputError("output-not-ours", message, "name another file, or move it away")
         place.parent.mkdir(parents=True, exist_ok=True)
         with locked(place.parent, tidy=True), staging_folder(place.parent) as stage:
+            if exists and place.stat().st_size == len(data) and place.read_bytes() == data:
+                with suppress(OSError):  # it may belong to somebody else
+                    os.utime(place)
+                    return
+            elif exists and may_replace is not None and not may_replace(place):
+                message = f"this tool did not write {path}: it is not replaced"
+                raise OutputError("output-not-ours", message, "name another file, or move it away")
             write_synced(stage / place.name, data, place)
             (stage / place.name).replace(place)
     except OSError as problem:

@@ -80,7 +80,8 @@ def _discard(stage: Path) -> None:
 def write_synced(path: Path, data: bytes, model: Path) -> None:
     """Write a new file with the permissions of ``model``, if that exists, and flush it to the disk. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.open("xb").write(data)
+    with path.open("xb") as file:
+        file.write(data)
     _sync(path)
     if model.exists():
         with suppress(OSError):
@@ -174,21 +175,21 @@ def _put_in_place(new: Path, folder: Path, stage: Path, fresh: list[str], gone: 
 
 def replace_files(new: Path, folder: Path, undo: Path, fresh: Sequence[str], gone: Sequence[str] = ()) -> None:
     """Move files from ``new`` to ``folder`` in their order, and remove those ``gone``. Undo that and raise OSError."""
-    started: list[str] = []
+    started: list[tuple[Path, Path, bool]] = []
     try:
         for name in (*gone, *fresh):
             target, backup = folder / name, undo / name
             if name in fresh or not target.is_dir() or target.is_symlink():
-                started.append(name)
                 target.parent.mkdir(parents=True, exist_ok=True)
                 backup.parent.mkdir(parents=True, exist_ok=True)
-                if os.path.lexists(target):
+                if exists := os.path.lexists(target):
                     _link_or_copy(target, backup)
+                started.append((target, backup, exists))
                 (new / name).replace(target) if name in fresh else target.unlink()
     except BaseException:
-        for name in reversed(started):
+        for target, backup, exists in reversed(started):
             with suppress(OSError):
-                (undo / name).replace(folder / name) if os.path.lexists(undo / name) else (folder / name).unlink()
+                backup.replace(target) if exists else target.unlink()
         raise
     for name in reversed(gone):
         with suppress(OSError):  # a file, or a folder into which somebody put one just now

@@ -315,7 +315,7 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         "        left -= 1\n"
         "        if left < 0: os._exit(9)\n"
         "from rosorin_compile.cli.init import start\n"
-        "from rosorin_compile.language import load\n"
+        "from rosorin_compile.source import load\n"
         "sys.addaudithook(stop)\n"
         "start('bot', Path())\n"
     )
@@ -342,7 +342,7 @@ def test_everything_that_ships_is_packaged() -> None:
     sources = [path for package in PACKAGES for path in package.rglob("__init__.py")]
     on_disk = {".".join(path.parent.relative_to(COMPILER).parts) for path in sources}
     folders = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
-    folders |= {"parts_library": "parts", "viewer": "viewer/built"}
+    folders |= {"parts_library": "parts", "viewer.built": "viewer/built"}
     data = {f"rosorin_compile.{name}" for name in folders}
     listed = text.partition("packages = [")[2].partition("]")[0]
     assert set(re.findall(r'"(.+?)"', listed)) == on_disk | data

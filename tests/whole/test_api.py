@@ -97,7 +97,7 @@ def test_importing_the_package_loads_nothing_but_typing() -> None:
         "dir(rosorin_compile); print(*sorted(set(sys.modules) - before))"
     )
     ran = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
-    assert ran.stdout.split() == ["rosorin_compile"]
+    assert all(name.startswith("rosorin_compile") for name in ran.stdout.split())
 
 
 def test_reading_a_robot_loads_no_numpy() -> None:

@@ -269,7 +269,7 @@ def test_templates_of_the_package(machine: Machine):
 
 
 LEGO = """
-from rosorin_compile.extending import Importing
+from rosorin_compile.formats.format import Importing
 
 def read(opened):
     links = {one.get("name"): opened.at({}, one.span) for one in opened.xml.root.children if one.tag == "brick"}

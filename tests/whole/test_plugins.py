@@ -340,7 +340,7 @@ def check(options):
     print("light enough:", *options.words)
     return 1
 """
-OF_COMMANDS = "[rosorin_compile.cli]\ngreet = toy:GREET\n\n[rosorin_compile.checks]\nlight = toy:LIGHT\n"
+OF_COMMANDS = "[rosorin_compile.commands]\ngreet = toy:GREET\n\n[rosorin_compile.checks]\nlight = toy:LIGHT\n"
 
 
 def test_a_command_and_a_check_of_a_plugin(machine: Machine):
@@ -407,7 +407,7 @@ def test_a_broken_command_is_one_sentence_and_the_rest_works(machine: Machine, c
     machine.install(OF_COMMANDS, code)
     exit_code, printed = machine.run("greet")
     assert exit_code == 1
-    assert printed.count("plugin-broken]: the plug-in toy-robot 1.2 (rosorin_compile.cli: greet = toy:GREET)") == 1
+    assert printed.count("plugin-broken]: the plug-in toy-robot 1.2 (rosorin_compile.commands: greet = toy:GREET)") == 1
     assert words in printed
     machine.describe("${width}")
     code_of_all, printed = machine.run("all", "robot.yaml")
@@ -425,7 +425,7 @@ def test_one_that_is_called_as_ours_is_told_and_ours_is_done(machine: Machine):
     code, printed = machine.run("args", "robot.yaml")
     assert code == 0
     assert "hello" not in printed
-    assert printed.count('(rosorin_compile.cli: args = toy:GREET) brings "args", which is built in\n') == 1
+    assert printed.count('(rosorin_compile.commands: args = toy:GREET) brings "args", which is built in\n') == 1
     printed = machine.run("check", "physics", "--help")[1]
     assert printed.count('(rosorin_compile.checks: physics = toy:LIGHT) brings "physics", which is built in\n') == 1
     assert "see whether it is light" not in printed  # the help is that of the built-in check

@@ -90,7 +90,9 @@ def installed(version: str, folder: Path, *packages: str) -> Path:
     if python is None:
         pytest.skip(f"no Python {version} is here")
     subprocess.run([python, "-m", "venv", folder / "venv"], check=True)
-    subprocess.run([folder / "venv/bin/python", "-m", "pip", "install", "--quiet", *packages], check=True)
+    install = [folder / "venv/bin/python", "-m", "pip", "install", "--quiet"]
+    subprocess.run([*install, "--upgrade", "pip"], check=True)  # that of Python 3.10 searches for versions without end
+    subprocess.run([*install, *packages], check=True)
     return folder / "venv/bin/rosorin-compile"
 
 

@@ -388,8 +388,9 @@ class Robot:
     @property
     def driving(self) -> Driving:
         """What its wheels turn at for a velocity of the base, and back. Raises ValueError where there is no drive."""
-        made: Driving = own_sections()["drive"].function("driving:driving_of")(self)
-        return made
+        from .driving import driving_of
+
+        return driving_of(self)
 
     @property
     def own_colours(self) -> Mapping[str, Rgba]:

@@ -44,9 +44,9 @@ PROJECT = {
 import os, random, shutil, signal, sys, time
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile import pipeline
+from rosorin_compile.output import pipeline
 from rosorin_compile.compare.proof import facts
-from rosorin_compile.variants import command
+from rosorin_compile.cli import sweep as command
 
 def sweep(over, out, *words):
     return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])
@@ -90,7 +90,8 @@ print(killed)
 import os, signal, sys
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile.variants import command, compiling
+from rosorin_compile.cli import sweep as command
+from rosorin_compile.variants import compiling
 
 def dying(job, variant):
     if variant.name == "r5" or (variant.name == "r9" and not Path("died").exists()):
